@@ -1,0 +1,145 @@
+"""Benchmarks: all that is compared is measured in the same run, in turns, and the medians are shown."""
+
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pettingzoo
+from rich.table import Table
+
+from llf_teacher.registry import PREFIX, make
+from pz_envs.family import Family, all_families
+from pz_envs.tutoring import TEACHER
+
+_ROUNDS = 7
+_STEPS = 3000
+
+
+def _measure(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
+    """Median seconds of each run; the runs take turns, so that they share the machine's moods."""
+    for run in runs.values():
+        run()
+    times: dict[str, list[float]] = {name: [] for name in runs}
+    for _ in range(_ROUNDS):
+        for name, run in runs.items():
+            times[name].append(run())
+    return {name: statistics.median(each) for name, each in times.items()}
+
+
+def _stepping(env: gymnasium.Env, actions: list[Any]) -> Callable[[], float]:
+    """Seconds per step; resets are not counted."""
+
+    def run() -> float:
+        env.reset(seed=0)
+        spent = 0.0
+        done = 0
+        while done < _STEPS:
+            begin = time.perf_counter()
+            for action in actions:
+                _, _, terminated, truncated, _ = env.step(action)
+                done += 1
+                if terminated or truncated:
+                    break
+            spent += time.perf_counter() - begin
+            env.reset()
+        return spent / done
+
+    return run
+
+
+def _turns(env: Any, choose: Callable[[dict[str, Any], str], int]) -> Callable[[], float]:
+    """Seconds per turn of an AEC environment, resets included, as its users run it."""
+
+    def run() -> float:
+        env.reset(seed=0)
+        begin = time.perf_counter()
+        turns = 0
+        while turns < _STEPS:
+            env.reset()
+            for agent in env.agent_iter():
+                observation, _, terminated, truncated, _ = env.last()
+                env.step(None if terminated or truncated else choose(observation, agent))
+                turns += 1
+        return (time.perf_counter() - begin) / turns
+
+    return run
+
+
+def _actions(family: Family, count: int = 40) -> list[Any]:
+    world = family.make_world(**family.environments[family.showcase[0]])
+    rng = np.random.default_rng(0)
+    return [world.sample_action(rng) for _ in range(count)]
+
+
+def steps() -> Table:
+    """Microseconds per step of `make(...)` with all feedback, of the bare world, and of FrozenLake."""
+    lake = gymnasium.make("FrozenLake-v1")
+    runs = {"FrozenLake-v1": _stepping(lake, [0, 1, 2, 3] * 10)}
+    for family in all_families():
+        name = family.showcase[0]
+        actions = _actions(family)
+        runs[name] = _stepping(make(PREFIX + name), actions)
+        runs[f"{name} (world)"] = _stepping(family.make_world(**family.environments[name]), actions)
+    seconds = _measure(runs)
+    table = Table("environment", "step, us", "bare world, us", "step / FrozenLake", title="Steps", title_justify="left")
+    table.add_row("FrozenLake-v1", f"{seconds['FrozenLake-v1'] * 1e6:.1f}", "", "1.00")
+    for family in all_families():
+        name = family.showcase[0]
+        ratio = seconds[name] / seconds["FrozenLake-v1"]
+        world = seconds[f"{name} (world)"]
+        table.add_row(PREFIX + name, f"{seconds[name] * 1e6:.1f}", f"{world * 1e6:.1f}", f"{ratio:.2f}")
+    return table
+
+
+def seats() -> Table:
+    """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe."""
+    from pettingzoo.classic import tictactoe_v3
+
+    runs = {
+        "tictactoe_v3": _turns(tictactoe_v3.raw_env(), lambda observation, _: int(observation["action_mask"].argmax()))
+    }
+    for family in all_families():
+        name = family.showcase[0]
+        env = pettingzoo.make("aec", f"llf/{name}", speech="kinds").unwrapped
+        runs[name] = _turns(env, _all_kinds(_actions(family)))
+    seconds = _measure(runs)
+    table = Table("raw_env", "turns/s", "of tictactoe's", title='Seats, speech="kinds"', title_justify="left")
+    for name, each in seconds.items():
+        table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe_v3'] / each:.2f}")
+    return table
+
+
+def _all_kinds(actions: list[Any]) -> Callable[[dict[str, Any], str], Any]:
+    """A teacher that says everything, and a student that goes through the given actions."""
+    turn = 0
+
+    def choose(observation: dict[str, Any], agent: str) -> Any:
+        nonlocal turn
+        turn += 1
+        return 31 if agent == TEACHER else actions[turn % len(actions)]
+
+    return choose
+
+
+def imports() -> Table:
+    """Seconds to import this package in a fresh interpreter, beside what it is built on."""
+    programs = {"gymnasium, pettingzoo": "import gymnasium, pettingzoo", "llf_teacher": "import llf_teacher"}
+
+    def importing(program: str) -> Callable[[], float]:
+        def run() -> float:
+            begin = time.perf_counter()
+            subprocess.run([sys.executable, "-c", program], check=True)  # noqa: S603
+            return time.perf_counter() - begin
+
+        return run
+
+    seconds = _measure({name: importing(program) for name, program in programs.items()})
+    table = Table("import", "seconds", "ratio", title="Imports", title_justify="left")
+    for name, each in seconds.items():
+        table.add_row(name, f"{each:.2f}", f"{each / seconds['gymnasium, pettingzoo']:.2f}")
+    return table

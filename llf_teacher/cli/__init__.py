@@ -1,0 +1,28 @@
+"""The command line: `llf`, one module a command."""
+
+import sys
+from importlib import import_module
+
+import typer
+from rich.console import Console
+
+app = typer.Typer(
+    name="llf",
+    help="Learning from language feedback: list environments, play, run studies.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
+
+for _name in ("benchmark", "golden", "list", "play", "study"):
+    import_module(f"llf_teacher.cli.{_name}").add_to(app)
+
+
+def main() -> None:
+    """Run the command line; what a user can mend is one line on standard error and exit status 2."""
+    try:
+        app()
+    except ValueError as error:
+        errors.print(f"llf: {error}")
+        sys.exit(2)

@@ -1,0 +1,23 @@
+"""`llf golden`: write the golden transcripts that the tests replay."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("golden")(golden)
+
+
+def golden(
+    folder: Annotated[Path, typer.Argument(help="Where the transcripts go, one file an environment.")],
+    id: Annotated[list[str] | None, typer.Argument(help="Environments; all by default.")] = None,
+) -> None:
+    """Write a transcript of a short episode of each environment, as text."""
+    from llf_teacher.golden import write
+    from llf_teacher.registry import entry
+
+    for path in write(folder, tuple(entry(name).id for name in id or ())):
+        typer.echo(path)

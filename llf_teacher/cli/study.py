@@ -1,0 +1,80 @@
+"""`llf study`: run feedback studies and report on them."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+if TYPE_CHECKING:
+    from llf_teacher.studies.study import Study
+
+STORE, REPORT = Path("llf-study.db"), Path("llf-study.html")
+
+Store_ = Annotated[
+    Path, typer.Option("--store", help="SQLite file that holds the episodes; an interrupted study goes on.")
+]
+Report_ = Annotated[Path, typer.Option("--report", help="HTML file to write.")]
+Workers_ = Annotated[int | None, typer.Option("--workers", min=1, help="Parallel processes; one a core by default.")]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command with its subcommand."""
+    group = typer.Typer(
+        help="Run a feedback study; without a subcommand the built-in quickstart.", invoke_without_command=True
+    )
+    group.callback()(quickstart)
+    group.command("run")(run)
+    app.add_typer(group, name="study")
+
+
+def quickstart(
+    context: typer.Context, store: Store_ = STORE, report: Report_ = REPORT, workers: Workers_ = None
+) -> None:
+    """Run the built-in quickstart study: every family, controls and some personalities."""
+    if context.invoked_subcommand is None:
+        from llf_teacher.studies import study
+
+        _run(study.quickstart(), store, report, workers)
+
+
+def run(
+    file: Annotated[Path, typer.Argument(help="TOML file that describes the study.")],
+    store: Store_ = STORE,
+    report: Report_ = REPORT,
+    workers: Workers_ = None,
+) -> None:
+    """Run the study that FILE describes, or what is left of it, and write its report."""
+    from llf_teacher.studies.study import load_study
+
+    _run(load_study(file), store, report, workers)
+
+
+def _run(study: "Study", path: Path, report: Path, workers: int | None) -> None:
+    from llf_teacher.studies.report import check_writable, write_report
+    from llf_teacher.studies.runner import run as play
+    from llf_teacher.studies.store import Store
+
+    console = Console(stderr=True)
+    check_writable(report)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Store(path) as store:
+        try:
+            with Progress(*columns, console=console) as progress:
+                task = progress.add_task("episodes", total=None)
+                played = play(
+                    study, store, workers, lambda done, total: progress.update(task, completed=done, total=total)
+                )
+        except KeyboardInterrupt:
+            console.print(f"Interrupted. What was played is in {path}; the same command goes on from there.")
+            raise typer.Exit(130) from None
+        console.print(f"Played {played} episodes, stored in {path}. Writing the report ...")
+        write_report(store, study, report)
+    console.print(f"Report: {report.resolve()}")

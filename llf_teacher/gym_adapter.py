@@ -1,0 +1,236 @@
+"""Gymnasium's view of the two seats: `StudentEnv` has a fixed teacher, `TeacherEnv` a fixed student."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+
+from llf_teacher.registry import entry
+from llf_teacher.student import Student, entitled, parse_student
+from pz_envs.tutoring import STUDENT, TEACHER
+from teachers.atoms import SILENCE
+from teachers.personality import Personality
+from teachers.phrasebook import Paraphrase
+from teachers.teacher import Teacher
+
+
+class _Flat(gymnasium.Env):
+    """One seat of a `TutoringEnv` as a Gymnasium environment."""
+
+    metadata = {"render_modes": ["ansi", "human"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
+
+    def __init__(self, seat: str, id: str, max_turns: int | None, render_mode: str | None, **settings: Any) -> None:
+        _, self.family, options = entry(id)
+        self.aec = self.family.raw_env(max_cycles=max_turns, render_mode=render_mode, **{**options, **settings})
+        self.render_mode = render_mode
+        self.action_space = self.aec.action_space(seat)
+        self._partner_rng: np.random.Generator | None = None
+        self._running = False
+
+    @property
+    def reward_range(self) -> tuple[float, float]:
+        """Least and greatest reward that the world pays for one step."""
+        return self.aec.world.reward_range
+
+    def _restart(self, seed: int | None, options: dict[str, Any] | None) -> np.random.Generator:
+        """Reset the seats; the partner's random stream for this episode. Without a seed all streams go on."""
+        super().reset(seed=seed)
+        if seed is not None or self._partner_rng is None:
+            seats, self._partner_rng = self.np_random.spawn(2)
+            self.aec.reset(int(seats.integers(2**31)), options)
+        else:
+            self.aec.reset(None, options)
+        self._running = True
+        return self._partner_rng.spawn(1)[0]
+
+    def _check_running(self) -> None:
+        if not self._running:
+            raise ResetNeeded("the episode has not begun, or has ended; call reset() before step()")
+
+    def render(self) -> str | None:
+        """What `TutoringEnv.render` gives."""
+        return self.aec.render()
+
+    def close(self) -> None:
+        """Close the world."""
+        self.aec.close()
+
+
+class StudentEnv(_Flat):
+    """The student's seat.
+
+    Observation: Dict of `observation` (the world's space; `Prose` with `text=True`), `instruction` (at reset, else
+    empty) and `feedback` (at reset only if the teacher advises the first action).
+    Action: the world's space; `Prose` with `text=True`. Text that is no action costs a turn and is
+    answered; see `pz_envs.tutoring`.
+    Info: what the world tells, with `success`; `atoms`, what was said, typed; `parse_failure` for text that was no
+    action; the privileged `moment` with `privileged_info=True`.
+
+    Args:
+        id: an id of `llf_teacher.ids()`.
+        teacher, instruction_type, feedback_type, voice, paraphrase, visual: see `llf_teacher.make`.
+        text: text in, text out: the observation is three strings, and so is the action.
+        max_turns: turns after which the episode is truncated; None: the family's.
+        privileged_info: put the teacher's `moment` into the info.
+        render_mode: None, `ansi` or `human`.
+        options: the world's.
+
+    Raises:
+        ValueError: an argument is not supported.
+    """
+
+    def __init__(
+        self,
+        id: str,
+        *,
+        teacher: str | Personality | Any = "oracle",
+        instruction_type: str = "b",
+        feedback_type: str | Iterable[str] = "a",
+        voice: str = "plain",
+        paraphrase: Paraphrase = "random",
+        visual: bool = False,
+        text: bool = False,
+        max_turns: int | None = None,
+        privileged_info: bool = False,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> None:
+        if visual:
+            raise ValueError(f"visual=True is not supported by {id}: its world has no images; allowed: False")
+        super().__init__(STUDENT, id, max_turns, render_mode, text=text, **options)
+        if isinstance(teacher, str | Personality):
+            teacher = self.family.make_teacher(
+                self.aec.world,
+                teacher,
+                instruction_type=instruction_type,
+                feedback_type=feedback_type,
+                voice=voice,
+                paraphrase=paraphrase,
+            )
+        elif not (hasattr(teacher, "reset") and hasattr(teacher, "act")):
+            raise ValueError(
+                f"teacher must be a spec string, a Personality, or a policy with reset(rng) and "
+                f"act(observation, info), got {teacher!r}"
+            )
+        self.teacher = teacher
+        self.privileged_info = privileged_info
+        # The oracle's own teacher reads its moment only: it is asked directly, without an observation.
+        self._speak = teacher.speak if isinstance(teacher, Teacher) else self._ask
+        seat = self.aec.observation_space(STUDENT)
+        self.observation_space = spaces.Dict(
+            {"observation": seat["state"], "instruction": seat["instruction"], "feedback": seat["feedback"]}
+        )
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Begin an episode; the teacher gives its instruction."""
+        self.teacher.reset(self._restart(seed, options))
+        aec = self.aec
+        aec.teacher_turn(self._speak(aec.moment))
+        observation = {"observation": aec.state_now, "instruction": aec.instruction, "feedback": aec.feedback}
+        return observation, self._info()
+
+    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Act, and hear what the teacher says of it.
+
+        Raises:
+            ResetNeeded: before `reset`, or after the episode's end.
+            ValueError: the action is outside the action space; nothing has changed.
+        """
+        if not self._running:
+            self._check_running()
+        aec = self.aec
+        aec.student_turn(action)
+        moment = aec.moment
+        aec.teacher_turn(self._speak(moment))
+        terminated, truncated = aec.ended
+        self._running = not moment.over
+        observation = {"observation": aec.state_now, "instruction": SILENCE, "feedback": aec.feedback}
+        if self.render_mode == "human":
+            self.render()
+        return observation, moment.reward, terminated, truncated, self._info()
+
+    def _info(self) -> dict[str, Any]:
+        info = self.aec.infos[STUDENT]
+        if self.privileged_info:
+            info["moment"] = self.aec.moment
+        return info
+
+    def _ask(self, moment: Any) -> str:
+        return self.teacher.act(self.aec.observe(TEACHER), self.aec.infos[TEACHER])
+
+
+class TeacherEnv(_Flat):
+    """The teacher's seat; observation, action and reward as `teacher_0` has them in `pz_envs.tutoring`.
+
+    A step is the teacher's turn and the student's next one. The reward is the sum of both.
+
+    Args:
+        id: an id of `llf_teacher.ids()`.
+        student: a spec string, a `Student`, or a policy with `reset(rng)` and `act(observation, info)`.
+        speech: `kinds` or `message`.
+        max_turns: turns after which the episode is truncated; None: the family's.
+        render_mode: None, `ansi` or `human`.
+        options: those of `pz_envs.family.Family.raw_env` (`cost`, `budget`, `teacher_reward`, ...) and the world's.
+
+    Raises:
+        ValueError: an argument is not supported.
+    """
+
+    def __init__(
+        self,
+        id: str,
+        *,
+        student: str | Student | Any = "obedient",
+        speech: str = "kinds",
+        max_turns: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(TEACHER, id, max_turns, render_mode, speech=speech, **options)
+        self.observation_space = self.aec.observation_space(TEACHER)
+        if isinstance(student, str | Student):
+            student = parse_student(student).seat(self.family, self.aec.world)
+        self.student = student
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Begin an episode; the teacher speaks first."""
+        self.student.reset(self._restart(seed, options))
+        return self.aec.observe(TEACHER), self.aec.infos[TEACHER]
+
+    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Speak, and see what the student does.
+
+        Raises:
+            ResetNeeded: before `reset`, or after the episode's end.
+            ValueError: the action is outside the action space; nothing has changed.
+        """
+        self._check_running()
+        aec = self.aec
+        aec.teacher_turn(action)
+        reward = aec.rewards[TEACHER]
+        terminated, truncated = aec.ended
+        if terminated or truncated:
+            self._running = False
+        else:
+            aec.student_turn(self.student.act(aec.observe(STUDENT), entitled(self.student, aec)))
+            reward += aec.rewards[TEACHER]
+            if self.render_mode == "human":
+                self.render()
+        return aec.observe(TEACHER), reward, terminated, truncated, aec.infos[TEACHER]
+
+    def action_masks(self) -> np.ndarray:
+        """Which subsets of kinds can be said now, bool (32,); the form that maskable learners ask for."""
+        return self.aec.observe(TEACHER)["action_mask"].astype(bool)
+
+
+def prompt(observation: dict[str, Any]) -> str:
+    """The parts of a text observation that are not empty, joined by blank lines: instruction, observation, feedback."""
+    parts = (observation[key] for key in ("instruction", "observation", "feedback"))
+    return "\n\n".join(str(part) for part in parts if part)

@@ -1,0 +1,111 @@
+"""Students: policies for the student's seat, named by spec strings such as `q_learning(alpha=0.5)`.
+
+A student is a frozen dataclass in a module of its name under `llf_teacher/students/`; its nested class `Policy`
+plays. A policy knows the rules of the world (spaces, words), never its state, and reads what it says it reads.
+"""
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+import numpy as np
+
+from llf_teacher import students
+from pz_envs.family import Family
+from pz_envs.tutoring import STUDENT, TutoringEnv
+from teachers.spec import Catalogue, Spec
+from worlds.world import World
+
+READS = ("nothing", "reward", "words", "atoms", "truth")
+
+
+class Policy(ABC):
+    """Plays in the student's seat: `reset(rng)`, then `act` once a turn.
+
+    Args:
+        spec: the student, for its parameters.
+        family: the family of the environment.
+        world: a scratch world of the environment's class and options, for its rules; it knows no episode.
+    """
+
+    reads: ClassVar[str]
+
+    def __init__(self, spec: Any, family: Family, world: World) -> None:
+        self.spec, self.family, self.world = spec, family, world
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+        self.rng = rng
+        self.begin()
+
+    def begin(self) -> None:
+        """Set up what is to be remembered within the episode."""
+
+    @abstractmethod
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """The next action.
+
+        Args:
+            observation: what the student's seat observes: `state` (or `observation`), `instruction`, `feedback`.
+            info: what `entitled` gives.
+        """
+
+
+class Student(Spec):
+    """Base of all students: a frozen value that makes a `Policy` for a seat."""
+
+    Policy: ClassVar[type[Policy]]
+    reads: ClassVar[str]
+    """What it learns from, one of `READS`; reports show it."""
+
+    def seat(self, family: Family, world: World) -> Policy:
+        """A policy for environments like `world`; it gets a scratch copy."""
+        policy = self.Policy(self, family, world.scratch())
+        policy.reads = self.reads  # type: ignore[misc]
+        return policy
+
+
+STUDENTS = Catalogue("student", Student, students)
+"""Every student by its name."""
+
+
+def parse_student(spec: str | Student) -> Student:
+    """The student that a spec string describes.
+
+    Raises:
+        ValueError: an unknown name or parameter, or bad syntax; the message says what is allowed.
+    """
+    if isinstance(spec, Student):
+        return spec
+    parsed = STUDENTS.parse(spec)
+    if len(parsed) != 1:
+        raise ValueError(f"student spec {spec!r} names {len(parsed)} students; allowed: one")
+    return parsed[0]
+
+
+def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
+    """The info that a policy may see: the seat's own, less the atoms for a reader of words, and with `reward` (of
+    its last turn) or the privileged `moment` for a policy that learns from these.
+    """  # noqa: D205
+    info = dict(aec.infos[STUDENT])
+    reads = getattr(policy, "reads", "atoms")
+    if reads in ("nothing", "reward", "words"):
+        del info["atoms"]
+    if reads == "reward":
+        info["reward"] = aec.moment.reward
+    elif reads == "truth":
+        info["moment"] = aec.moment
+    return info
+
+
+def state_of(observation: dict[str, Any]) -> Any:
+    """The world's part of an observation, whichever adapter it came through."""
+    return observation["state"] if "state" in observation else observation["observation"]
+
+
+def frozen(value: Any) -> Any:
+    """A hashable stand-in that is equal for equal observations or actions."""
+    if isinstance(value, dict):
+        return tuple((key, frozen(item)) for key, item in value.items())
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    return tuple(map(frozen, value)) if isinstance(value, list | tuple) else value

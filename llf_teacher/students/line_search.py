@@ -1,0 +1,68 @@
+"""line_search: search over texts made of lines of equal words, from the score alone."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from llf_teacher.student import Policy, Student
+
+_SYLLABLE = "la"
+
+
+@dataclass(frozen=True)
+class LineSearch(Student):
+    """Coordinate search on the number of lines and of syllables in each line.
+
+    It offers texts of one length with the same number of syllables in each line until the score shows that
+    some line is right; then it changes a line at a time and keeps what does not score less.
+    """
+
+    lengths: tuple[int, ...] = (3, 4, 5)
+    """Numbers of lines to try, in this order."""
+    syllables: tuple[int, ...] = (5, 7)
+    """Numbers of syllables to try, in this order."""
+    reads = "reward"
+
+    def __post_init__(self) -> None:
+        for name in ("lengths", "syllables"):
+            values = getattr(self, name)
+            if not values or not all(isinstance(value, int) and value > 0 for value in values):
+                raise ValueError(f"{name} must be a tuple of positive integers, got {values!r}")
+
+    class Policy(Policy):
+        """Holds the best pattern so far and the patterns still to try."""
+
+        def begin(self) -> None:
+            """Try every uniform pattern first."""
+            spec = self.spec
+            self._uniform = [(count,) * length for count in spec.syllables for length in spec.lengths]
+            self._best: tuple[int, ...] = ()
+            self._score = self.world.reward_range[0]
+            self._trial: tuple[int, ...] = ()
+            self._line = -1
+            self._counts: list[int] = []
+
+        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+            """Judge the last pattern by its score and write by the next one."""
+            if self._trial:
+                self._judge(info["reward"])
+            self._trial = self._next()
+            return "\n".join(" ".join([_SYLLABLE] * count) for count in self._trial)
+
+        def _judge(self, score: float) -> None:
+            if score > self._score:  # some line is right, or one more line than before
+                self._best, self._score = self._trial, score
+                self._counts = []
+            elif self._best and score < self._score:  # the line had been right
+                self._counts = []
+
+        def _next(self) -> tuple[int, ...]:
+            if not self._best and self._uniform:
+                return self._uniform.pop(0)
+            if not self._best or self._score >= self.world.reward_range[1]:
+                return self._best or self._trial
+            while not self._counts:
+                self._line += 1
+                if self._line == len(self._best):
+                    return self._best
+                self._counts = [count for count in self.spec.syllables if count != self._best[self._line]]
+            return (*self._best[: self._line], self._counts.pop(0), *self._best[self._line + 1 :])

@@ -1,0 +1,28 @@
+"""oracle: acts by an optimal policy with the truth in view; the ceiling of every study."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from llf_teacher.student import Policy, Student
+
+
+@dataclass(frozen=True)
+class Oracle(Student):
+    """Asks the family's oracle what to do."""
+
+    reads = "truth"
+
+    class Policy(Policy):
+        """Has an oracle of its own."""
+
+        def begin(self) -> None:
+            """Engage the oracle."""
+            self._oracle = self.family.oracle_class()(self.world.scratch)
+
+        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+            """The first step of the best plan; anything once there is nothing left to do."""
+            moment = info["moment"]
+            if moment.turn == 0:
+                self._oracle.start(moment.after, self.rng)
+            plan = self._oracle.plan(moment.after, 1)
+            return plan[0] if plan else self.world.sample_action(self.rng)

@@ -1,0 +1,19 @@
+"""reward_only: the learner from rewards alone that suits the family."""
+
+from dataclasses import dataclass
+
+from llf_teacher import student
+from llf_teacher.student import Policy, Student
+from pz_envs.family import Family
+from worlds.world import World
+
+
+@dataclass(frozen=True)
+class RewardOnly(Student):
+    """Plays as the student that the family's declaration names: what rewards alone can teach."""
+
+    reads = "reward"
+
+    def seat(self, family: Family, world: World) -> Policy:
+        """The named student's policy."""
+        return student.parse_student(family.reward_only).seat(family, world)

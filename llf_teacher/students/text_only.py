@@ -1,0 +1,65 @@
+"""text_only: does what the teacher's words say; it knows the phrasebook but sees no atoms."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from gymnasium import spaces
+
+from llf_teacher.advice import AdviceTaker
+from llf_teacher.reading import Reader
+from llf_teacher.student import Student
+from pz_envs.text_mode import parse_action
+from teachers.atoms import FP, ParseFailure
+
+_BLANK = "..."  # a line that is yet to be written
+
+
+@dataclass(frozen=True)
+class TextOnly(Student):
+    """Believes every sentence it understands.
+
+    It takes actions by their names, lists of them as a plan, and a line in quotes as a correction of its last text.
+    """
+
+    reads = "words"
+
+    class Policy(AdviceTaker):
+        """Learns from sentences."""
+
+        def begin(self) -> None:
+            """Learn to read, once; have nothing written."""
+            super().begin()
+            if not hasattr(self, "_reader"):
+                self._reader = Reader(self.family.make_teacher(self.world).voice)
+            self._draft = ""
+
+        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+            """Obey what is understood."""
+            turn = self.arrive(observation)
+            text = observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}"
+            for claim, slots, about in self._reader.read(text):
+                if "action" in slots:
+                    action = parse_action(slots["action"], self.world)
+                    if type(action) is ParseFailure:
+                        continue
+                    if claim.kind is None:
+                        self.follow((action,), endless=True)
+                    else:
+                        self.learn(claim.kind, action, turn if about is None else about)
+                elif "listing" in slots:
+                    actions = [parse_action(word, self.world) for word in slots["listing"].split(", ")]
+                    if not any(type(action) is ParseFailure for action in actions):
+                        self.follow(actions)
+                elif claim.kind is FP and {"line", "words"} <= slots.keys():
+                    self.learn(FP, self._correct(int(slots["line"]), slots["words"]), turn)
+            action = self.decide()
+            if isinstance(self.world.action_space, spaces.Text):
+                self._draft = action
+            return action
+
+        def _correct(self, number: int, words: str) -> str:
+            """The last text with one line replaced."""
+            lines = [line for line in self._draft.splitlines() if line.strip()]
+            lines += [_BLANK] * (number - len(lines))
+            lines[number - 1] = words
+            return "\n".join(lines)

@@ -1,0 +1,1 @@
+"""Feedback studies: a study is a frozen value; running, storing, statistics and reporting are separate modules."""

@@ -1,0 +1,151 @@
+"""A study: which students meet which teachers in which environments, as a value that files hold."""
+
+import hashlib
+import itertools
+import json
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import llf_teacher
+from llf_teacher.registry import PREFIX, entry, supported_types
+from llf_teacher.student import parse_student
+from pz_envs.family import all_families
+from teachers.feedback import format_kinds
+from teachers.personality import parse_personality
+from teachers.spec import unknown
+
+
+class EpisodeSpec(NamedTuple):
+    """All that determines an episode."""
+
+    id: str
+    teacher: str
+    student: str
+    instruction_type: str
+    feedback_type: str
+    max_turns: int
+    seed: int
+    version: str
+    """Version of this package: another version may play otherwise."""
+
+    @property
+    def key(self) -> str:
+        """A digest that identifies the episode in a store."""
+        return hashlib.sha256(json.dumps(self._asdict(), sort_keys=True).encode()).hexdigest()[:32]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """The full cross of its lists. Specs are kept in their canonical form.
+
+    Raises:
+        ValueError: one error that lists all that is not allowed.
+    """
+
+    ids: tuple[str, ...]
+    teachers: tuple[str, ...]
+    students: tuple[str, ...]
+    instruction_types: tuple[str, ...] = ("b",)
+    feedback_types: tuple[str, ...] = ("a",)
+    seeds: tuple[int, ...] = tuple(range(10))
+    """The seeds, each at least 0; a number n stands for 0 to n - 1."""
+    max_turns: int | None = None
+    """Turns after which episodes are truncated; None: each family's."""
+
+    def __post_init__(self) -> None:
+        problems: list[str] = []
+        set_ = object.__setattr__
+        if isinstance(self.seeds, int) and not isinstance(self.seeds, bool):
+            set_(self, "seeds", tuple(range(self.seeds)))
+        checks: dict[str, Callable[[Any], Any]] = {
+            "ids": lambda id: entry(id).id,
+            "teachers": lambda spec: str(parse_personality(spec)),
+            "students": lambda spec: str(parse_student(spec)),
+            "feedback_types": format_kinds,
+            "instruction_types": str,
+            "seeds": _seed,
+        }
+        for name, check in checks.items():
+            values = getattr(self, name)
+            if not isinstance(values, list | tuple) or not values:
+                problems.append(f"{name} must be a non-empty list, got {values!r}")
+                continue
+            canonical = []
+            for value in values:
+                try:
+                    canonical.append(check(value))
+                except ValueError as error:
+                    problems.append(f"{name}: {error}")
+            set_(self, name, tuple(dict.fromkeys(canonical)))
+        if self.max_turns is not None and (not isinstance(self.max_turns, int) or self.max_turns < 1):
+            problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
+        if not problems:
+            for id, type_ in itertools.product(self.ids, self.instruction_types):
+                if type_ not in (allowed := supported_types(id)[0]):
+                    problems.append(
+                        f"instruction_types: {id} does not support {type_!r}; allowed: {', '.join(allowed)}"
+                    )
+        if problems:
+            raise ValueError("; ".join(problems))
+
+    def episodes(self) -> Iterator[EpisodeSpec]:
+        """Every episode, seeds innermost."""
+        grid = (self.ids, self.instruction_types, self.feedback_types, self.teachers, self.students, self.seeds)
+        for id, instruction_type, feedback_type, teacher, student, seed in itertools.product(*grid):
+            max_turns = self.max_turns or entry(id).family.max_cycles
+            yield EpisodeSpec(
+                id, teacher, student, instruction_type, feedback_type, max_turns, seed, llf_teacher.__version__
+            )
+
+    def as_dict(self) -> dict[str, Any]:
+        """The study as JSON values."""
+        return json.loads(json.dumps(asdict(self)))
+
+
+def _seed(value: Any) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise ValueError(f"a seed must be an integer of at least 0, got {value!r}")
+    return value
+
+
+def load_study(path: Path) -> Study:
+    """The study that a TOML file describes; its keys are the fields of `Study`.
+
+    Raises:
+        ValueError: the file cannot be read, or describes no study; the message names the file.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(f"{path}: {error}") from None
+    allowed = {field.name: field for field in fields(Study)}
+    problems = [unknown("key", key, allowed) for key in table if key not in allowed]
+    problems += [f"{key} is missing" for key in ("ids", "teachers", "students") if key not in table]
+    if problems:
+        raise ValueError(f"{path}: {'; '.join(problems)}")
+    try:
+        return Study(**table)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def quickstart() -> Study:
+    """The built-in study: every family, the controls and some personalities, students who read different things."""
+    return Study(
+        ids=tuple(PREFIX + name for family in all_families() for name in family.showcase),
+        teachers=(
+            "oracle",
+            "only(kinds='r+hp+hn')",
+            "mix",
+            "mistake(eps=0.3)",
+            "delayed(turns=2)",
+            "placebo",
+            "retry_only",
+            "silent",
+        ),
+        students=("random", "reward_only", "text_only", "obedient", "oracle"),
+        seeds=tuple(range(10)),
+    )

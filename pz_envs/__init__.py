@@ -1,0 +1,9 @@
+"""PettingZoo environments in which a teacher and a student take turns over a world.
+
+Importing this package registers `llf/<name>` for every environment of every family with PettingZoo.
+"""
+
+from pz_envs.family import all_families
+
+for _family in all_families():
+    _family.register()

@@ -1,0 +1,1 @@
+"""One declaration a family. Each module offers `env`, `raw_env` and `parallel_env`, as PettingZoo's modules do."""

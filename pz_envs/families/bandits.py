@@ -1,0 +1,29 @@
+"""Bandits: pull the arm that pays most."""
+
+from pz_envs.family import Family
+
+FAMILY = Family(
+    name="bandits",
+    summary="pull the arm that pays most on average",
+    world="Bandit",
+    oracle="BanditOracle",
+    environments={
+        f"bandits-Bandit{problem}-v0": {"problem": problem}
+        for problem in (
+            "TenArmedGaussian",
+            "TenArmedRandomFixed",
+            "TenArmedRandomRandom",
+            "TenArmedUniformDistributedReward",
+            "TwoArmedDeterministicFixed",
+            "TwoArmedHighHighFixed",
+            "TwoArmedHighLowFixed",
+            "TwoArmedLowLowFixed",
+        )
+    },
+    showcase=("bandits-BanditTenArmedRandomFixed-v0",),
+    max_cycles=30,
+    repeated=True,
+    regret_unit="expected reward lost",
+    reward_only="ucb",
+)
+env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,0 +1,16 @@
+"""Gridworld: find the treasure in a house of rooms."""
+
+from pz_envs.family import Family
+
+FAMILY = Family(
+    name="gridworld",
+    summary="find the treasure in a house of rooms",
+    world="Gridworld",
+    oracle="GridworldOracle",
+    environments={"gridworld-v0": {}},
+    showcase=("gridworld-v0",),
+    max_cycles=20,
+    regret_unit="moves wasted",
+    reward_only="q_learning",
+)
+env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,0 +1,70 @@
+"""Text in: a strict grammar for actions written as text. Nothing is ever executed.
+
+An answer is one of the world's words for an action, or JSON: a number, a string with such a word, a list
+(round brackets will do), or an object whose only key is `action`. If the text has the marker `Response:`,
+the answer is what follows its last occurrence. Where the world's action is itself a text, the answer is that text.
+"""
+
+import json
+import re
+from typing import Any, NoReturn
+
+from gymnasium import spaces
+
+from teachers.atoms import ParseFailure
+from worlds.world import World
+
+_MARKER = re.compile("response:", re.IGNORECASE)
+_LONGEST = 1000  # characters of an answer that is not itself a text
+_EXCERPT = 80
+_QUOTES = " \t\r\n.,;!\"'`*"
+
+
+def parse_action(text: str, world: World) -> Any:
+    """The action that a text stands for, in canonical form, or a `ParseFailure`."""
+    answer = text
+    for marker in _MARKER.finditer(text):
+        answer = text[marker.end() :]
+    answer = answer.strip()
+    if isinstance(world.action_space, spaces.Text):
+        return legal_text(answer, world)
+    if len(answer) > _LONGEST:
+        return failure(text, world)
+    word = answer.strip(_QUOTES).lower()
+    if word in world.action_words:
+        return world.action_words[word]
+    try:
+        return world.legal(_value(answer, world))
+    except (ValueError, TypeError, OverflowError, RecursionError):
+        return failure(text, world)
+
+
+def legal_text(text: str, world: World) -> Any:
+    """The text as an action of a world whose actions are texts, or a `ParseFailure`."""
+    try:
+        return world.legal(text)
+    except ValueError:
+        return failure(text, world)
+
+
+def failure(text: str, world: World) -> ParseFailure:
+    """The failure to read a text, with a printable excerpt."""
+    excerpt = text[:_EXCERPT] if len(text) <= _EXCERPT else text[: _EXCERPT - 3] + "..."
+    return ParseFailure("".join(c if c.isprintable() else " " for c in excerpt), world.action_syntax)
+
+
+def _value(answer: str, world: World) -> Any:
+    if answer.startswith("(") and answer.endswith(")"):
+        answer = f"[{answer[1:-1]}]"
+    value = json.loads(answer, parse_constant=_no_constant)
+    if isinstance(value, dict) and list(value) == ["action"]:
+        value = value["action"]
+    if isinstance(value, str):
+        return world.action_words.get(value.strip().lower(), value)
+    if isinstance(value, bool):
+        raise ValueError("a truth value is no action")
+    return value
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number")

@@ -1,0 +1,1 @@
+"""Teachers: oracles state typed claims about a world, personalities choose among them, voices word them."""

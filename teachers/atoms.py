@@ -1,0 +1,132 @@
+"""What a teacher says: claims, atoms and utterances; and the moment of which it is said."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, ClassVar, NamedTuple, dataclass_transform
+
+from worlds.world import World
+
+
+class FeedbackType(StrEnum):
+    """The five kinds of feedback of the LLF paper, in speaking order."""
+
+    R = "r"
+    """How well it went: the reward."""
+    HP = "hp"
+    """Hindsight positive: what was good about the last action."""
+    HN = "hn"
+    """Hindsight negative: what was bad about it."""
+    FP = "fp"
+    """Future positive: what to do next."""
+    FN = "fn"
+    """Future negative: what to avoid next."""
+
+
+KINDS = tuple(FeedbackType)
+R, HP, HN, FP, FN = KINDS
+
+
+class ParseFailure(NamedTuple):
+    """A student's text that is no action. The world did not step; the turn counts."""
+
+    got: str
+    """What was received: an excerpt of at most 80 printable characters."""
+    expected: str
+    """What an answer has to look like."""
+
+
+class Moment(NamedTuple):
+    """One turn of a student, as a teacher sees it."""
+
+    before: Any
+    """The world's truth before the action; None if no action was executed (the opening, or a `ParseFailure`)."""
+    action: Any
+    """The action in canonical form; None at the opening; a `ParseFailure` for text that is no action."""
+    reward: float
+    """The world's reward for the action; 0 if none was executed."""
+    after: Any
+    """The world's truth now."""
+    success: bool
+    """Whether the world says that the task is solved."""
+    turn: int
+    """Number of turns the student has had; 0 at the opening."""
+    over: bool
+    """Whether the episode has ended, so that advice could not be followed any more."""
+
+
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+def claim(cls: type) -> type:
+    """Class decorator of every claim: a frozen, slotted dataclass with keyword-only fields."""
+    return dataclass(frozen=True, slots=True, kw_only=True)(cls)
+
+
+class Claim:
+    """One thing that can be said, as data.
+
+    Its docstring spells out when it is true. Fields are JSON scalars, enums and tuples of them. A claim
+    that advises or judges an action has it in a field `action`, in the form that `World.step` takes.
+    """
+
+    __slots__ = ()
+    kind: ClassVar[FeedbackType | None] = None
+    """The kind of feedback; None for the parts of an instruction and for notices of the environment."""
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.
+
+        The check reaches the truth by another way than the oracle does.
+        """
+        raise TypeError(f"{type(self).__name__} does not say when it holds; implement holds(moment, lab)")
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence["Claim"]:
+        """Well-formed, plausible claims that might be false where this one is true, for teachers that err."""
+        return ()
+
+
+class Atom(NamedTuple):
+    """A claim as it was said."""
+
+    claim: Claim
+    text: str
+    """The sentence, without the other atoms of the utterance."""
+    about_turn: int
+    """The turn of which the claim speaks; smaller than the current turn if it comes late."""
+
+    @property
+    def kind(self) -> FeedbackType | None:
+        """The claim's kind."""
+        return self.claim.kind
+
+
+class Utterance(str):
+    """What a teacher says in one turn: a string that carries its atoms.
+
+    Text of a person or a language model has no atoms: nothing vouches for it.
+    """
+
+    __slots__ = ("atoms",)
+    atoms: tuple[Atom, ...]
+
+    def __new__(cls, text: str = "", atoms: tuple[Atom, ...] = ()) -> "Utterance":
+        """Make an utterance of a text and the atoms whose texts it is made of."""
+        self = str.__new__(cls, text)
+        self.atoms = atoms
+        return self
+
+    @classmethod
+    def of(cls, atoms: Sequence[Atom]) -> "Utterance":
+        """Join the texts of atoms."""
+        return cls(" ".join(atom.text for atom in atoms), tuple(atoms))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Utterance, (str(self), self.atoms)
+
+    def __copy__(self) -> "Utterance":
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Utterance":
+        return self  # immutable, and copied by vector environments at every step
+
+
+SILENCE = Utterance()

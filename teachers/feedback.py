@@ -1,0 +1,52 @@
+"""Feedback types: which kinds of feedback are wanted."""
+
+from collections.abc import Iterable, Set
+
+import numpy as np
+
+from teachers.atoms import KINDS, FeedbackType
+
+ALL, NONE, MIXED = "a", "n", "m"
+_ALLOWED = (
+    "'a' (all), 'n' (none), 'm' (a random subset each turn), or kinds among r, hp, hn, fp, fn "
+    "as one string joined by '+', a set, a list or a tuple"
+)
+
+
+def parse_kinds(feedback_type: str | Iterable[str]) -> frozenset[FeedbackType]:
+    """The kinds that a feedback type allows at most; `m` allows all.
+
+    Raises:
+        ValueError: it is no feedback type.
+    """
+    if isinstance(feedback_type, str):
+        if feedback_type in (ALL, MIXED):
+            return frozenset(KINDS)
+        if feedback_type == NONE:
+            return frozenset()
+        names: list[object] = list(feedback_type.split("+"))
+    elif isinstance(feedback_type, set | frozenset | list | tuple):
+        names = list(feedback_type)
+    else:
+        raise ValueError(f"feedback type {feedback_type!r} is not supported; allowed: {_ALLOWED}")
+    for name in names:
+        if name not in KINDS:
+            raise ValueError(f"feedback type {feedback_type!r} names {name!r}; allowed: {_ALLOWED}")
+    return frozenset(FeedbackType(str(name)) for name in names)
+
+
+def format_kinds(feedback_type: str | Iterable[str]) -> str:
+    """A feedback type as files hold it: `a`, `n`, `m` or kinds in speaking order, joined by `+`."""
+    kinds = parse_kinds(feedback_type)
+    if isinstance(feedback_type, str) and feedback_type in (ALL, NONE, MIXED):
+        return feedback_type
+    return "+".join(kind for kind in KINDS if kind in kinds) or NONE
+
+
+def draw_kinds(kinds: Set[FeedbackType], rng: np.random.Generator) -> frozenset[FeedbackType]:
+    """A uniformly drawn non-empty subset; empty if there is nothing to draw from."""
+    ordered = [kind for kind in KINDS if kind in kinds]
+    if not ordered:
+        return frozenset()
+    bits = int(rng.integers(1, 2 ** len(ordered)))
+    return frozenset(kind for i, kind in enumerate(ordered) if bits >> i & 1)

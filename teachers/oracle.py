@@ -1,0 +1,130 @@
+"""The interface of every oracle: it sees a world's truth and states what is true of a turn."""
+
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Set
+from functools import cache, cached_property, lru_cache
+from typing import Any, ClassVar
+
+import numpy as np
+
+from teachers.atoms import KINDS, Claim, FeedbackType, Moment, R
+from teachers.common import Reward
+from worlds.world import World
+
+ALL_KINDS = frozenset(KINDS)
+
+
+class Oracle(ABC):
+    """Knows everything about one world and lies about nothing.
+
+    A family implements `_brief`, `_hindsight` and `_advice`, and what it can of `values`, `plan` and
+    `regret`. Each returns the claims that are true and worth saying, none if there are none.
+
+    Args:
+        scratch: makes a scratch world of the taught world's class and options.
+    """
+
+    instruction_types: ClassVar[tuple[str, ...]] = ("b", "p", "c")
+    max_importance: ClassVar[float]
+    """Greatest value that `importance` can have."""
+
+    def __init__(self, scratch: Callable[[], World]) -> None:
+        self._scratch = scratch
+
+    @cached_property
+    def lab(self) -> World:
+        """A scratch world, made when it is first needed."""
+        return self._scratch()
+
+    @classmethod
+    def claims(cls) -> tuple[type[Claim], ...]:
+        """The classes of claims that this oracle's module defines."""
+        return claims_of(cls.__module__)
+
+    def start(self, truth: Any, rng: np.random.Generator) -> None:
+        """Begin an episode: look at the world as reset left it; keep the episode's random stream."""
+        self.rng = rng
+
+    def brief(self, truth: Any, instruction_type: str) -> tuple[Claim, ...]:
+        """The parts of the instruction.
+
+        Args:
+            truth: the world's truth at the start.
+            instruction_type: `b` goal, actions, syntax; `p` adds how some actions went that the oracle
+                tried out; `c` adds enough to infer an optimal policy.
+        """
+        parts = self._basics(truth)
+        if instruction_type == "p":
+            return parts + self._practice(truth)
+        return parts + self._solution(truth) if instruction_type == "c" else parts
+
+    def judge(self, moment: Moment, kinds: Set[FeedbackType] = ALL_KINDS) -> tuple[Claim, ...]:
+        """The true claims of the wanted kinds about a moment, in speaking order."""
+        claims: list[Claim] = []
+        if moment.before is not None:
+            if R in kinds:
+                claims.append(_reward(moment.reward))
+            self._hindsight(claims, moment, kinds)
+        if not moment.over:
+            self._advice(claims, moment, kinds)
+        return tuple(claims)
+
+    @abstractmethod
+    def _basics(self, truth: Any) -> tuple[Claim, ...]:
+        """Goal, meaning of the actions, syntax of the answer."""
+
+    @abstractmethod
+    def _practice(self, truth: Any) -> tuple[Claim, ...]:
+        """Hindsight on some actions that were tried out."""
+
+    @abstractmethod
+    def _solution(self, truth: Any) -> tuple[Claim, ...]:
+        """Enough to infer an optimal policy."""
+
+    @abstractmethod
+    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        """Append the wanted hp and hn claims about an executed action."""
+
+    @abstractmethod
+    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        """Append the wanted fp and fn claims about the next action."""
+
+    def values(self, truth: Any) -> tuple[float, ...] | None:
+        """Value per discrete action, greater is better; None where actions cannot be enumerated."""
+        return None
+
+    @abstractmethod
+    def importance(self, truth: Any) -> float:
+        """How much is at stake in the next action: the best value less the worst, at most `max_importance`."""
+
+    @abstractmethod
+    def plan(self, truth: Any, n: int) -> tuple[Any, ...]:
+        """At most `n` actions of an optimal policy from here on."""
+
+    def regret(self, moment: Moment) -> float:
+        """Value lost by the executed action against the best one; an action that was not executed loses all."""
+        values = self.values(moment.after if moment.before is None else moment.before)
+        if values is None:
+            raise TypeError(f"{type(self).__name__} gives no values; it must implement regret(moment)")
+        return max(values) - (min(values) if moment.before is None else values[moment.action])
+
+    def distort(self, claim: Claim, moment: Moment, rng: np.random.Generator) -> Claim | None:
+        """A false claim in place of `claim`, checked to be false; None if there is no plausible one."""
+        false = [c for c in claim.counterparts(moment, self.lab) if not c.holds(moment, self.lab)]
+        return false[rng.integers(len(false))] if false else None
+
+
+@lru_cache(maxsize=4096)
+def _reward(reward: float) -> Reward:
+    return Reward(reward=reward)
+
+
+@cache
+def claims_of(module: str) -> tuple[type[Claim], ...]:
+    """The concrete claim classes that a module defines, in its order."""
+    return tuple(
+        value
+        for value in vars(sys.modules[module]).values()
+        if isinstance(value, type) and issubclass(value, Claim) and value.__module__ == module
+    )

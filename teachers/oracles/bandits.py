@@ -1,0 +1,213 @@
+"""The bandits' oracle: it knows what each arm pays on average."""
+
+from collections.abc import Sequence, Set
+
+import numpy as np
+
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
+from teachers.oracle import Oracle
+from worlds.bandits import Truth
+from worlds.world import World
+
+
+@claim
+class Goal(Claim):
+    """True if this is how many arms there are, and pulling one pays a reward of its own distribution."""
+
+    arms: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Count the actions that the world accepts."""
+        return self.arms == lab.action_space.n
+
+
+@claim
+class Answer(Claim):
+    """True if the numbers from 0 to `last` are the arms."""
+
+    last: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Offer the world this number and the next."""
+        return lab.action_space.contains(self.last) and not lab.action_space.contains(self.last + 1)
+
+
+@claim
+class TriedBest(Claim):
+    """True if no arm pays more on average than `action`, which pays `mean` on average (to 3 decimals)."""
+
+    kind = HP
+    action: int
+    mean: float
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Multiply chance and payout of each arm."""
+        return _is_best(moment.after, self.action) and _pays(moment.after, self.action, self.mean)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (TriedPoor(action=self.action, mean=self.mean),)
+
+
+@claim
+class TriedPoor(Claim):
+    """True if some arm pays more on average than `action`, which pays `mean` on average (to 3 decimals)."""
+
+    kind = HN
+    action: int
+    mean: float
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Multiply chance and payout of each arm."""
+        return not _is_best(moment.after, self.action) and _pays(moment.after, self.action, self.mean)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (TriedBest(action=self.action, mean=self.mean),)
+
+
+@claim
+class Solution(Claim):
+    """True if no arm pays more on average than `action`."""
+
+    action: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Pull it and ask whether that was a success."""
+        return _succeeds(moment.after, self.action, lab)
+
+
+@claim
+class PulledBest(Claim):
+    """True if the arm that was pulled is a best one; tied arms are all best."""
+
+    kind = HP
+    action: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Multiply chance and payout of each arm."""
+        return moment.before is not None and moment.action == self.action and _is_best(moment.before, self.action)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (PulledPoor(action=self.action),)
+
+
+@claim
+class PulledPoor(Claim):
+    """True if some arm pays more on average than the one that was pulled."""
+
+    kind = HN
+    action: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Multiply chance and payout of each arm."""
+        return moment.before is not None and moment.action == self.action and not _is_best(moment.before, self.action)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (PulledBest(action=self.action),)
+
+
+@claim
+class Pull(Claim):
+    """True if no arm pays more on average than `action`."""
+
+    kind = FP
+    action: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Pull it and ask whether that was a success."""
+        return _succeeds(moment.after, self.action, lab)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Recommend another arm."""
+        return tuple(Pull(action=arm) for arm in range(lab.action_space.n) if arm != self.action)
+
+
+@claim
+class Avoid(Claim):
+    """True if some arm pays more on average than `action`."""
+
+    kind = FN
+    action: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Pull it and ask whether that was a success."""
+        return not _succeeds(moment.after, self.action, lab)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Warn of another arm."""
+        return tuple(Avoid(action=arm) for arm in range(lab.action_space.n) if arm != self.action)
+
+
+def _succeeds(truth: Truth, arm: int, lab: World) -> bool:
+    lab.restore(truth)
+    return lab.step(arm)[4]["success"]
+
+
+def _expected(truth: Truth, arm: int) -> float:
+    return truth.chances[arm] * truth.payouts[arm]
+
+
+def _is_best(truth: Truth, arm: int) -> bool:
+    return all(_expected(truth, arm) >= _expected(truth, other) for other in range(len(truth.chances)))
+
+
+def _pays(truth: Truth, arm: int, mean: float) -> bool:
+    return abs(_expected(truth, arm) - mean) <= 5.1e-4
+
+
+_TRIES = 2
+
+
+class BanditOracle(Oracle):
+    """Judges pulls by the arm's expected reward, which is also its value."""
+
+    max_importance = 200.0
+
+    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+        """Sort the arms into best and poor ones, and make the claims about each once."""
+        super().start(truth, rng)
+        self._best = truth.best
+        self._poor = tuple(arm for arm in range(len(truth.means)) if arm not in self._best)
+        self._pulled = tuple(
+            PulledBest(action=arm) if arm in self._best else PulledPoor(action=arm) for arm in range(len(truth.means))
+        )
+        self._pull = Pull(action=self._best[0])
+        self._avoid = tuple(Avoid(action=arm) for arm in self._poor)
+
+    def _basics(self, truth: Truth) -> tuple[Claim, ...]:
+        arms = len(truth.means)
+        return Goal(arms=arms), Answer(last=arms - 1)
+
+    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+        """Poor arms with what they pay on average; one of them at most where there are two."""
+        tries = self.rng.permutation(self._poor)[:_TRIES].tolist()
+        return tuple(TriedPoor(action=arm, mean=round(truth.means[arm], 3)) for arm in tries)
+
+    def _solution(self, truth: Truth) -> tuple[Claim, ...]:
+        return (Solution(action=self._best[0]),)
+
+    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        verdict = self._pulled[moment.action]
+        if verdict.kind in kinds:
+            claims.append(verdict)
+
+    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        if FP in kinds:
+            claims.append(self._pull)
+        if FN in kinds and self._avoid:
+            claims.append(self._avoid[moment.turn % len(self._avoid)])
+
+    def values(self, truth: Truth) -> tuple[float, ...]:
+        """Expected reward per arm."""
+        return truth.means
+
+    def importance(self, truth: Truth) -> float:
+        """Best expected reward less the worst."""
+        return max(truth.means) - min(truth.means)
+
+    def plan(self, truth: Truth, n: int) -> tuple[int, ...]:
+        """A best arm, again and again."""
+        return (truth.best[0],) * n

@@ -1,0 +1,1 @@
+"""One personality a module, named as in spec strings."""

@@ -1,0 +1,151 @@
+"""Personalities: what becomes of an oracle's claims before they are said.
+
+A personality is a frozen dataclass in a module of its name under `teachers/personalities/`; its fields
+are its parameters. Its nested class `Stage` holds one episode's state. Personalities compose left to
+right with `|`, and are written as strings that round-trip: `mistake(eps=0.1) | delayed(turns=2)`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from teachers import personalities
+from teachers.atoms import Claim, FeedbackType, Moment
+from teachers.common import Late
+from teachers.oracle import Oracle
+from teachers.spec import Catalogue, Spec
+
+
+class View:
+    """What a personality may look at when it speaks. It sees no template and no family."""
+
+    def __init__(self, oracle: Oracle, kinds: frozenset[FeedbackType], words: Callable[[Claim], float]) -> None:
+        self._oracle = oracle
+        self._moments: list[Moment] = []
+        self.kinds = kinds
+        """The kinds of feedback that are wanted; others are withheld whatever a personality says."""
+        self.words = words
+        """The number of words that saying a claim takes, on average over its paraphrases."""
+
+    def see(self, moment: Moment) -> None:
+        """Take note of the next moment."""
+        self._moments.append(moment)
+
+    @property
+    def moment(self) -> Moment:
+        """The moment to speak of."""
+        return self._moments[-1]
+
+    @property
+    def turn(self) -> int:
+        """The number of turns that the student has had."""
+        return self.moment.turn
+
+    def values(self) -> tuple[float, ...] | None:
+        """Value per discrete action now; None where actions cannot be enumerated."""
+        return self._oracle.values(self.moment.after)
+
+    def importance(self) -> float:
+        """What is at stake in the next action."""
+        return self._oracle.importance(self.moment.after)
+
+    def plan(self, n: int) -> tuple[Any, ...]:
+        """At most `n` actions of an optimal policy from here on."""
+        return self._oracle.plan(self.moment.after, n)
+
+    def distort(self, claim: Claim, rng: np.random.Generator) -> Claim | None:
+        """A claim that is false of the same turn; None if there is no plausible one."""
+        if isinstance(claim, Late):
+            false = self._oracle.distort(claim.claim, self._moments[claim.turn], rng)
+            return false and Late(claim=false, turn=claim.turn)
+        return self._oracle.distort(claim, self.moment, rng)
+
+
+class Stage(ABC):
+    """One personality in one episode."""
+
+    def __init__(self, spec: Any, rng: np.random.Generator) -> None:
+        self.spec = spec
+        """The personality, for its parameters."""
+        self.rng = rng
+        """A random stream of its own."""
+        self.begin()
+
+    def begin(self) -> None:
+        """Set up what is to be remembered within the episode."""
+
+    @abstractmethod
+    def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
+        """What to say, given what the oracle, or the stage before, would say. Called once a turn."""
+
+
+class Personality(Spec):
+    """Base of all personalities: a frozen value that starts a `Stage` for each episode."""
+
+    Stage: ClassVar[type[Stage]]
+
+    def start(self, rng: np.random.Generator) -> Stage:
+        """The stage for one episode."""
+        return self.Stage(self, rng)
+
+    @property
+    def transparent(self) -> bool:
+        """Whether it passes every claim on as it is, so that it need not be asked."""
+        return False
+
+    def __or__(self, after: "Personality") -> "Pipeline":
+        return Pipeline((*_stages(self), *_stages(after)))
+
+
+class PipelineStage(Stage):
+    """Stages in a row, each with a random stream of its own."""
+
+    def begin(self) -> None:
+        """Start every stage."""
+        stages = self.spec.stages
+        self._stages = [stage.start(rng) for stage, rng in zip(stages, self.rng.spawn(len(stages)), strict=True)]
+
+    def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
+        """Pass the claims through."""
+        for stage in self._stages:
+            claims = tuple(stage.speak(claims, view))
+        return claims
+
+
+@dataclass(frozen=True)
+class Pipeline(Personality):
+    """Personalities that are asked from left to right."""
+
+    stages: tuple[Personality, ...]
+    Stage = PipelineStage
+
+    @property
+    def transparent(self) -> bool:
+        """Whether every stage is."""
+        return all(stage.transparent for stage in self.stages)
+
+    def __str__(self) -> str:
+        return " | ".join(map(str, self.stages))
+
+
+def _stages(personality: Personality) -> tuple[Personality, ...]:
+    return personality.stages if isinstance(personality, Pipeline) else (personality,)
+
+
+PERSONALITIES = Catalogue("personality", Personality, personalities)
+"""Every personality by its name."""
+
+
+def parse_personality(spec: str | Personality) -> Personality:
+    """The personality that a spec string describes.
+
+    Raises:
+        ValueError: an unknown name or parameter, or bad syntax; the message says what is allowed.
+    """
+    if isinstance(spec, Personality):
+        return spec
+    stages = PERSONALITIES.parse(spec)
+    return stages[0] if len(stages) == 1 else Pipeline(stages)

@@ -1,0 +1,255 @@
+"""Voices: claims put into words. The words are data, in `phrases/<family>.toml`."""
+
+import dataclasses
+import re
+import string
+import tomllib
+from collections.abc import Callable, Sequence
+from functools import cache
+from importlib import resources
+from operator import attrgetter
+from typing import Any, get_origin
+
+import numpy as np
+
+from teachers.atoms import Atom, Claim, Utterance
+from teachers.common import Late
+from teachers.oracle import claims_of
+
+LEAST, MOST = 4, 20
+"""Number of paraphrases that a claim must have."""
+Paraphrase = str | int | Callable[..., str]
+"""`"random"`, the index of a paraphrase (modulo their number), or a function `(templates, **slots) -> str`."""
+
+_SPEC = re.compile(r"\.\d+[efg]|d")
+_TEXT = "text"  # the slot of Late's phrases that takes the sentence which comes late
+
+
+class Template:
+    """One paraphrase, compiled to a %-pattern, which is twice as fast as `str.format`."""
+
+    __slots__ = ("pattern", "source", "values")
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        parts, fields = [], []
+        for literal, field, spec, conversion in string.Formatter().parse(source):
+            parts.append(literal.replace("%", "%%"))
+            if field is not None:
+                parts.append(f"%{spec or conversion or 's'}")
+                fields.append(field)
+        self.pattern = "".join(parts)
+        self.values: Callable[[Any], Any] = attrgetter(*fields) if fields else _no_values
+
+    def format(self, claim: Any) -> str:
+        """The sentence for a claim."""
+        return self.pattern % self.values(claim)
+
+
+def _no_values(claim: Any) -> tuple[()]:
+    return ()
+
+
+def slots(template: str) -> set[str]:
+    """The names of a template's slots.
+
+    Raises:
+        ValueError: the braces do not match, or a slot has a format that is not allowed.
+    """
+    names = set()
+    for _, field, spec, conversion in string.Formatter().parse(template):
+        if field is None:
+            continue
+        if (spec and (conversion or not _SPEC.fullmatch(spec))) or conversion not in (None, "r"):
+            raise ValueError(f"slot {field!r} has a bad format; allowed: none, !r, or such as :.3f, :.4g, :d")
+        names.add(field)
+    return names
+
+
+class Phrasebook:
+    """A voice: for every claim class its paraphrases, which all say exactly the same.
+
+    Args:
+        phrases: per claim class name the templates; slots are the claim's fields, but for tuples, with format specs.
+        claims: the classes that it must know, and no others.
+        source: where the phrases come from, for error messages.
+
+    Raises:
+        ValueError: one error that lists every claim without phrases, phrase without claim, unknown slot,
+            slot that some paraphrases leave out, duplicate, and number of paraphrases outside 4 to 20.
+    """
+
+    def __init__(self, phrases: dict[str, list[str]], claims: Sequence[type[Claim]], source: str) -> None:
+        problems = list(_problems(phrases, claims))
+        if problems:
+            raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
+        self._templates: dict[type[Claim], tuple[Template, ...]] = {
+            cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims
+        }
+
+    def __or__(self, other: "Phrasebook") -> "Phrasebook":
+        """Both together."""
+        both = object.__new__(Phrasebook)
+        both._templates = self._templates | other._templates
+        return both
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Phrasebook":
+        return self  # immutable
+
+    def templates(self, cls: type[Claim]) -> tuple[str, ...]:
+        """The paraphrases of a claim class."""
+        return tuple(template.source for template in self._templates[cls])
+
+    def items(self) -> list[tuple[type[Claim], tuple[str, ...]]]:
+        """Every claim class with its paraphrases."""
+        return [(cls, self.templates(cls)) for cls in self._templates]
+
+    def words(self, claim: Claim) -> float:
+        """Words that saying the claim takes, on average over its paraphrases."""
+        templates = self._templates[type(claim)]
+        return sum(len(template.format(claim).split()) for template in templates) / len(templates)
+
+    def say(self, claims: Sequence[Claim], turn: int, draws: "Draws", paraphrase: Paraphrase) -> Utterance:
+        """Put claims into words, with one draw a claim whether it is used or not."""
+        atoms = []
+        texts = []
+        choose = paraphrase == "random"
+        for claim, draw in zip(claims, draws.take(len(claims)), strict=True):
+            cls = claim.__class__
+            about = turn
+            if choose and cls is not Late:
+                templates = self._templates[cls]
+                template = templates[int(draw * len(templates))]
+                text = template.pattern % template.values(claim)
+            elif cls is Late:
+                about, said = claim.turn, claim.claim
+                # The frame gets other digits of the draw than the sentence within it.
+                text = self._word(claim, draw * 1009 % 1, paraphrase, self._word(said, draw, paraphrase))
+                claim = said
+            else:
+                text = self._word(claim, draw, paraphrase)
+            texts.append(text)
+            atoms.append(_new_atom(Atom, (claim, text, about)))
+        utterance = _new_text(Utterance, " ".join(texts))
+        utterance.atoms = tuple(atoms)
+        return utterance
+
+    def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase, late: str | None = None) -> str:
+        templates = self._templates[type(claim)]
+        if paraphrase == "random":
+            template = templates[int(draw * len(templates))]
+        elif callable(paraphrase):
+            values = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+            if late is not None:
+                values[_TEXT] = late
+            return str(paraphrase([t.source for t in templates], **values))
+        else:
+            template = templates[int(paraphrase) % len(templates)]
+        return template.format(claim) if late is None else template.source.format(turn=claim.turn, text=late)  # type: ignore[attr-defined]
+
+
+class Draws:
+    """Uniform random numbers from a generator, drawn many at a time."""
+
+    _BULK = 256
+
+    def __init__(self, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self._left: list[float] = []
+
+    def take(self, n: int) -> list[float]:
+        """The next `n` numbers in [0, 1)."""
+        left = self._left
+        if len(left) < n:
+            left += self._rng.random(self._BULK + n).tolist()
+        taken = left[-n:] if n else []
+        del left[len(left) - n :]
+        return taken
+
+
+_new_atom = tuple.__new__
+_new_text = str.__new__
+
+
+def check_paraphrase(paraphrase: Paraphrase) -> Paraphrase:
+    """The argument itself.
+
+    Raises:
+        ValueError: it is none of the three forms.
+    """
+    if (
+        paraphrase == "random"
+        or callable(paraphrase)
+        or (isinstance(paraphrase, int) and not isinstance(paraphrase, bool))
+    ):
+        return paraphrase
+    raise ValueError(
+        f"paraphrase must be 'random', an integer or a callable (templates, **slots) -> str, got {paraphrase!r}"
+    )
+
+
+def _fields(cls: type[Claim]) -> set[str]:
+    """The fields that can stand in a slot: those with a single value."""
+    if cls is Late:
+        return {"turn", _TEXT}
+    return {field.name for field in dataclasses.fields(cls) if get_origin(field.type) is not tuple}  # type: ignore[arg-type]
+
+
+def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> Any:
+    names = {cls.__name__ for cls in claims}
+    yield from (f"{name}: there is no claim of this name" for name in phrases if name not in names)
+    seen: dict[str, str] = {}
+    for cls in claims:
+        name, fields = cls.__name__, _fields(cls)
+        templates = phrases.get(name)
+        if templates is None:
+            yield f"{name}: has no phrases"
+            continue
+        if not isinstance(templates, list) or not all(isinstance(template, str) for template in templates):
+            yield f"{name}: must be a list of strings"
+            continue
+        if not LEAST <= len(templates) <= MOST:
+            yield f"{name}: has {len(templates)} paraphrases; allowed: {LEAST} to {MOST}"
+        used = []
+        for template in templates:
+            try:
+                used.append(slots(template))
+            except ValueError as error:
+                yield f"{name}: {template!r}: {error}"
+                continue
+            for slot in sorted(used[-1] - fields):
+                yield f"{name}: {template!r} has a slot {slot!r}; allowed: {', '.join(sorted(fields)) or 'none'}"
+            if template in seen:
+                yield f"{name}: {template!r} stands under {seen[template]} already"
+            seen[template] = name
+        for template, has in zip(templates, used, strict=False):
+            for slot in sorted(set().union(*used) - has):
+                yield f"{name}: {template!r} leaves out {slot!r}, which other paraphrases say"
+
+
+VOICES = ("plain",)
+
+
+@cache
+def _load(package: str, name: str, module: str, voice: str) -> Phrasebook:
+    path = resources.files(package).joinpath(f"{name}.toml")
+    phrases = tomllib.loads(path.read_text(encoding="utf-8"))
+    return Phrasebook(phrases.get(voice, {}), claims_of(module), f"{name}.toml [{voice}]")
+
+
+def load_phrasebook(family: str, module: str, voice: str = "plain") -> Phrasebook:
+    """The phrases of a family together with the common ones.
+
+    Args:
+        family: basename of the TOML file in `teachers/phrases`.
+        module: name of the module that defines the family's claims.
+        voice: the tone, a table of the file.
+
+    Raises:
+        ValueError: unknown voice, or the file is not in order.
+    """
+    if voice not in VOICES:
+        raise ValueError(f"unknown voice {voice!r}; allowed: {', '.join(VOICES)}")
+    return _load("teachers.phrases", family, module, voice) | _load(
+        "teachers.phrases", "common", "teachers.common", voice
+    )

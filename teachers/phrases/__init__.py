@@ -1,0 +1,1 @@
+"""One file of phrases a family, named after its world."""

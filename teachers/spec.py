@@ -1,0 +1,125 @@
+"""Spec strings such as `mistake(eps=0.1) | delayed(turns=2)`: frozen values that are written as text."""
+
+import ast
+import dataclasses
+import difflib
+import importlib
+import pkgutil
+from functools import cached_property
+from types import ModuleType
+from typing import Any
+
+
+class Spec:
+    """A frozen dataclass that is named like its module; `str` gives its spec string."""
+
+    @property
+    def name(self) -> str:
+        """The name by which spec strings call it."""
+        return type(self).__module__.rpartition(".")[2]
+
+    def __str__(self) -> str:
+        given = [
+            f"{field.name}={getattr(self, field.name)!r}"
+            for field in dataclasses.fields(self)
+            if getattr(self, field.name) != field.default
+        ]
+        return f"{self.name}({', '.join(given)})" if given else self.name
+
+
+class Catalogue:
+    """The specs of one base class, one in each module of a package.
+
+    Args:
+        what: what an entry is called in error messages.
+        base: the base class of the entries.
+        package: the package that holds a module for each entry.
+    """
+
+    def __init__(self, what: str, base: type[Spec], package: ModuleType) -> None:
+        self._what, self._base, self._package = what, base, package
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Every name, sorted."""
+        return tuple(sorted(module.name for module in pkgutil.iter_modules(self._package.__path__)))
+
+    def __getitem__(self, name: str) -> type[Spec]:
+        """The class of a name.
+
+        Raises:
+            ValueError: there is none of that name.
+        """
+        if name not in self.names:
+            raise ValueError(unknown(self._what, name, self.names))
+        module = importlib.import_module(f"{self._package.__name__}.{name}")
+        found = [
+            value
+            for value in vars(module).values()
+            if isinstance(value, type) and issubclass(value, self._base) and value.__module__ == module.__name__
+        ]
+        if len(found) != 1:
+            raise ValueError(f"{module.__name__} must define one {self._base.__name__}, it defines {len(found)}")
+        return found[0]
+
+    def parse(self, text: str) -> tuple[Any, ...]:
+        """The specs that a string names, separated by `|`.
+
+        Raises:
+            ValueError: the text is no such string, or a name, a parameter or a value is not allowed.
+        """
+        try:
+            node = ast.parse(text.strip(), mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError, AttributeError):
+            raise self._error(text) from None
+        parts: list[ast.expr] = []
+        while isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):
+            parts.append(node.right)
+            node = node.left
+        return tuple(self._one(part, text) for part in reversed([*parts, node]))
+
+    def _one(self, node: ast.expr, text: str) -> Spec:
+        call = node if isinstance(node, ast.Call) else ast.Call(func=node, args=[], keywords=[])
+        if not isinstance(call.func, ast.Name) or call.args or any(keyword.arg is None for keyword in call.keywords):
+            raise self._error(text)
+        try:
+            values = {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
+        except (ValueError, RecursionError, MemoryError):
+            raise self._error(text) from None
+        cls = self[call.func.id]
+        allowed = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+        for key in values:
+            if key not in allowed:
+                options = ", ".join(allowed) or "none"
+                raise ValueError(f"{self._what} {call.func.id!r} has no parameter {key!r}; allowed: {options}")
+        try:
+            return cls(**values)
+        except TypeError as error:
+            raise ValueError(f"{self._what} {text!r}: {error}") from None
+
+    def _error(self, text: Any) -> ValueError:
+        return ValueError(
+            f"bad {self._what} spec {text!r}; expected names with keyword arguments, such as "
+            f"`name` or `name(key=value)`, separated by `|`; names: {', '.join(self.names)}"
+        )
+
+
+def unknown(what: str, got: str, allowed: Any) -> str:
+    """The message for a name that is not among the allowed ones, with the nearest of them."""
+    allowed = tuple(allowed)
+    near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(near)}? " if near else ""
+    listing = ", ".join(allowed) if len(allowed) <= 40 else f"{', '.join(allowed[:40])}, ..."
+    return f"unknown {what} {got!r}; {hint}allowed: {listing}"
+
+
+def check_range(name: str, value: Any, low: float, high: float, kind: type = float) -> None:
+    """Check a parameter.
+
+    Raises:
+        ValueError: the value is not a number of the kind, or outside `[low, high]`.
+    """
+    allowed = (int,) if kind is int else (int, float)
+    if isinstance(value, bool) or not isinstance(value, allowed) or not low <= value <= high:
+        noun = "an integer" if kind is int else "a number"
+        raise ValueError(f"{name} must be {noun} from {low} to {high}, got {value!r}")

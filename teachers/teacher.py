@@ -1,0 +1,135 @@
+"""The teacher: an oracle, a personality and a voice."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from teachers.atoms import SILENCE, Claim, Moment, ParseFailure, Utterance
+from teachers.common import NotUnderstood
+from teachers.feedback import MIXED, draw_kinds, format_kinds, parse_kinds
+from teachers.oracle import Oracle
+from teachers.personality import Personality, View, parse_personality
+from teachers.phrasebook import Draws, Paraphrase, Phrasebook, check_paraphrase
+
+_RAISES = "instruction type {!r} is not supported; allowed: {}"
+
+
+class Teacher:
+    """Watches a student, states claims and words them. The only place where atoms are made.
+
+    It fits the teacher's seat: `reset(rng)`, then `act(observation, info)` with the privileged `moment`
+    in the info.
+
+    Args:
+        oracle: knows the truth.
+        voice: knows the words.
+        personality: a spec string such as `mistake(eps=0.1) | delayed(turns=2)`, or a `Personality`.
+        instruction_type: `b`, `p` or `c`.
+        feedback_type: `a`, `n`, `m`, or kinds as `"r+hp"`, a set, a list or a tuple. It bounds what any
+            personality may say: it is applied last.
+        paraphrase: `"random"`, an integer or a callable `(templates, **slots) -> str`.
+
+    Raises:
+        ValueError: an argument is not supported.
+    """
+
+    def __init__(
+        self,
+        oracle: Oracle,
+        voice: Phrasebook,
+        personality: str | Personality = "oracle",
+        *,
+        instruction_type: str = "b",
+        feedback_type: str | Iterable[str] = "a",
+        paraphrase: Paraphrase = "random",
+    ) -> None:
+        self.oracle = oracle
+        self.voice = voice
+        self.personality = parse_personality(personality)
+        self.paraphrase = paraphrase
+        self.instruction_type = instruction_type
+        self.feedback_type = feedback_type
+
+    @property
+    def instruction_type(self) -> str:
+        """`b`, `p` or `c`; takes effect at the next reset."""
+        return self._instruction_type
+
+    @instruction_type.setter
+    def instruction_type(self, value: str) -> None:
+        if value not in self.oracle.instruction_types:
+            raise ValueError(_RAISES.format(value, ", ".join(self.oracle.instruction_types)))
+        self._instruction_type = value
+
+    @property
+    def feedback_type(self) -> str:
+        """The bound on what is said, as text."""
+        return self._feedback_type
+
+    @feedback_type.setter
+    def feedback_type(self, value: str | Iterable[str]) -> None:
+        self._kinds = parse_kinds(value)
+        self._feedback_type = format_kinds(value)
+        self._mixed = self._feedback_type == MIXED
+
+    @property
+    def paraphrase(self) -> Paraphrase:
+        """How a paraphrase is chosen."""
+        return self._paraphrase
+
+    @paraphrase.setter
+    def paraphrase(self, value: Paraphrase) -> None:
+        self._paraphrase = check_paraphrase(value)
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode, with a random stream each for oracle, personality, mixing and voice."""
+        oracle, personality, mixing, voice = rng.bit_generator.seed_seq.spawn(4)  # type: ignore[attr-defined]
+        generator = np.random.default_rng
+        self._oracle_rng = generator(oracle)
+        self._draws = Draws(generator(voice))
+        self._mix_rng = generator(mixing) if self._mixed else None
+        transparent = self.personality.transparent
+        self._view = None if transparent else View(self.oracle, self._kinds, self.voice.words)
+        self._stage = None if transparent else self.personality.start(generator(personality))
+
+    def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
+        """Speak in the teacher's seat."""
+        return self.speak(info["moment"])
+
+    def speak(self, moment: Moment) -> Utterance:
+        """All that is said in one turn.
+
+        At the opening the instruction comes first, then advice for the first action; after a text that
+        is no action a notice of what was expected.
+        """
+        if moment.before is not None:
+            return self.say(self.judge(moment), moment.turn)
+        return self.say(self.notice(moment) + self.judge(moment), moment.turn)
+
+    def open(self, moment: Moment) -> Utterance:
+        """The instruction alone."""
+        return self.say(self.notice(moment), moment.turn)
+
+    def notice(self, moment: Moment) -> tuple[Claim, ...]:
+        """What is said whatever the personality: the instruction, or that a text was no action."""
+        action = moment.action
+        if action is None:
+            self.oracle.start(moment.after, self._oracle_rng)
+            return self.oracle.brief(moment.after, self._instruction_type)
+        if type(action) is ParseFailure:
+            return (NotUnderstood(got=action.got, expected=action.expected),)
+        return ()
+
+    def judge(self, moment: Moment) -> tuple[Claim, ...]:
+        """The claims of this turn after personality and bound. Call it once a turn."""
+        kinds = draw_kinds(self._kinds, self._mix_rng) if self._mixed else self._kinds
+        if self._stage is None:
+            return self.oracle.judge(moment, kinds) if kinds else ()
+        self._view.see(moment)
+        said = self._stage.speak(self.oracle.judge(moment, kinds), self._view)
+        return tuple(claim for claim in said if claim.kind in kinds)
+
+    def say(self, claims: tuple[Claim, ...], turn: int) -> Utterance:
+        """Put claims into words."""
+        return self.voice.say(claims, turn, self._draws, self._paraphrase) if claims else SILENCE

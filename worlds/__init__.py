@@ -1,0 +1,1 @@
+"""Raw simulators: numbers, state and reward. They know no language, no teacher and no agent."""

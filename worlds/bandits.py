@@ -1,0 +1,115 @@
+"""Multi-armed bandits: the eight problems of gym-bandits, with their arms in an order of each episode's own."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+
+from worlds.world import World, illegal
+
+
+class Truth(NamedTuple):
+    """The arms of an episode, in the order of their numbers."""
+
+    chances: tuple[float, ...]
+    """Probability that an arm pays at all, 0 to 1."""
+    payouts: tuple[float, ...]
+    """Mean of what an arm pays when it pays."""
+    spread: float
+    """Standard deviation of what an arm pays when it pays."""
+    means: tuple[float, ...]
+    """Expected reward of each arm."""
+
+    @property
+    def best(self) -> tuple[int, ...]:
+        """The arms of greatest expected reward; tied arms are all best."""
+        greatest = max(self.means)
+        return tuple(arm for arm, mean in enumerate(self.means) if mean == greatest)
+
+
+def _paying(chances: np.ndarray, payouts: np.ndarray, spread: float = 0.0) -> Truth:
+    return Truth(tuple(chances.tolist()), tuple(payouts.tolist()), spread, tuple((chances * payouts).tolist()))
+
+
+def _fixed(*chances: float) -> Callable[[np.random.Generator], Truth]:
+    return lambda rng: _paying(rng.permutation(chances), np.ones(len(chances)))
+
+
+PROBLEMS: dict[str, Callable[[np.random.Generator], Truth]] = {
+    "TenArmedGaussian": lambda rng: _paying(np.ones(10), rng.standard_normal(10), 1.0),
+    "TenArmedRandomFixed": lambda rng: _paying(rng.random(10), np.ones(10)),
+    "TenArmedRandomRandom": lambda rng: _paying(rng.random(10), rng.random(10)),
+    "TenArmedUniformDistributedReward": lambda rng: _paying(np.ones(10), rng.random(10)),
+    "TwoArmedDeterministicFixed": _fixed(1.0, 0.0),
+    "TwoArmedHighHighFixed": _fixed(0.8, 0.9),
+    "TwoArmedHighLowFixed": _fixed(0.8, 0.2),
+    "TwoArmedLowLowFixed": _fixed(0.1, 0.2),
+}
+"""Per problem how reset draws its arms; independent draws need no shuffling."""
+
+
+class Bandit(World):
+    """Arms that pay at random, asked again and again without a state.
+
+    Observation: Discrete(1), always 0. Action: Discrete(number of arms), the arm to pull.
+    Reward: what the arm pays. Success: the pulled arm is a best one. Nothing terminates.
+
+    Args:
+        problem: a key of `PROBLEMS`.
+    """
+
+    reward_range = (-100.0, 100.0)
+
+    def __init__(self, problem: str = "TenArmedRandomFixed", *, render_mode: str | None = None) -> None:
+        super().__init__(render_mode=render_mode, problem=problem)
+        if problem not in PROBLEMS:
+            raise ValueError(f"problem {problem!r} is unknown; allowed: {', '.join(PROBLEMS)}")
+        self.arms = len(PROBLEMS[problem](np.random.default_rng(0)).means)
+        self.observation_space = spaces.Discrete(1)
+        self.action_space = spaces.Discrete(self.arms)
+        self.action_syntax = f"the number of an arm, 0 to {self.arms - 1}"
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
+        """Draw the arms."""
+        super().reset(seed=seed)
+        self._load(PROBLEMS[self.options["problem"]](self.np_random))
+        return 0, {"success": False}
+
+    @property
+    def truth(self) -> Truth:
+        """The arms."""
+        return self._truth
+
+    def legal(self, action: Any) -> int:
+        """The arm as a Python integer."""
+        # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
+        if not (type(action) is int and 0 <= action < self.arms) and not self.action_space.contains(action):
+            raise illegal(action, self.action_syntax)
+        return int(action)
+
+    def advance(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
+        """Pull an arm: one uniform draw and, where payouts spread, a normal one."""
+        chances, payouts, spread, _ = self._truth
+        reward = 0.0
+        if self.np_random.random() < chances[action]:
+            reward = payouts[action]
+            if spread:
+                low, high = self.reward_range
+                reward = min(max(reward + spread * float(self.np_random.standard_normal()), low), high)
+        return 0, reward, False, False, {"success": action in self._best}
+
+    def describe(self, observation: int) -> str:
+        """Nothing: a bandit has no state to see."""
+        return ""
+
+    def sample_action(self, rng: np.random.Generator) -> int:
+        """A uniform arm."""
+        return int(rng.integers(self.arms))
+
+    def _load(self, truth: Truth) -> None:
+        self._truth = truth
+        self._best = frozenset(truth.best)
+
+    def _observe(self) -> int:
+        return 0

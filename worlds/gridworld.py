@@ -1,0 +1,260 @@
+"""Gridworld: find the treasure in a house of rooms that lie on a grid.
+
+Each room has at most four doors, one a side. The layout is planar and has cycles, so that several
+shortest paths can lead to the treasure.
+"""
+
+from collections.abc import Sequence
+from enum import IntEnum
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import networkx as nx
+import numpy as np
+from gymnasium import spaces
+
+from worlds.world import World, illegal
+
+
+class Direction(IntEnum):
+    """The four actions, numbered as in LLF-Bench; formatted as their names."""
+
+    NORTH = 0
+    EAST = 1
+    WEST = 2
+    SOUTH = 3
+
+    def __str__(self) -> str:
+        return _NAMES[self]
+
+    def __format__(self, spec: str) -> str:
+        return _NAMES[self]
+
+
+_PLAIN = (int, Direction)
+_NAMES = ("north", "east", "west", "south")
+DIRECTIONS = tuple(Direction)
+_OFFSETS = ((0, 1), (1, 0), (-1, 0), (0, -1))
+ROOM_TYPES = ("attic", "bathroom", "bedroom", "cellar", "hall", "kitchen", "library")
+OBJECTS = ("clock", "lamp", "mirror", "plant", "vase")
+NO_DOOR = -1
+_ATTEMPTS = 200
+
+
+class Layout(NamedTuple):
+    """The fixed part of an episode; shared by reference between snapshots."""
+
+    doors: tuple[tuple[int, int, int, int], ...]
+    """Per room and direction the room behind the door, or -1."""
+    names: tuple[str, ...]
+    """Per room its unique name, such as `kitchen-2`."""
+    objects: tuple[tuple[str, ...], ...]
+    """Per room what lies in it, the treasure not included."""
+    treasure: int
+    """The room with the treasure."""
+
+
+class Truth(NamedTuple):
+    """Where the agent is in which house."""
+
+    room: int
+    found: bool
+    """Whether the treasure has been reached in this episode."""
+    layout: Layout
+
+
+class Gridworld(World):
+    """A house of rooms with one treasure.
+
+    Observation: Dict of `room` (Discrete(num_rooms)), `doors` (MultiBinary(4): north, east, west, south)
+    and `objects` (MultiBinary(6): clock, lamp, mirror, plant, vase, treasure), what lies in the room.
+    Action: Discrete(4), a `Direction`; a move without a door leaves the agent where it is.
+    Reward: 1 on first reaching the treasure, else 0. Success stays true from then on; nothing terminates.
+
+    Args:
+        num_rooms: rooms in the house, at least 2.
+        num_objects: objects that are strewn about, at least 0.
+        min_goal_dist: least number of moves from the start to the treasure, 1 to `num_rooms - 1`.
+    """
+
+    reward_range = (0.0, 1.0)
+    action_words = MappingProxyType(dict(zip(_NAMES, DIRECTIONS, strict=True)))
+    action_syntax = "one of north, east, west, south, or its number (0, 1, 2, 3)"
+
+    def __init__(
+        self, num_rooms: int = 20, num_objects: int = 10, min_goal_dist: int = 4, *, render_mode: str | None = None
+    ) -> None:
+        super().__init__(
+            render_mode=render_mode, num_rooms=num_rooms, num_objects=num_objects, min_goal_dist=min_goal_dist
+        )
+        for name, value, least, most in (
+            ("num_rooms", num_rooms, 2, 10_000),
+            ("num_objects", num_objects, 0, 100_000),
+            ("min_goal_dist", min_goal_dist, 1, num_rooms - 1),
+        ):
+            if not isinstance(value, int) or not least <= value <= most:
+                raise ValueError(f"{name} must be an integer from {least} to {most}, got {value!r}")
+        self.observation_space = spaces.Dict(
+            {
+                "room": spaces.Discrete(num_rooms),
+                "doors": spaces.MultiBinary(len(DIRECTIONS)),
+                "objects": spaces.MultiBinary(len(OBJECTS) + 1),
+            }
+        )
+        self.action_space = spaces.Discrete(len(DIRECTIONS))
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Draw a new house, start and treasure."""
+        super().reset(seed=seed)
+        room, layout = self._draw(self.np_random)
+        self._load(Truth(room, False, layout))
+        return self._observe(), {"success": False}
+
+    @property
+    def truth(self) -> Truth:
+        """The room, whether the treasure was found, and the house."""
+        return Truth(self._room, self._found, self._layout)
+
+    def legal(self, action: Any) -> Direction:
+        """The action as a `Direction`."""
+        # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
+        if not (type(action) in _PLAIN and 0 <= action < 4) and not self.action_space.contains(action):
+            raise illegal(action, "0 north, 1 east, 2 west, 3 south")
+        return DIRECTIONS[action]
+
+    def advance(self, action: Direction) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Walk through a door, if there is one."""
+        behind = self._doors[self._room][action]
+        if behind != NO_DOOR:
+            self._room = behind
+        first = not self._found and self._room == self._treasure
+        if first:
+            self._found = True
+        return self._observe(), 1.0 if first else 0.0, False, False, {"success": self._found}
+
+    def describe(self, observation: dict[str, Any]) -> str:
+        """Name the room, what lies there and the rooms behind its doors."""
+        room = int(observation["room"])
+        names = self._layout.names
+        things = [
+            name for name, here in zip((*OBJECTS, "treasure"), observation["objects"].tolist(), strict=True) if here
+        ]
+        exits = [
+            f"{direction}: {names[self._doors[room][direction]]}"
+            for direction, door in zip(DIRECTIONS, observation["doors"].tolist(), strict=True)
+            if door
+        ]
+        lines = (f"Room: {names[room]}", f"Objects: {', '.join(things) or 'none'}", f"Doors: {', '.join(exits)}")
+        return "\n".join(lines)
+
+    def sample_action(self, rng: np.random.Generator) -> Direction:
+        """A uniform direction."""
+        return DIRECTIONS[rng.integers(len(DIRECTIONS))]
+
+    def _load(self, truth: Truth) -> None:
+        self._room, self._found, layout = truth
+        if layout is not getattr(self, "_layout", None):
+            self._layout = layout
+            self._doors, self._treasure = layout.doors, layout.treasure
+            self._door_masks = (np.array(layout.doors) != NO_DOOR).view(np.int8)
+            self._object_masks = np.zeros((len(layout.doors), len(OBJECTS) + 1), np.int8)
+            self._object_masks[layout.treasure, -1] = 1
+            for room, things in enumerate(layout.objects):
+                for thing in things:
+                    self._object_masks[room, OBJECTS.index(thing)] = 1
+
+    def _observe(self) -> dict[str, Any]:
+        room = self._room
+        return {"room": room, "doors": self._door_masks[room].copy(), "objects": self._object_masks[room].copy()}
+
+    def _draw(self, rng: np.random.Generator) -> tuple[int, Layout]:
+        """A start room and a house whose treasure is at least `min_goal_dist` moves away from it."""
+        rooms, least = self.options["num_rooms"], self.options["min_goal_dist"]
+        for attempt in range(_ATTEMPTS + 1):
+            # A house that is too compact is drawn again; a corridor is the last resort for extreme distances.
+            doors = _house(rooms, rng) if attempt < _ATTEMPTS else _corridor(rooms)
+            start = int(rng.integers(rooms)) if attempt < _ATTEMPTS else 0
+            reach = nx.single_source_shortest_path_length(graph_of(doors), start)
+            far = sorted(room for room, steps in reach.items() if steps >= least)
+            if far:
+                break
+        treasure = far[rng.integers(len(far))]
+        return start, _furnish(doors, treasure, self.options["num_objects"], rng)
+
+
+_Doors = list[list[int]]  # per room and direction the room behind the door, or NO_DOOR
+
+
+def graph_of(doors: Sequence[Sequence[int]]) -> nx.Graph:
+    """The house as a graph: rooms are nodes, doors are edges."""
+    graph = nx.empty_graph(len(doors))
+    graph.add_edges_from((room, behind) for room, row in enumerate(doors) for behind in row if behind > room)
+    return graph
+
+
+def _house(rooms: int, rng: np.random.Generator) -> _Doors:
+    """Grow rooms on a grid, each beside an earlier one, then open about half of the other shared walls."""
+    cells = [(0, 0)]
+    index = {(0, 0): 0}
+    doors = [[NO_DOOR] * len(DIRECTIONS) for _ in range(rooms)]
+    while len(cells) < rooms:
+        # Draws in bulk: a scalar draw costs as much as a hundred of these.
+        for draw in rng.random(2 * rooms).tolist():
+            place = draw * 4
+            side = int(place)
+            room = int((place - side) * len(cells))
+            cell = _beside(cells[room], side)
+            if cell not in index:
+                index[cell] = len(cells)
+                _open(doors, room, side, len(cells))
+                cells.append(cell)
+                if len(cells) == rooms:
+                    break
+    walls = [
+        (room, side, index[_beside(cell, side)])
+        for room, cell in enumerate(cells)
+        for side in (Direction.NORTH, Direction.EAST)
+        if doors[room][side] == NO_DOOR and _beside(cell, side) in index
+    ]
+    draws = rng.random(len(walls)).tolist()
+    for wall, draw in zip(walls, draws, strict=True):
+        if draw < 0.5 or draw == min(draws):  # at least one, so that there is a cycle
+            _open(doors, *wall)
+    return doors
+
+
+def _corridor(rooms: int) -> _Doors:
+    doors = [[NO_DOOR] * len(DIRECTIONS) for _ in range(rooms)]
+    for room in range(rooms - 1):
+        _open(doors, room, Direction.EAST, room + 1)
+    return doors
+
+
+def _beside(cell: tuple[int, int], side: int) -> tuple[int, int]:
+    right, up = _OFFSETS[side]
+    return cell[0] + right, cell[1] + up
+
+
+def _open(doors: _Doors, room: int, side: int, behind: int) -> None:
+    doors[room][side] = behind
+    doors[behind][3 - side] = room  # opposite directions add up to 3
+
+
+def _furnish(doors: _Doors, treasure: int, num_objects: int, rng: np.random.Generator) -> Layout:
+    """Name the rooms and strew the objects."""
+    rooms = len(doors)
+    draws = rng.random(rooms + 2 * num_objects).tolist()
+    count = dict.fromkeys(ROOM_TYPES, 0)
+    names = []
+    for draw in draws[:rooms]:
+        kind = ROOM_TYPES[int(draw * len(ROOM_TYPES))]
+        count[kind] += 1
+        names.append(f"{kind}-{count[kind]}")
+    things: list[set[str]] = [set() for _ in range(rooms)]
+    for place, kind in zip(draws[rooms::2], draws[rooms + 1 :: 2], strict=True):
+        things[int(place * rooms)].add(OBJECTS[int(kind * len(OBJECTS))])
+    return Layout(
+        tuple(tuple(row) for row in doors), tuple(names), tuple(tuple(sorted(here)) for here in things), treasure
+    )

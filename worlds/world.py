@@ -1,0 +1,109 @@
+"""The interface of every world: a Gymnasium environment whose state can be seen, saved and restored."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, ClassVar, NamedTuple
+
+import gymnasium
+import numpy as np
+
+
+class Snapshot(NamedTuple):
+    """All that determines a world's future."""
+
+    truth: Any
+    """The world's `truth` at the time of saving."""
+    random_state: dict[str, Any]
+    """State of the world's NumPy bit generator."""
+
+
+class World(gymnasium.Env):
+    """A simulator with native spaces, for oracles to look into and for labs to replay.
+
+    `step` is `advance(legal(action))`. A family implements `legal`, which either returns the action in
+    its canonical form or raises without touching the state, and `advance`, which is the simulation.
+    An episode's length is not the world's business: the seats of `pz_envs` truncate.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["ansi"]}
+    reward_range: tuple[float, float]
+    """Least and greatest reward of one step."""
+    action_words: Mapping[str, Any] = MappingProxyType({})
+    """Lower-case words that name an action in text mode, each with its action."""
+    action_syntax: str
+    """What an answer in text mode has to look like, to complete "the answer must be ..."."""
+    failure_reward: float = 0.0
+    """Reward of a turn in which the student's text was no action; the world did not step."""
+    options: dict[str, Any]
+    """Keyword arguments that construct an equal world."""
+
+    def __init__(self, *, render_mode: str | None = None, **options: Any) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            allowed = ", ".join(self.metadata["render_modes"])
+            raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, {allowed}")
+        self.render_mode = render_mode
+        self.options = options
+
+    @property
+    @abstractmethod
+    def truth(self) -> Any:
+        """An immutable snapshot of the whole state but for the random stream, comparable with `==`."""
+
+    @abstractmethod
+    def legal(self, action: Any) -> Any:
+        """The action in canonical form.
+
+        Raises:
+            ValueError: the action is outside the action space; the state is unchanged.
+        """
+
+    @abstractmethod
+    def advance(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Apply a legal action; return Gymnasium's five-tuple, with `success` (bool) in the info."""
+
+    @abstractmethod
+    def describe(self, observation: Any) -> str:
+        """The canonical plain-text rendering of an observation."""
+
+    @abstractmethod
+    def sample_action(self, rng: np.random.Generator) -> Any:
+        """A random legal action that an untaught student might try."""
+
+    @abstractmethod
+    def _load(self, truth: Any) -> None:
+        """Take over the state that a `truth` holds."""
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Check and apply an action; see `legal` and `advance`."""
+        return self.advance(self.legal(action))
+
+    def save(self) -> Snapshot:
+        """The exact state, random stream included."""
+        return Snapshot(self.truth, self.np_random.bit_generator.state)
+
+    def restore(self, state: Any) -> None:
+        """Return to a saved state; a bare `truth` leaves the world's own random stream as it is."""
+        if isinstance(state, Snapshot):
+            self.np_random.bit_generator.state = state.random_state
+            state = state.truth
+        self._load(state)
+
+    def scratch(self) -> "World":
+        """A new world of the same class and options, for experiments on the side. Restore before use."""
+        return type(self)(**self.options)
+
+    @abstractmethod
+    def _observe(self) -> Any:
+        """The current observation."""
+
+    def render(self) -> str | None:
+        """The current observation as text, when `render_mode="ansi"`."""
+        return self.describe(self._observe()) if self.render_mode == "ansi" else None
+
+
+def illegal(action: Any, allowed: str) -> ValueError:
+    """The error for an action outside the action space."""
+    got = repr(action)
+    got = got if len(got) <= 80 else got[:77] + "..."
+    return ValueError(f"action {got} is not in the action space; allowed: {allowed}; the state is unchanged")
