@@ -98,10 +98,11 @@ def steps() -> Table:
 
 def seats() -> Table:
     """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe."""
-    from pettingzoo.classic import tictactoe_v3
-
     runs = {
-        "tictactoe_v3": _turns(tictactoe_v3.raw_env(), lambda observation, _: int(observation["action_mask"].argmax()))
+        "tictactoe-v3": _turns(
+            pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped,
+            lambda observation, _: int(observation["action_mask"].argmax()),
+        )
     }
     for family in all_families():
         name = family.showcase[0]
@@ -110,7 +111,7 @@ def seats() -> Table:
     seconds = _measure(runs)
     table = Table("raw_env", "turns/s", "of tictactoe's", title='Seats, speech="kinds"', title_justify="left")
     for name, each in seconds.items():
-        table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe_v3'] / each:.2f}")
+        table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe-v3'] / each:.2f}")
     return table
 
 

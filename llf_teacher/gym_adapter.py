@@ -22,8 +22,8 @@ class _Flat(gymnasium.Env):
 
     metadata = {"render_modes": ["ansi", "human"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
 
-    def __init__(self, seat: str, id: str, max_turns: int | None, render_mode: str | None, **settings: Any) -> None:
-        _, self.family, options = entry(id)
+    def __init__(self, seat: str, env_id: str, max_turns: int | None, render_mode: str | None, **settings: Any) -> None:
+        _, self.family, options = entry(env_id)
         self.aec = self.family.raw_env(max_cycles=max_turns, render_mode=render_mode, **{**options, **settings})
         self.render_mode = render_mode
         self.action_space = self.aec.action_space(seat)
@@ -70,7 +70,7 @@ class StudentEnv(_Flat):
     action; the privileged `moment` with `privileged_info=True`.
 
     Args:
-        id: an id of `llf_teacher.ids()`.
+        env_id: an id of `llf_teacher.ids()`.
         teacher, instruction_type, feedback_type, voice, paraphrase, visual: see `llf_teacher.make`.
         text: text in, text out: the observation is three strings, and so is the action.
         max_turns: turns after which the episode is truncated; None: the family's.
@@ -84,7 +84,7 @@ class StudentEnv(_Flat):
 
     def __init__(
         self,
-        id: str,
+        env_id: str,
         *,
         teacher: str | Personality | Any = "oracle",
         instruction_type: str = "b",
@@ -99,8 +99,8 @@ class StudentEnv(_Flat):
         **options: Any,
     ) -> None:
         if visual:
-            raise ValueError(f"visual=True is not supported by {id}: its world has no images; allowed: False")
-        super().__init__(STUDENT, id, max_turns, render_mode, text=text, **options)
+            raise ValueError(f"visual=True is not supported by {env_id}: its world has no images; allowed: False")
+        super().__init__(STUDENT, env_id, max_turns, render_mode, text=text, **options)
         if isinstance(teacher, str | Personality):
             teacher = self.family.make_teacher(
                 self.aec.world,
@@ -170,7 +170,7 @@ class TeacherEnv(_Flat):
     A step is the teacher's turn and the student's next one. The reward is the sum of both.
 
     Args:
-        id: an id of `llf_teacher.ids()`.
+        env_id: an id of `llf_teacher.ids()`.
         student: a spec string, a `Student`, or a policy with `reset(rng)` and `act(observation, info)`.
         speech: `kinds` or `message`.
         max_turns: turns after which the episode is truncated; None: the family's.
@@ -183,7 +183,7 @@ class TeacherEnv(_Flat):
 
     def __init__(
         self,
-        id: str,
+        env_id: str,
         *,
         student: str | Student | Any = "obedient",
         speech: str = "kinds",
@@ -191,7 +191,7 @@ class TeacherEnv(_Flat):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
-        super().__init__(TEACHER, id, max_turns, render_mode, speech=speech, **options)
+        super().__init__(TEACHER, env_id, max_turns, render_mode, speech=speech, **options)
         self.observation_space = self.aec.observation_space(TEACHER)
         if isinstance(student, str | Student):
             student = parse_student(student).seat(self.family, self.aec.world)

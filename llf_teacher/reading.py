@@ -46,11 +46,12 @@ class Reader:
             if frame:
                 about, at = int(frame["turn"]), frame.end()
                 continue
-            for cls, sentence in self._sentences:
-                if found := sentence.match(text, at):
-                    yield Heard(cls, found.groupdict(), about)
-                    at = found.end()
-                    break
+            # Where several patterns fit, those that take in more than one sentence are longer.
+            fitting = [(cls, found) for cls, sentence in self._sentences if (found := sentence.match(text, at))]
+            if fitting:
+                cls, found = min(fitting, key=lambda each: each[1].end())
+                yield Heard(cls, found.groupdict(), about)
+                at = found.end()
             else:
                 end = _SENTENCE_END.search(text, at)
                 at = end.end() if end else len(text)

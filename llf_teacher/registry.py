@@ -67,7 +67,7 @@ def register_all() -> None:
             gymnasium.register(
                 name,
                 entry_point="llf_teacher.gym_adapter:StudentEnv",
-                kwargs={"id": id},
+                kwargs={"env_id": id},
                 order_enforce=False,
                 disable_env_checker=True,
             )

@@ -36,7 +36,7 @@ class Family:
     oracle: str
     """Name of the oracle's class."""
     environments: Mapping[str, Mapping[str, Any]]
-    """Per environment, named with its version as in `gridworld-v0`, the world's options."""
+    """Per environment, named with its version as in `name-v0`, the world's options."""
     showcase: tuple[str, ...]
     """The environments that stand for the family in the quickstart study."""
     max_cycles: int

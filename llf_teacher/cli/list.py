@@ -5,6 +5,7 @@ from typing import Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 
@@ -17,20 +18,23 @@ def list_() -> None:
     """List environments, teacher personalities and students."""
     from llf_teacher.registry import entries, supported_types
     from llf_teacher.student import STUDENTS
+    from pz_envs.family import all_families
     from teachers.personality import PERSONALITIES
 
-    console = Console()
-    table = Table(
-        "environment", "family", "turns", "instructions", "feedback", title="Environments", title_justify="left"
-    )
-    for id, family, _ in entries().values():
-        instructions, feedback = supported_types(id)
-        table.add_row(id, family.name, str(family.max_cycles), " ".join(instructions), " ".join(feedback))
-    console.print(table)
+    console = Console(highlight=False)
+    console.print("[bold]Environments[/]")
+    for family in all_families():
+        ids = [id for id, its_family, _ in entries().values() if its_family is family]
+        instructions, feedback = (" ".join(types) for types in supported_types(ids[0]))
+        console.print(f"\n[bold]{family.name}[/]: {family.summary}")
+        console.print(f"  {family.max_cycles} turns, instructions {instructions}, feedback {feedback}")
+        for id in ids:
+            console.print(f"  [cyan]{id}[/]", soft_wrap=True)
     for title, catalogue in (("Teacher personalities", PERSONALITIES), ("Students", STUDENTS)):
-        table = Table("spec", "what it does", title=title, title_justify="left")
+        table = Table(box=None, show_header=False, padding=(0, 2, 0, 2))
         for name in catalogue.names:
             cls: Any = catalogue[name]
             parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
-            table.add_row(f"{name}({parameters})" if parameters else name, (cls.__doc__ or "").partition("\n")[0])
-        console.print(table)
+            spec = f"{name}({parameters})" if parameters else name
+            table.add_row(f"[cyan]{escape(spec)}[/]", (cls.__doc__ or "").partition("\n")[0])
+        console.print(f"\n[bold]{title}[/]", table, sep="\n")

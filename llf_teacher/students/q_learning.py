@@ -17,6 +17,8 @@ class QLearning(Student):
     """Discount factor, 0 to 1."""
     optimism: float = 1.0
     """Initial value of every action."""
+    forget: bool = True
+    """Whether each episode starts with an empty table, as it should where each is another world."""
     reads = "reward"
 
     def __post_init__(self) -> None:
@@ -28,8 +30,9 @@ class QLearning(Student):
         """A table of values per state."""
 
         def begin(self) -> None:
-            """Start with an empty table: the next episode is another world."""
-            self._values: dict[Any, list[float]] = {}
+            """Start with an empty table, or with what is known."""
+            if self.spec.forget or not hasattr(self, "_values"):
+                self._values: dict[Any, list[float]] = {}
             self._last: tuple[list[float], int] | None = None
 
         def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:

@@ -1,0 +1,5 @@
+"""`python -m llf_teacher` is `llf`."""
+
+from llf_teacher.cli import main
+
+main()

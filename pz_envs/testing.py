@@ -1,0 +1,161 @@
+"""A conformance kit for seats. For your own family, run `check_seats(my_env)` with its `env` or `raw_env`.
+
+PettingZoo's own checkers come first; then what they cannot know. Each check takes a factory of AEC environments that
+accepts the arguments of `pz_envs.family.Family.raw_env`.
+"""
+
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+from pettingzoo import AECEnv
+from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
+from pettingzoo.utils.conversions import turn_based_aec_to_parallel
+
+from pz_envs.tutoring import SPEECHES, STUDENT, SUBSETS, TEACHER
+from worlds.testing import plain, require
+
+Make = Callable[..., AECEnv]
+_ALLOWED = (  # what PettingZoo's checkers say of seats that see text
+    "Observation is not a NumPy array",
+    "(Observation|Action) space for each agent probably should be gymnasium.spaces.box or gymnasium.spaces.discrete",
+    "Agents have different observation space sizes",
+)
+
+
+def check_seats(make: Make) -> None:
+    """Run every check."""
+    for check in CHECKS:
+        check(make)
+
+
+@contextmanager
+def expected_warnings() -> Iterator[None]:
+    """Allow the three warnings that seats with text get from PettingZoo's checkers, and no other."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for message in _ALLOWED:
+            warnings.filterwarnings("ignore", message=message)
+        yield
+
+
+def check_pettingzoo(make: Make) -> None:
+    """PettingZoo's four checkers with both forms of speech, with and without text."""
+    for speech, text in product(SPEECHES, (False, True)):
+
+        def aec(speech: str = speech, text: bool = text) -> AECEnv:
+            return make(speech=speech, text=text)
+
+        def parallel(aec: Make = aec) -> Any:
+            return turn_based_aec_to_parallel(aec())
+
+        with expected_warnings():
+            api_test(aec(), num_cycles=60, verbose_progress=False)
+            seed_test(aec, num_cycles=40)
+            parallel_api_test(parallel(), num_cycles=40)
+            parallel_seed_test(parallel, num_cycles=40)
+
+
+def check_turns(make: Make) -> None:
+    """The teacher opens and has the last word; the horizon counts the student's turns; both seats end together."""
+    env = make(speech="kinds", max_cycles=3)
+    env.reset(seed=0)
+    order = []
+    for agent in env.agent_iter():
+        _, _, terminated, truncated, _ = env.last()
+        order.append((agent, terminated or truncated))
+        env.step(None if terminated or truncated else _act(env, agent))
+    alive = [agent for agent, dead in order if not dead]
+    require(alive[0] == alive[-1] == TEACHER, f"the teacher does not have the first and the last word: {alive}")
+    require(alive.count(STUDENT) <= 3, f"the student had {alive.count(STUDENT)} turns of 3")
+    require(all(a != b for a, b in pairwise(alive)), f"the seats do not alternate: {alive}")
+    require([agent for agent, dead in order if dead] == [STUDENT, TEACHER], f"the seats do not end together: {order}")
+
+
+def check_silence(make: Make) -> None:
+    """Saying nothing is always legal and gives the student no feedback; a true kind is said if asked for."""
+    env = make(speech="kinds", cost=0.5)
+    env.reset(seed=0)
+    for turn in range(12):
+        observation, _, terminated, truncated, _ = env.last()
+        if terminated or truncated:
+            break
+        if env.agent_selection == TEACHER:
+            mask, available = observation["action_mask"], observation["available"]
+            require(mask[0] == 1, "silence is not legal")
+            kinds = int(sum(int(bit) << i for i, bit in enumerate(available)))
+            require(mask[kinds] == 1, "saying all that is true is not legal")
+            said = kinds if turn % 4 == 0 else 0
+            env.step(said)
+            feedback = env.observe(STUDENT)["feedback"]
+            require(bool(feedback) == bool(said), f"asked to say {said:05b}, the teacher said {feedback!r}")
+            spoken = [atom for atom in getattr(feedback, "atoms", ()) if atom.kind is not None]
+            require(env.rewards[TEACHER] == -0.5 * len(spoken), "the teacher does not pay the cost of each atom")
+        else:
+            env.step(_act(env, STUDENT))
+
+
+def check_privilege(make: Make) -> None:
+    """Only the teacher's info has the moment; the student sees neither it nor the reward."""
+    env = make(speech="kinds")
+    env.reset(seed=0)
+    for _ in range(6):
+        _, _, terminated, truncated, info = env.last()
+        if terminated or truncated:
+            break
+        if env.agent_selection == STUDENT:
+            require("moment" not in info and "reward" not in info, f"the student's info has {sorted(info)}")
+            require(set(env.observe(STUDENT)) == {"state", "instruction", "feedback"}, "the student observes too much")
+        else:
+            require("moment" in info, "the teacher's info lacks the moment")
+        env.step(_act(env, env.agent_selection))
+
+
+def check_parse_failure(make: Make) -> None:
+    """A text that is no action costs a turn, is answered, and leaves the world as it is."""
+    env = make(speech="kinds", text=True, max_cycles=2)
+    env.reset(seed=0)
+    env.step(0)
+    world = env.unwrapped.world
+    before = plain(world.save())
+    env.step("\x00 __import__('os') \x07")
+    require(plain(world.save()) == before, "the world went on")
+    require(env.observe(STUDENT)["feedback"] == "", "the teacher spoke before its turn")
+    env.step(0)
+    require("parse_failure" in env.infos[STUDENT], "the info does not tell of the parse failure")
+    require(env.observe(STUDENT)["feedback"] != "", "the student is not told what was expected")
+    env.step("\x00")
+    env.step(0)
+    require(env.truncations[STUDENT], "turns that do not parse do not count")
+
+
+def check_budget(make: Make) -> None:
+    """A budget is kept exactly."""
+    env = make(speech="kinds", budget=5, max_cycles=10)
+    env.reset(seed=1)
+    spent = 0
+    while env.agents:
+        _, _, terminated, truncated, _ = env.last()
+        if terminated or truncated:
+            env.step(None)
+        elif env.agent_selection == TEACHER:
+            env.step(SUBSETS - 1)
+            spent += sum(atom.kind is not None for atom in env.observe(STUDENT)["feedback"].atoms)
+        else:
+            env.step(_act(env, STUDENT))
+    require(spent == 5, f"the teacher said {spent} atoms with a budget of 5")
+
+
+def _act(env: AECEnv, agent: str) -> Any:
+    if agent == TEACHER:
+        return SUBSETS - 1
+    return env.unwrapped.world.sample_action(np.random.default_rng(0))
+
+
+CHECKS: tuple[Callable[[Make], None], ...] = tuple(
+    value for name, value in list(globals().items()) if name.startswith("check_") and name != "check_seats"
+)
+"""Every check of the seats."""

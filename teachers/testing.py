@@ -1,0 +1,178 @@
+"""A conformance kit for oracles and their phrases. For your own family, run `check_oracle(Pupil(...))`.
+
+Each check takes a `Pupil`, which plays random actions under the oracle's eyes, and raises an AssertionError that says
+what is wrong.
+"""
+
+import dataclasses
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from teachers.atoms import KINDS, Atom, Claim, Moment
+from teachers.oracle import Oracle
+from teachers.teacher import Teacher
+from worlds.testing import plain, require
+from worlds.world import World
+
+
+@dataclass(frozen=True)
+class Pupil:
+    """A world with the means to teach it."""
+
+    make_world: Callable[[], World]
+    make_teacher: Callable[..., Teacher]
+    """Takes a world and the keyword arguments of `Teacher`."""
+    max_turns: int = 20
+    turns: int = 100
+    """Turns that a check plays."""
+
+    def moments(self, world: World, seed: int = 0) -> Iterator[Moment]:
+        """Random play, episode after episode; each opens with an opening moment."""
+        rng = np.random.default_rng(seed)
+        played = 0
+        while played < self.turns:
+            world.reset(seed=int(rng.integers(2**31)))
+            moment = Moment(None, None, 0.0, world.truth, False, 0, False)
+            yield moment
+            for turn in range(1, self.max_turns + 1):
+                before, action = world.truth, world.legal(world.sample_action(rng))
+                _, reward, terminated, truncated, info = world.advance(action)
+                over = terminated or truncated or turn == self.max_turns
+                yield Moment(before, action, reward, world.truth, info["success"], turn, over)
+                played += 1
+                if over or played == self.turns:
+                    break
+
+    def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World]]:
+        """All that a teacher says of random play, each atom with the moment that it is about and a lab."""
+        world = self.make_world()
+        lab = world.scratch()
+        teacher = self.make_teacher(world, **settings)
+        rng = np.random.default_rng(seed)
+        history: list[Moment] = []
+        for moment in self.moments(world, seed):
+            if moment.turn == 0:
+                teacher.reset(rng.spawn(1)[0])
+                history = []
+            history.append(moment)
+            for atom in teacher.speak(moment).atoms:
+                yield atom, history[atom.about_turn], lab
+
+    def judged(self, seed: int = 0) -> Iterator[tuple[Oracle, Moment]]:
+        """An oracle that has started its episode, and a moment of it."""
+        world = self.make_world()
+        oracle = self.make_teacher(world).oracle
+        for moment in self.moments(world, seed):
+            if moment.turn == 0:
+                oracle.start(moment.after, np.random.default_rng(seed))
+            yield oracle, moment
+
+
+def check_oracle(pupil: Pupil) -> None:
+    """Run every check."""
+    for check in CHECKS:
+        check(pupil)
+
+
+def check_honesty(pupil: Pupil) -> None:
+    """All that is said without a distorting personality holds."""
+    for instruction_type in pupil.make_teacher(pupil.make_world()).oracle.instruction_types:
+        for atom, moment, lab in pupil.atoms(instruction_type=instruction_type):
+            require(atom.claim.holds(moment, lab), f"{atom.claim} does not hold of {moment}")
+
+
+def check_distortion(pupil: Pupil) -> None:
+    """A distorted claim is false, and there is one for every kind of feedback."""
+    rng = np.random.default_rng(0)
+    lab = pupil.make_world().scratch()
+    distorted = set()
+    for oracle, moment in pupil.judged():
+        for claim in oracle.judge(moment):
+            false = oracle.distort(claim, moment, rng)
+            if false is not None:
+                require(not false.holds(moment, lab), f"{false}, distorted from {claim}, holds of {moment}")
+                distorted.add(claim.kind)
+    require(distorted == set(KINDS), f"no false counterpart was found for {set(KINDS) - distorted}")
+
+
+def check_kinds(pupil: Pupil) -> None:
+    """All five kinds occur, in speaking order; asking for fewer gives just those of the same claims."""
+    seen = set()
+    order = list(KINDS).index
+    for oracle, moment in pupil.judged():
+        claims = oracle.judge(moment)
+        kinds = [claim.kind for claim in claims]
+        require(kinds == sorted(kinds, key=order), f"kinds {kinds} are not in speaking order")
+        seen.update(kinds)
+        for kind in KINDS:
+            wanted = tuple(claim for claim in claims if claim.kind == kind)
+            got = oracle.judge(moment, frozenset((kind,)))
+            require(got == wanted, f"asked for {kind}, the oracle says {got} instead of {wanted}")
+    require(seen == set(KINDS), f"{set(KINDS) - seen} never occur in {pupil.turns} random turns")
+
+
+def check_no_meddling(pupil: Pupil) -> None:
+    """Judging leaves the taught world as it is."""
+    world = pupil.make_world()
+    oracle = pupil.make_teacher(world, instruction_type="p").oracle
+    for moment in pupil.moments(world):
+        before = plain(world.save())
+        if moment.turn == 0:
+            oracle.start(moment.after, np.random.default_rng(0))
+            oracle.brief(moment.after, "p")
+            oracle.brief(moment.after, "c")
+        oracle.judge(moment)
+        oracle.importance(moment.after)
+        oracle.plan(moment.after, 3)
+        require(plain(world.save()) == before, f"the oracle changed the world while judging {moment}")
+
+
+def check_claims(pupil: Pupil) -> None:
+    """Claims are hashable values whose fields JSON can hold; an action that they name is legal and canonical."""
+    world = pupil.make_world()
+    for instruction_type in "pc":
+        for atom, _, _ in pupil.atoms(instruction_type=instruction_type):
+            claim: Claim = atom.claim
+            hash(claim)
+            fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+            json.dumps(fields)
+            if "action" in fields:
+                action = fields["action"]
+                require(plain(world.legal(action)) == plain(action), f"the action of {claim} is not canonical")
+
+
+def check_plans(pupil: Pupil) -> None:
+    """Following the plan has no regret; importance lies between 0 and `max_importance`; regret is never negative."""
+    world = pupil.make_world()
+    oracle = pupil.make_teacher(world).oracle
+    for seed in range(10):
+        world.reset(seed=seed)
+        oracle.start(world.truth, np.random.default_rng(seed))
+        for turn, action in enumerate(oracle.plan(world.truth, pupil.max_turns), 1):
+            before = world.truth
+            _, reward, _, _, info = world.advance(world.legal(action))
+            moment = Moment(before, action, reward, world.truth, info["success"], turn, False)
+            require(
+                abs(oracle.regret(moment)) < 1e-9, f"the plan's action has regret {oracle.regret(moment)}: {moment}"
+            )
+    for oracle, moment in pupil.judged():
+        importance = oracle.importance(moment.after)
+        require(0 <= importance <= oracle.max_importance, f"importance {importance} exceeds {oracle.max_importance}")
+        if moment.before is not None:
+            require(oracle.regret(moment) >= 0, f"negative regret {oracle.regret(moment)}: {moment}")
+
+
+def check_determinism(pupil: Pupil) -> None:
+    """The same seeds give the same words."""
+    first, again = ([atom.text for atom, _, _ in pupil.atoms(instruction_type="p")] for _ in range(2))
+    require(first == again, "two teachers with the same seed say different things")
+
+
+CHECKS: tuple[Callable[[Pupil], None], ...] = tuple(
+    value for name, value in list(globals().items()) if name.startswith("check_") and name != "check_oracle"
+)
+"""Every check of an oracle."""

@@ -1,0 +1,108 @@
+"""Every environment of the registry passes the kits that ship with the packages."""
+
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import llf_teacher
+from llf_teacher.registry import PREFIX, entries
+from pz_envs import testing as seat_kit
+from pz_envs.family import all_families
+from teachers import testing as teacher_kit
+from teachers.personality import PERSONALITIES
+from worlds import testing as world_kit
+
+ENTRIES = list(entries().values())
+SHOWCASE = [entries()[PREFIX + family.showcase[0]] for family in all_families()]
+
+
+def name(value):
+    return getattr(value, "id", None) or getattr(value, "__name__", None)
+
+
+def pupil(entry, turns=1000):
+    family, options = entry.family, entry.options
+    return teacher_kit.Pupil(
+        lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles, turns=turns
+    )
+
+
+@pytest.mark.parametrize("check", world_kit.CHECKS, ids=name)
+@pytest.mark.parametrize("entry", ENTRIES, ids=name)
+def test_world(entry, check):
+    check(lambda: entry.family.make_world(**entry.options))
+
+
+@pytest.mark.parametrize("check", teacher_kit.CHECKS, ids=name)
+@pytest.mark.parametrize("entry", ENTRIES, ids=name)
+def test_oracle(entry, check):
+    check(pupil(entry, turns=1000 if entry in SHOWCASE else 250))
+
+
+@pytest.mark.parametrize("check", seat_kit.CHECKS, ids=name)
+@pytest.mark.parametrize("entry", ENTRIES, ids=name)
+def test_seats(entry, check):
+    check(lambda **settings: entry.family.env(**entry.options, **settings))
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=name)
+@pytest.mark.parametrize("text", [False, True])
+def test_gymnasium_check_env(entry, text):
+    check_env(llf_teacher.make(entry.id, text=text), skip_render_check=True)
+
+
+@pytest.mark.parametrize("entry", SHOWCASE, ids=name)
+@pytest.mark.parametrize("instruction_type", ["b", "p", "c"])
+@pytest.mark.parametrize("feedback_type", ["a", "n", "m", "r", "hp", "hn", "fp", "fn", "r+hp+hn", ["fp", "fn"]])
+@pytest.mark.parametrize("teacher", PERSONALITIES.names)
+def test_cross_of_options(entry, instruction_type, feedback_type, teacher):
+    env = llf_teacher.make(
+        entry.id, instruction_type=instruction_type, feedback_type=feedback_type, teacher=teacher, privileged_info=True
+    )
+    wanted = env.teacher._kinds | {None}
+    rng = np.random.default_rng(0)
+    lab = env.aec.world.scratch()
+    observation, info = env.reset(seed=0)
+    assert observation["instruction"]
+    said = [atom for atom in info["atoms"] if atom.text in observation["feedback"]]
+    moments = [info["moment"]]
+    done = False
+    while not done:
+        assert {atom.kind for atom in said} <= wanted
+        if teacher != "mistake":
+            assert all(atom.claim.holds(moments[atom.about_turn], lab) for atom in said)
+        observation, _, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
+        moments.append(info["moment"])
+        said = info["atoms"]
+        assert " ".join(atom.text for atom in said) == observation["feedback"]
+        done = terminated or truncated
+
+
+@pytest.mark.parametrize("entry", SHOWCASE, ids=name)
+def test_what_mistake_says_with_certainty_is_false(entry):
+    feedback = [
+        (atom, moment, lab)
+        for atom, moment, lab in pupil(entry).atoms(personality="mistake(eps=1)")
+        if atom.kind is not None
+    ]
+    assert len(feedback) > 1000
+    assert not [atom for atom, moment, lab in feedback if atom.claim.holds(moment, lab)]
+
+
+@pytest.mark.parametrize("entry", SHOWCASE, ids=name)
+@pytest.mark.parametrize("settings", [{"instruction_type": "p"}, {"personality": "mistake"}], ids=str)
+@pytest.mark.parametrize("paraphrase", ["random", 3, lambda templates, **slots: templates[-1].format(**slots)])
+def test_the_worlds_trace_does_not_depend_on_teacher_or_voice(entry, settings, paraphrase):
+    def trace(**settings):
+        teacher = settings.pop("personality", "oracle")
+        env = llf_teacher.make(entry.id, teacher=teacher, **settings)
+        env.reset(seed=5)
+        actions = world_kit.some_actions(env.aec.world, env.aec.max_cycles)
+        return [world_kit.plain((env.step(action)[1:4], env.aec.world.truth)) for action in actions]
+
+    assert trace(**settings, paraphrase=paraphrase) == trace()
+
+
+def test_ids_follow_llf_bench():
+    assert "llf-gridworld-v0" in llf_teacher.ids()
+    assert len(llf_teacher.ids()) == len(set(llf_teacher.ids())) == sum(len(f.environments) for f in all_families())

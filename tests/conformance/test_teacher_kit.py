@@ -1,0 +1,126 @@
+"""The kit for oracles accepts a good oracle, and each of its checks rejects a liar that the others let pass."""
+
+import pytest
+
+from pz_envs.family import all_families
+from teachers import testing as kit
+from teachers.atoms import FN, Claim, claim
+from teachers.common import Solved
+from teachers.oracles.bandits import BanditOracle, Pull
+from teachers.phrasebook import Phrasebook
+from teachers.teacher import Teacher
+
+(BANDITS,) = (family for family in all_families() if family.oracle == BanditOracle.__name__)
+
+
+def pupil(oracle):
+    def make_teacher(world, personality="oracle", **settings):
+        voice = BANDITS.make_teacher(world).voice | Phrasebook(
+            {Strange.__name__: [f"Strange {i}: {{action}}." for i in range(4)]}, [Strange], "test"
+        )
+        return Teacher(oracle(world.scratch), voice, personality, **settings)
+
+    return kit.Pupil(BANDITS.make_world, make_teacher, max_turns=BANDITS.max_cycles, turns=200)
+
+
+@claim
+class Strange(Claim):
+    """True always."""
+
+    kind = FN
+    action: float
+
+    def holds(self, moment, lab):
+        return True
+
+    def counterparts(self, moment, lab):
+        return (Solved(),) if not moment.success else ()
+
+
+class Misleader(BanditOracle):
+    """Recommends the worst arm."""
+
+    def start(self, truth, rng):
+        super().start(truth, rng)
+        self._pull = Pull(action=truth.means.index(min(truth.means)))
+
+
+class Incorrigible(BanditOracle):
+    """Distorts by telling the truth."""
+
+    def distort(self, claim, moment, rng):
+        return claim
+
+
+class Unordered(BanditOracle):
+    """Gives advice before hindsight."""
+
+    def judge(self, moment, kinds=frozenset()):
+        return tuple(reversed(super().judge(moment, kinds) if kinds else super().judge(moment)))
+
+
+class Meddler(BanditOracle):
+    """Pulls arms of the taught world."""
+
+    def start(self, truth, rng):
+        super().start(truth, rng)
+        world = self._scratch.__self__
+        if world.np_random_seed is not None and rng.bit_generator.state["has_uint32"] == 0:
+            world.np_random.random()
+
+
+class Confused(BanditOracle):
+    """Names an action that is none."""
+
+    def _advice(self, claims, moment, kinds):
+        super()._advice(claims, moment, kinds)
+        if FN in kinds:
+            claims.append(Strange(action=0.5))
+
+
+class Dreamer(BanditOracle):
+    """Plans what has regret."""
+
+    def plan(self, truth, n):
+        return (min(range(len(truth.means)), key=truth.means.__getitem__),) * n
+
+
+class Restless(BanditOracle):
+    """Says something else each time that it is asked anew."""
+
+    count = 0
+
+    def start(self, truth, rng):
+        super().start(truth, rng)
+        Restless.count += 1
+        self._avoid = self._avoid[Restless.count % 5 :] or self._avoid
+
+
+LIARS = {
+    kit.check_honesty: Misleader,
+    kit.check_distortion: Incorrigible,
+    kit.check_kinds: Unordered,
+    kit.check_no_meddling: Meddler,
+    kit.check_claims: Confused,
+    kit.check_plans: Dreamer,
+    kit.check_determinism: Restless,
+}
+
+
+def test_a_good_oracle_passes():
+    kit.check_oracle(pupil(BanditOracle))
+
+
+def test_every_check_has_a_liar():
+    assert set(LIARS) == set(kit.CHECKS)
+
+
+@pytest.mark.parametrize("liar", LIARS.values(), ids=lambda liar: liar.__name__)
+def test_a_liar_is_rejected_by_its_own_check_only(liar):
+    rejecting = []
+    for check in kit.CHECKS:
+        try:
+            check(pupil(liar))
+        except (AssertionError, ValueError):
+            rejecting.append(check)
+    assert [check.__name__ for check in rejecting] == [check.__name__ for check in LIARS if LIARS[check] is liar]

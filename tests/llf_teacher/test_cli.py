@@ -1,0 +1,95 @@
+"""The command line, as a user meets it."""
+
+import subprocess
+import sys
+
+import pytest
+
+import llf_teacher
+
+STUDY = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "silent"]
+students = ["obedient"]
+seeds = 2
+"""
+
+
+def llf(*arguments, cwd, text="", env=None):
+    command = [sys.executable, "-m", "llf_teacher", *arguments]
+    return subprocess.run(command, cwd=cwd, input=text, capture_output=True, text=True, check=False, env=env)
+
+
+def test_list(tmp_path):
+    result = llf("list", cwd=tmp_path)
+    assert result.returncode == 0
+    for id in llf_teacher.ids():
+        assert f"  {id}\n" in result.stdout
+    assert "mistake(eps=0.1)" in result.stdout
+    assert "text_only" in result.stdout
+
+
+def test_a_study_from_file_to_report(tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY)
+    result = llf("study", "run", "study.toml", "--store", "a.db", "--report", "a.html", "--workers", "1", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "Played 4 episodes" in result.stderr
+    assert "<svg" in (tmp_path / "a.html").read_text(encoding="utf-8")
+    again = llf("study", "run", "study.toml", "--store", "a.db", "--report", "a.html", cwd=tmp_path)
+    assert "Played 0 episodes" in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("study", "run", "none.toml"), "none.toml: "),
+        (("study", "run", "bad.toml"), "unknown personality 'orakle'; did you mean oracle"),
+        (("study", "run", "study.toml", "--store", "notes.db"), "cannot use notes.db as a store"),
+        (("study", "run", "study.toml", "--store", "none/s.db"), "cannot use none/s.db as a store"),
+        (("study", "run", "study.toml", "--report", "none/r.html"), "none"),
+        (("play", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
+        (("play", "llf-gridworld-v0", "--feedback-type", "q"), "feedback type 'q'"),
+        (("golden", "folder", "nothing"), "unknown environment 'nothing'"),
+    ],
+)
+def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
+    (tmp_path / "study.toml").write_text(STUDY)
+    (tmp_path / "bad.toml").write_text(STUDY.replace("oracle", "orakle"))
+    (tmp_path / "notes.db").write_text("not a database " * 100)
+    result = llf(*arguments, cwd=tmp_path)
+    assert result.returncode == 2
+    assert said in result.stderr
+    assert result.stderr.startswith("llf: ")
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "llf-study.db").exists()
+
+
+def test_play(tmp_path):
+    result = llf("play", "llf-gridworld-v0", "--seed", "0", "--max-turns", "2", cwd=tmp_path, text="up\nnorth\n")
+    assert result.returncode == 0, result.stderr
+    text = " ".join(result.stdout.split())
+    assert "north (0), east (1), west (2), south (3)" in text
+    assert "one of north, east, west, south" in text
+    assert "Over after 2 turns" in result.stdout
+
+
+def test_play_a_text_of_several_lines(tmp_path):
+    lines = "rain taps on the tin\nnobody answers the bell\none cup on the sill\n\n"
+    result = llf("play", "llf-poem-Haiku-v0", "--max-turns", "1", cwd=tmp_path, text=lines)
+    assert "Over after 1 turns: solved, total reward 0." in result.stdout
+
+
+def test_leaving(tmp_path):
+    result = llf("play", "llf-gridworld-v0", cwd=tmp_path)
+    assert result.returncode == 0
+    assert "You left the episode" in result.stdout
+
+
+def test_golden(tmp_path):
+    result = llf("golden", "here", "llf-gridworld-v0", cwd=tmp_path)
+    assert result.returncode == 0
+    assert [path.name for path in (tmp_path / "here").iterdir()] == ["llf-gridworld-v0.txt"]
+
+
+def test_no_arguments_show_help(tmp_path):
+    assert "study" in llf(cwd=tmp_path).stdout

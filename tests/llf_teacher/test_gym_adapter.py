@@ -1,0 +1,363 @@
+"""The Gymnasium side: make, registration, StudentEnv, TeacherEnv, vector environments, text mode."""
+
+import copy
+import pickle
+
+import gymnasium
+import numpy as np
+import pettingzoo
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+
+import llf_teacher
+from llf_teacher.registry import PREFIX, entry
+from pz_envs.family import all_families
+from teachers.atoms import FP, Atom, ParseFailure, Utterance
+from teachers.personalities.mistake import Mistake
+from worlds.testing import plain, some_actions
+
+SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
+GRID = "llf-gridworld-v0"
+BANDIT = "llf-bandits-BanditTenArmedRandomFixed-v0"
+HAIKU = "llf-poem-Haiku-v0"
+
+
+@pytest.mark.parametrize("id", llf_teacher.ids())
+def test_all_ways_to_make_lead_to_the_same_environment(id):
+    def opening(env):
+        return plain(env.reset(seed=11)[0])
+
+    alias = id.replace("llf-", "verbal-")
+    made = [
+        llf_teacher.make(id),
+        llf_teacher.make(alias),
+        gymnasium.make(id),
+        gymnasium.make(alias),
+        gymnasium.make(f"llf_teacher:{id}"),
+        gymnasium.make(gymnasium.spec(id)),
+    ]
+    assert all(isinstance(env, llf_teacher.StudentEnv) for env in made)
+    assert len({opening(env) for env in made}) == 1
+    assert made[0].spec.id == id
+    assert pettingzoo.make("aec", id.replace("llf-", "llf/")).unwrapped.max_cycles == made[0].aec.max_cycles
+
+
+def test_specs_are_json():
+    env = llf_teacher.make(GRID, teacher="mistake(eps=0.5)", num_rooms=6, min_goal_dist=2, text=True)
+    again = gymnasium.make(gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json()))
+    assert plain(again.reset(seed=2)[0]) == plain(env.reset(seed=2)[0])
+    assert again.aec.world.options["num_rooms"] == 6
+
+
+def test_supported_types():
+    for id in llf_teacher.ids():
+        assert llf_teacher.supported_types(id) == (("b", "p", "c"), ("r", "hp", "hn", "fp", "fn"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        ({"id": "llf-gridwold-v0"}, "unknown environment 'llf-gridwold-v0'; did you mean llf-gridworld-v0"),
+        ({"id": "llf-bandits-BanditTenArmed-v0"}, "did you mean llf-bandits-BanditTenArmed"),
+        ({"id": 3}, "unknown environment 3"),
+        ({"instruction_type": "x"}, "instruction type 'x' is not supported; allowed: b, p, c"),
+        ({"instruction_type": ["b"]}, "instruction type"),
+        ({"feedback_type": "hq"}, "names 'hq'; allowed: 'a'"),
+        ({"feedback_type": ["r", "z"]}, "names 'z'"),
+        ({"feedback_type": 7}, "feedback type 7 is not supported"),
+        ({"feedback_type": ""}, "names ''"),
+        ({"teacher": "mistak"}, "unknown personality 'mistak'; did you mean mistake"),
+        ({"teacher": "mistake(eps=2)"}, "eps must be a number from 0 to 1, got 2"),
+        ({"teacher": "mistake(p=0.5)"}, "no parameter 'p'; allowed: eps"),
+        ({"teacher": "__import__('os')"}, "bad personality spec"),
+        ({"teacher": 5}, "teacher must be a spec string"),
+        ({"voice": "loud"}, "unknown voice 'loud'; allowed: plain"),
+        ({"paraphrase": 1.5}, "paraphrase must be"),
+        ({"visual": True}, "visual=True is not supported"),
+        ({"max_turns": 0}, "max_cycles must be an integer of at least 1"),
+        ({"num_rooms": 1}, "num_rooms must be an integer from 2"),
+        ({"num_room": 10}, "does not take these options"),
+    ],
+)
+def test_bad_arguments_are_value_errors_that_say_what_is_allowed(arguments, match):
+    with pytest.raises(ValueError, match=match):
+        llf_teacher.make(**({"id": GRID} | arguments))
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_observations(id):
+    env = llf_teacher.make(id)
+    observation, info = env.reset(seed=0)
+    assert list(observation) == ["observation", "instruction", "feedback"]
+    assert observation["instruction"]
+    assert info["success"] is False
+    assert all(type(atom) is Atom for atom in info["atoms"])
+    assert "moment" not in info
+    observation, reward, terminated, truncated, info = env.step(some_actions(env.aec.world)[0])
+    assert observation["instruction"] == ""
+    assert type(observation["feedback"]) is Utterance
+    assert observation["feedback"].atoms == info["atoms"]
+    assert (type(reward), terminated, truncated) == (float, False, False)
+    assert observation in env.observation_space
+
+
+def test_feedback_at_reset_is_advice_for_the_first_action_only():
+    observation, info = llf_teacher.make(BANDIT, feedback_type="r+hp+hn").reset(seed=0)
+    assert observation["feedback"] == ""
+    observation, info = llf_teacher.make(BANDIT, feedback_type="fp").reset(seed=0)
+    assert observation["feedback"] == info["atoms"][-1].text
+    assert info["atoms"][-1].kind == FP
+
+
+def test_privileged_info():
+    env = llf_teacher.make(GRID, privileged_info=True)
+    assert env.reset(seed=0)[1]["moment"].after == env.aec.world.truth
+    assert env.step(0)[4]["moment"].turn == 1
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_an_unseeded_reset_goes_on_reproducibly(id):
+    def episodes():
+        env = llf_teacher.make(id, teacher="mix")
+        first = env.reset(seed=3)
+        return [plain(first[0])] + [plain(env.reset()[0]) for _ in range(3)]
+
+    assert episodes() == episodes()
+    assert len(set(episodes())) > 1
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+@pytest.mark.parametrize("copier", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("teacher", ["oracle", "mix", "mistake | delayed(turns=1)", "placebo"])
+def test_copies_go_on_alike(id, copier, teacher):
+    env = llf_teacher.make(id, teacher=teacher, max_turns=12)
+    env.reset(seed=0)
+    actions = some_actions(env.aec.world, 10)
+    env.step(actions[0])
+    copied = copier(env)
+    assert [plain(env.step(a)) for a in actions] == [plain(copied.step(a)) for a in actions]
+    assert plain(env.reset()[0]) == plain(copied.reset()[0])
+
+
+def test_steps_out_of_turn():
+    env = llf_teacher.make(BANDIT, max_turns=1)
+    with pytest.raises(ResetNeeded, match="call reset"):
+        env.step(0)
+    env.reset(seed=0)
+    assert env.step(0)[3] is True
+    with pytest.raises(ResetNeeded, match="call reset"):
+        env.step(0)
+    aec = pettingzoo.make("aec", "llf/gridworld-v0")
+    with pytest.raises(AssertionError, match="needs to be called before step"):
+        aec.step(0)
+
+
+@pytest.mark.parametrize("action", [-1, 10, 1.5, "3", None, np.array([1])])
+def test_an_illegal_action_changes_nothing(action):
+    env = llf_teacher.make(BANDIT)
+    env.reset(seed=0)
+    before = plain(env.aec.world.save())
+    with pytest.raises(ValueError, match="not in the action space; allowed: the number of an arm, 0 to 9"):
+        env.step(action)
+    assert plain(env.aec.world.save()) == before
+    assert env.aec.turn == 0
+    env.step(np.int64(9))
+
+
+def test_the_family_without_its_dependency_names_the_pip_line(monkeypatch):
+    family = entry(GRID).family
+    monkeypatch.setattr(
+        "importlib.import_module", lambda name: (_ for _ in ()).throw(ModuleNotFoundError(name="mujoco"))
+    )
+    with pytest.raises(ModuleNotFoundError, match=r"needs 'mujoco'.*pip install 'llf-teacher'"):
+        family.make_world()
+
+
+# --- text mode
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_text_mode_is_three_strings(id):
+    env = llf_teacher.make(id, text=True)
+    observation, _ = env.reset(seed=0)
+    assert all(isinstance(value, str) for value in observation.values())
+    assert observation in env.observation_space
+    assert observation["instruction"] in llf_teacher.prompt(observation)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "jump!",
+        "__import__('os').system('touch /tmp/pwned')",
+        "x" * 1_000_000,
+        "\x00\x07",
+        "9" * 5000,
+        "NaN",
+        "[[[[",
+        "nörth",
+    ],
+    ids=lambda text: text[:12],
+)
+def test_text_that_is_no_action_is_a_turn(text):
+    env = llf_teacher.make(GRID, text=True, feedback_type="n", max_turns=2)
+    env.reset(seed=0)
+    before = plain(env.aec.world.save())
+    observation, reward, terminated, truncated, info = env.step(text)
+    assert (reward, terminated, truncated, info["success"]) == (0.0, False, False, False)
+    failure = info["parse_failure"]
+    assert type(failure) is ParseFailure
+    assert len(failure.got) <= 80
+    assert failure.got.isprintable()
+    assert "one of north, east, west, south" in observation["feedback"]
+    assert plain(env.aec.world.save()) == before
+    assert env.step(text)[3] is True
+
+
+@pytest.mark.parametrize("text", ["\x00", "a\x1bb", "x" * 1_000_000])
+@pytest.mark.parametrize("mode", [False, True])
+def test_a_world_of_texts_answers_to_what_it_cannot_take(text, mode):
+    env = llf_teacher.make(HAIKU, text=mode)
+    env.reset(seed=0)
+    _, reward, _, _, info = env.step(text)
+    assert reward == -1.0
+    assert type(info["parse_failure"]) is ParseFailure
+
+
+def test_advice_is_given_again_after_a_parse_failure():
+    env = llf_teacher.make(GRID, text=True)
+    _, info = env.reset(seed=0)
+    advice = [atom.claim for atom in info["atoms"] if atom.kind == FP]
+    info = env.step("?")[4]
+    assert [atom.claim for atom in info["atoms"] if atom.kind == FP] == advice
+    assert not [atom for atom in info["atoms"] if atom.kind in ("r", "hp", "hn")]
+
+
+def test_a_number_is_no_text():
+    env = llf_teacher.make(GRID, text=True)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="must be a string, got 3"):
+        env.step(3)
+
+
+# --- vector environments
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+@pytest.mark.parametrize("text", [False, True])
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_vector_environments_give_the_right_text(id, text, mode):
+    envs = gymnasium.make_vec(id, num_envs=2, vectorization_mode=mode, text=text)
+    singles = [llf_teacher.make(id, text=text) for _ in range(2)]
+    try:
+        observations, infos = envs.reset(seed=[4, 5])
+        expected = [env.reset(seed=seed)[0] for env, seed in zip(singles, (4, 5), strict=True)]
+        for key in ("instruction", "feedback"):
+            assert tuple(observations[key]) == tuple(each[key] for each in expected)
+        world = singles[0].aec.world
+        for action in some_actions(world, 4):
+            said = f"{action:d}" if text and isinstance(action, int) else action
+            observations, rewards, *_, infos = envs.step([said, said])
+            expected = [env.step(said) for env in singles]
+            assert tuple(observations["feedback"]) == tuple(each[0]["feedback"] for each in expected)
+            if text:
+                assert tuple(observations["observation"]) == tuple(each[0]["observation"] for each in expected)
+            assert rewards.tolist() == [each[1] for each in expected]
+            assert infos["success"].tolist() == [each[4]["success"] for each in expected]
+    finally:
+        envs.close()
+
+
+# --- the teacher's side
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+@pytest.mark.parametrize("speech", ["kinds", "message"])
+def test_teacher_env_passes_gymnasiums_check(id, speech):
+    check_env(llf_teacher.TeacherEnv(id, speech=speech), skip_render_check=True)
+
+
+@pytest.mark.parametrize("student", ["random", "obedient", "text_only", "reward_only", "oracle"])
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_teacher_env_with_every_student(id, student):
+    def total():
+        env = llf_teacher.TeacherEnv(id, student=student, cost=0.0)
+        env.reset(seed=1)
+        rewards, done = 0.0, False
+        while not done:
+            _, reward, terminated, truncated, info = env.step(31)
+            rewards += reward
+            done = terminated or truncated
+            assert "moment" in info
+        return rewards, env.aec.moment.success
+
+    assert total() == total()
+    if student in ("obedient", "oracle"):
+        assert total()[1]
+
+
+def test_teaching_pays():
+    """An obedient student that is told everything earns its teacher more than one that is told nothing."""
+
+    def episode(action):
+        env = llf_teacher.TeacherEnv(GRID, cost=0.01)
+        env.reset(seed=0)
+        total, done = 0.0, False
+        while not done:
+            _, reward, terminated, truncated, _ = env.step(action)
+            total += reward
+            done = terminated or truncated
+        return total
+
+    assert episode(8) > episode(0)
+    assert llf_teacher.TeacherEnv(GRID).action_space.n == 32
+
+
+def test_action_masks_for_maskable_learners():
+    env = llf_teacher.TeacherEnv(GRID)
+    observation, _ = env.reset(seed=0)
+    assert env.action_masks().dtype == bool
+    assert env.action_masks().tolist() == observation["action_mask"].astype(bool).tolist()
+    assert env.action_masks()[0]
+
+
+def test_a_teacher_of_ones_own_takes_the_seat():
+    class Parrot:
+        def reset(self, rng):
+            self.turns = 0
+
+        def act(self, observation, info):
+            self.turns += 1
+            return f"Turn {self.turns}: I see {observation['action'] or 'nothing'}."
+
+    env = llf_teacher.make(GRID, teacher=Parrot())
+    observation, info = env.reset(seed=0)
+    assert observation["instruction"] == "Turn 1: I see nothing."
+    observation, *_, info = env.step(2)
+    assert observation["feedback"] == "Turn 2: I see west."
+    assert info["atoms"] == ()
+
+
+def test_personalities_in_python():
+    env = llf_teacher.make(GRID, teacher=Mistake(1.0))
+    env.reset(seed=0)
+    assert str(env.teacher.personality) == "mistake(eps=1.0)"
+
+
+def test_render():
+    env = llf_teacher.make(GRID, render_mode="ansi")
+    env.reset(seed=0)
+    assert "Room: " in env.render()
+    assert "Teacher: " in env.render()
+    with pytest.raises(ValueError, match="render_mode 'rgb' is unknown"):
+        llf_teacher.StudentEnv(GRID, render_mode="rgb")
+
+
+def test_reset_options_reach_the_world():
+    env = llf_teacher.make("llf-poem-SyllableConstrainedPoem-v0")
+    env.reset(seed=0, options={"syllable": 3})
+    assert env.aec.world.truth.pattern == (3,)
+    with pytest.raises(ValueError, match="must be an integer from 1 to 40, got 0"):
+        env.reset(options={"syllable": 0})

@@ -1,0 +1,140 @@
+"""Students: what each of them reaches, and what it may see."""
+
+import numpy as np
+import pytest
+
+import llf_teacher
+from llf_teacher.reading import Reader
+from llf_teacher.registry import PREFIX, entries, entry
+from llf_teacher.student import entitled, parse_student
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.study import EpisodeSpec
+from pz_envs.family import all_families
+from pz_envs.tutoring import STUDENT
+
+SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
+BANDITS = [id for id, (_, family, _) in entries().items() if family.oracle == "BanditOracle"]
+POEMS = [id for id, (_, family, _) in entries().items() if family.oracle == "PoemOracle"]
+
+
+def episode(id, student, seed, teacher="oracle", instruction_type="b"):
+    max_turns = entry(id).family.max_cycles
+    return play(EpisodeSpec(id, teacher, student, instruction_type, "a", max_turns, seed, ""))
+
+
+@pytest.mark.parametrize("student", ["obedient", "text_only"])
+def test_the_treasure_is_reached_by_a_shortest_path(student):
+    """In all of 200 houses: the regret of a path is the number of moves that it is longer than a shortest one."""
+    for seed in range(200):
+        record = episode("llf-gridworld-v0", student, seed)
+        assert record.episode.success
+        assert record.episode.regret == 0
+
+
+@pytest.mark.parametrize("student", ["obedient", "text_only"])
+@pytest.mark.parametrize("id", BANDITS)
+def test_a_best_arm_is_pulled_from_the_second_turn_on(id, student):
+    for seed in range(50):
+        assert all(turn.success for turn in episode(id, student, seed).turns[2:])
+
+
+@pytest.mark.parametrize("student", ["obedient", "text_only"])
+@pytest.mark.parametrize("id", POEMS)
+def test_poems_succeed_within_thirty_turns(id, student):
+    for seed in range(50):
+        assert episode(id, student, seed).episode.first_success <= 30
+
+
+@pytest.mark.parametrize("id", llf_teacher.ids())
+def test_complete_instructions_suffice_and_basic_ones_do_not(id):
+    """With `c` and no feedback an obedient student reaches the oracle's return, with `b` it does not."""
+
+    def mean_return(student, instruction_type, teacher="silent"):
+        records = [episode(id, student, seed, teacher, instruction_type) for seed in range(20)]
+        return np.mean([record.episode.total_reward for record in records])
+
+    best = mean_return("oracle", "b")
+    assert mean_return("obedient", "c") == pytest.approx(best)
+    assert mean_return("text_only", "c") == pytest.approx(best)
+    assert mean_return("obedient", "b") < best
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_learning_from_rewards_beats_chance(id):
+    def regret(student):
+        return np.mean([episode(id, student, seed, "silent").episode.regret for seed in range(150)])
+
+    assert regret("oracle") == 0 < regret("reward_only") < regret("random")
+
+
+def test_q_learning_finds_a_shortest_path_in_a_house_that_stays():
+    env = llf_teacher.make("llf-gridworld-v0", teacher="silent", max_turns=200)
+    policy = parse_student("q_learning(forget=False, optimism=0.0)").seat(env.family, env.aec.world)
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        env.reset(seed=0)
+        shortest = len(env.teacher.oracle.plan(env.aec.world.truth, 99))
+        policy.reset(rng)
+        done, turns = False, 0
+        while not done:
+            _, _, _, truncated, info = env.step(policy.act(env.aec.observe(STUDENT), entitled(policy, env.aec)))
+            turns += not info["success"]
+            done = truncated
+    assert turns + 1 == shortest
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+@pytest.mark.parametrize("student", ["random", "reward_only", "text_only", "obedient", "oracle"])
+def test_students_see_what_they_are_entitled_to(id, student):
+    env = llf_teacher.make(id)
+    env.reset(seed=0)
+    policy = parse_student(student).seat(env.family, env.aec.world)
+    policy.reset(np.random.default_rng(0))
+    info = entitled(policy, env.aec)
+    reads = policy.reads
+    assert reads == parse_student(student).reads
+    assert ("atoms" in info) == (reads in ("atoms", "truth"))
+    assert ("reward" in info) == (reads == "reward")
+    assert ("moment" in info) == (reads == "truth")
+    assert "atoms" in env.aec.infos[STUDENT]
+    assert env.aec.world.legal(policy.act(env.aec.observe(STUDENT), info)) is not None
+
+
+@pytest.mark.parametrize("id", llf_teacher.ids())
+@pytest.mark.parametrize("teacher", ["oracle", "mistake(eps=0.5)", "placebo", "retry_only", "delayed(turns=2)"])
+def test_reading_recovers_every_sentence(id, teacher):
+    """A reader of words hears exactly the claims that were said, in order, with the turn they are about."""
+    env = llf_teacher.make(id, teacher=teacher, instruction_type="p")
+    reader = Reader(env.teacher.voice)
+    rng = np.random.default_rng(0)
+    for seed in range(8):
+        observation, info = env.reset(seed=seed)
+        done = False
+        while not done:
+            text = " ".join(filter(None, (observation["instruction"], observation["feedback"])))
+            heard = list(reader.read(text))
+            assert [each.claim for each in heard] == [type(atom.claim) for atom in info["atoms"]], text
+            for each, atom in zip(heard, info["atoms"], strict=True):
+                assert each.about_turn in (None, atom.about_turn)
+                if "action" in each.slots:
+                    assert each.slots["action"] == f"{atom.claim.action}"
+            observation, _, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
+            done = terminated or truncated
+
+
+def test_reading_skips_what_it_does_not_know():
+    env = llf_teacher.make("llf-gridworld-v0")
+    heard = list(Reader(env.teacher.voice).read("Hello there! Go north next. What a day. Do not go east next."))
+    assert [each.slots for each in heard] == [{"action": "north"}, {"action": "east"}]
+
+
+def test_bad_specs():
+    with pytest.raises(ValueError, match="unknown student 'obediant'; did you mean obedient"):
+        parse_student("obediant")
+    with pytest.raises(ValueError, match="names 2 students; allowed: one"):
+        parse_student("random | oracle")
+    with pytest.raises(ValueError, match="alpha must be a number from 0 to 1, got 3"):
+        parse_student("q_learning(alpha=3)")
+    with pytest.raises(ValueError, match="lengths must be a tuple of positive integers"):
+        parse_student("line_search(lengths=(0,))")
+    assert str(parse_student("ucb(scale=2)")) == "ucb(scale=2)"

@@ -1,0 +1,260 @@
+"""Studies: files, the runner, the store, interruption."""
+
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+import pytest
+
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.runner import manifest, run
+from llf_teacher.studies.store import SCHEMA_VERSION, Store, StoreError
+from llf_teacher.studies.study import Study, load_study, quickstart
+
+FILE = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "mistake(eps=0.2)", "silent"]
+students = ["random", "obedient"]
+feedback_types = ["a"]
+seeds = 3
+"""
+
+
+def small(**changes):
+    settings = {
+        "ids": ["verbal-gridworld-v0", "llf-bandits-BanditTwoArmedHighLowFixed-v0"],
+        "teachers": ["oracle", "mistake( eps = 0.5 )"],
+        "students": ["random", "text_only"],
+        "seeds": 2,
+        "max_turns": 5,
+    }
+    return Study(**(settings | changes))
+
+
+def rows(path):
+    """All episodes and turns of a store."""
+    with sqlite3.connect(path) as db:
+        tables = [db.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall() for table in ("episode", "turn")]
+    db.close()
+    return tables
+
+
+def test_a_file(tmp_path):
+    path = tmp_path / "study.toml"
+    path.write_text(FILE)
+    study = load_study(path)
+    assert study.seeds == (0, 1, 2)
+    assert study.instruction_types == ("b",)
+    assert len(list(study.episodes())) == 18
+    assert len({spec.key for spec in study.episodes()}) == 18
+
+
+def test_specs_are_canonical():
+    study = small()
+    assert study.ids[0] == "llf-gridworld-v0"
+    assert study.teachers == ("oracle", "mistake(eps=0.5)")
+    assert Study(**study.as_dict()) == study
+
+
+def test_the_quickstart_covers_what_it_promises():
+    study = quickstart()
+    assert len(study.teachers) >= 6
+    assert len(study.seeds) == 10
+    assert {"random", "obedient", "text_only", "oracle", "reward_only"} <= set(study.students)
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"ids": ["llf-gridwold-v0"]}, "ids: unknown environment .*did you mean llf-gridworld-v0"),
+        ({"ids": []}, "ids must be a non-empty list"),
+        ({"ids": "llf-gridworld-v0"}, "ids must be a non-empty list"),
+        ({"teachers": ["orakle"]}, "teachers: unknown personality 'orakle'"),
+        ({"teachers": [3]}, "teachers: bad personality spec 3"),
+        ({"students": ["nobody"]}, "students: unknown student"),
+        ({"feedback_types": ["q"]}, "feedback_types: feedback type 'q'"),
+        ({"instruction_types": ["z"]}, "instruction_types: llf-gridworld-v0 does not support 'z'; allowed: b, p, c"),
+        ({"seeds": 0}, "seeds must be a non-empty list"),
+        ({"seeds": [-1]}, "a seed must be an integer of at least 0, got -1"),
+        ({"seeds": True}, "seeds must be"),
+        ({"max_turns": 0}, "max_turns must be an integer of at least 1"),
+    ],
+)
+def test_a_bad_study_is_refused(changes, match):
+    with pytest.raises(ValueError, match=match):
+        small(**changes)
+
+
+def test_one_error_lists_everything():
+    with pytest.raises(ValueError, match="teachers: .*students: "):
+        small(teachers=["x"], students=["y"])
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("ids = [", "study.toml: "),
+        ("nonsense = 1", "unknown key 'nonsense'.*ids is missing; teachers is missing"),
+        (FILE + "sedes = 3", "unknown key 'sedes'; did you mean seeds"),
+        (FILE.replace("silent", "silend"), "study.toml: teachers: unknown personality 'silend'; did you mean silent"),
+    ],
+)
+def test_a_bad_file_is_refused(tmp_path, text, match):
+    path = tmp_path / "study.toml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=match):
+        load_study(path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ValueError, match=r"none\.toml: .*No such file"):
+        load_study(tmp_path / "none.toml")
+
+
+def test_what_is_stored_is_what_was_played(tmp_path):
+    study = small()
+    with Store(tmp_path / "s.db") as store:
+        seen = []
+        assert run(study, store, workers=2, progress=lambda done, total: seen.append((done, total))) == 16
+        assert seen[0] == (0, 16)
+        assert seen[-1] == (16, 16)
+        assert run(study, store) == 0
+        for spec in study.episodes():
+            record = play(spec)
+            (row,) = store.episodes({spec.key})
+            assert tuple(row)[1:] == (*spec, *record.episode)
+            turns = list(store.turns(spec.key))
+            assert [turn["turn"] for turn in turns] == list(range(record.episode.turns + 1))
+            assert [turn["feedback"] for turn in turns] == [turn.feedback for turn in record.turns]
+            assert store.regrets(spec.key) == [turn.regret for turn in record.turns[1:]]
+        assert store.manifest()["study"] == study.as_dict()
+        assert "numpy" in manifest(study)["versions"]
+
+
+def test_claims_are_checked(tmp_path):
+    with Store(tmp_path / "s.db") as store:
+        run(small(teachers=["oracle", "mistake(eps=1)", "silent"], seeds=3), store, workers=1)
+        held = {}
+        for row in store.episodes():
+            said, true = held.get(row["teacher"], (0, 0))
+            held[row["teacher"]] = said + row["claims"], true + row["claims_held"]
+    assert held["oracle"][0] == held["oracle"][1] > 0
+    assert held["mistake(eps=1)"][0] > 0 == held["mistake(eps=1)"][1]
+    assert held["silent"] == (0, 0)
+
+
+def test_a_larger_study_goes_on_in_the_same_store(tmp_path):
+    with Store(tmp_path / "s.db") as store:
+        assert run(small(seeds=1), store, workers=1) == 8
+        assert run(small(seeds=2), store, workers=1) == 8
+
+
+def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
+    """SIGKILL in the middle, twice: nothing is lost, nothing is played twice."""
+    (tmp_path / "study.toml").write_text(FILE.replace("seeds = 3", "seeds = 60"))
+    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2"]
+    subprocess.run([*command, "--store", "whole.db"], cwd=tmp_path, check=True, capture_output=True)
+    counts = []
+    for _ in range(2):
+        process = subprocess.Popen(
+            [*command, "--store", "killed.db"], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        wanted = (counts[-1] if counts else 0) + 20
+        while process.poll() is None and _count(tmp_path / "killed.db") < wanted:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        counts.append(_count(tmp_path / "killed.db"))
+        assert wanted <= counts[-1] < 360
+    subprocess.run([*command, "--store", "killed.db"], cwd=tmp_path, check=True, capture_output=True)
+    assert rows(tmp_path / "killed.db") == rows(tmp_path / "whole.db")
+    assert len(rows(tmp_path / "whole.db")[0]) == 360
+
+
+def _count(path):
+    if not path.exists():
+        return 0
+    try:
+        db = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
+        try:
+            return db.execute("SELECT count(*) FROM episode").fetchone()[0]
+        finally:
+            db.close()
+    except sqlite3.OperationalError:  # not written yet
+        return 0
+
+
+def test_a_failing_episode_says_which(tmp_path, monkeypatch):
+    spec = next(small().episodes())._replace(teacher="nobody")
+    monkeypatch.setattr(Study, "episodes", lambda self: iter([spec]))
+    with (
+        Store(tmp_path / "s.db") as store,
+        pytest.raises(RuntimeError, match="'teacher': 'nobody'.*unknown personality"),
+    ):
+        run(small(), store, workers=1)
+
+
+def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path):
+    path = tmp_path / "s.db"
+    Store(path).close()
+    with sqlite3.connect(path) as db:
+        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+    db.close()
+    before = path.read_bytes()
+    with pytest.raises(StoreError, match=f"schema version {SCHEMA_VERSION + 1}, this release reads version"):
+        Store(path)
+    assert path.read_bytes() == before
+
+
+def test_a_database_of_something_else_is_refused_and_unchanged(tmp_path):
+    path = tmp_path / "s.db"
+    with sqlite3.connect(path) as db:
+        db.execute("CREATE TABLE mine (x)")
+    db.close()
+    before = path.read_bytes()
+    with pytest.raises(StoreError, match="a database of something else"):
+        Store(path)
+    assert path.read_bytes() == before
+
+
+def test_a_file_that_is_no_database_is_refused_and_unchanged(tmp_path):
+    path = tmp_path / "s.db"
+    path.write_text("This is not a database, but long enough to look like one. " * 20)
+    with pytest.raises(StoreError, match="cannot use .*s.db as a store"):
+        Store(path)
+    assert path.read_text().startswith("This is not")
+
+
+def test_a_folder_that_cannot_be_written(tmp_path):
+    with pytest.raises(StoreError, match="cannot use"):
+        Store(tmp_path / "none" / "s.db")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_read_only_folder(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(StoreError, match="cannot use"):
+        Store(tmp_path / "s.db")
+
+
+def test_an_episode_is_written_whole_or_not_at_all(tmp_path):
+    record = play(next(small().episodes()))
+    broken = record._replace(turns=(*record.turns, record.turns[-1]))
+    with Store(tmp_path / "s.db") as store:
+        with pytest.raises(sqlite3.IntegrityError):
+            store.add(broken)
+        assert store.keys() == set()
+        store.add(record)
+        store.add(record)
+        assert store.keys() == {record.spec.key}
+
+
+def test_atoms_are_stored_typed(tmp_path):
+    record = play(next(small().episodes()))
+    atom = json.loads(record.turns[1].atoms)[0]
+    assert set(atom) == {"kind", "claim", "fields", "text", "about_turn", "holds"}
+    assert atom["holds"] is True

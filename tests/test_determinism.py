@@ -1,0 +1,60 @@
+"""The same seed and spec give the same bytes: in another process, under another hash seed, interleaved."""
+
+import hashlib
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import llf_teacher
+from llf_teacher.golden import transcript
+from llf_teacher.registry import PREFIX
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.study import EpisodeSpec
+from pz_envs.family import all_families
+
+SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
+TEACHERS = ("oracle", "mix", "mistake(eps=0.5) | delayed(turns=1)", "placebo")
+
+
+def digest():
+    """A digest of many episodes, with all that was said and done."""
+    records = [
+        play(EpisodeSpec(id, teacher, student, "p", "a", 12, 4, ""))
+        for id in SHOWCASE
+        for teacher in TEACHERS
+        for student in ("random", "text_only", "reward_only")
+    ]
+    return hashlib.sha256(repr(records).encode()).hexdigest()
+
+
+@pytest.mark.parametrize("hash_seed", ["0", "1", "4242"])
+def test_another_process_and_another_hash_seed(hash_seed):
+    folder = os.path.dirname(__file__)
+    program = f"import sys; sys.path.insert(0, {folder!r}); import test_determinism; print(test_determinism.digest())"
+    environment = os.environ | {"PYTHONHASHSEED": hash_seed}
+    result = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True
+    )
+    assert result.stdout.strip() == digest()
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_environments_do_not_disturb_each_other(id):
+    def make():
+        env = llf_teacher.make(id, teacher="mix")
+        return env, [env.reset(seed=1)[0]["feedback"]]
+
+    (alone, expected), (one, first), (two, second) = make(), make(), make()
+    action = alone.aec.world.sample_action(np.random.default_rng(0))
+    expected += [alone.step(action)[0]["feedback"] for _ in range(8)]
+    for _ in range(8):
+        first.append(one.step(action)[0]["feedback"])
+        second.append(two.step(action)[0]["feedback"])
+    assert first == second == expected
+
+
+def test_transcripts_repeat():
+    assert [transcript(id) for id in SHOWCASE] == [transcript(id) for id in SHOWCASE]
