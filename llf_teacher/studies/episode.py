@@ -23,7 +23,9 @@ class TurnRow(NamedTuple):
     observation: str
     """The world as text, as the student saw it after this turn."""
     action: str | None
-    """JSON; null at the opening and for a text that was no action."""
+    """JSON, in the form that `World.step` takes; null at the opening and for a text that was no action."""
+    action_words: str | None
+    """The action in words, where it is not itself a text."""
     reward: float
     regret: float
     success: bool
@@ -111,6 +113,7 @@ def _row(
         turn=moment.turn,
         observation=text,
         action=None if moment.before is None else to_json(moment.action),
+        action_words=None if moment.before is None or isinstance(moment.action, str) else f"{moment.action}",
         reward=moment.reward,
         regret=regret,
         success=moment.success,

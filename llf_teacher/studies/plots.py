@@ -1,0 +1,225 @@
+"""Plots of a report: numbers in, SVG to stand in a page out.
+
+Colours are written as custom properties (`var(--ink)`, `var(--series-0)`, ...) that the page defines for light and
+for dark, and text takes the page's font. Series differ by marker, too, so that no plot depends on colour alone.
+"""
+
+import io
+import math
+import re
+import textwrap
+from collections.abc import Mapping, Sequence
+from itertools import cycle
+from typing import Any, NamedTuple
+
+import matplotlib.style
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, PercentFormatter
+
+from llf_teacher.studies.statistics import Band, Estimate
+
+
+class Shade(NamedTuple):
+    """A colour on a light and on a dark page, as `#rrggbb`."""
+
+    light: str
+    dark: str
+
+
+SHADES = {
+    "ink": Shade("#1c2128", "#e8eaed"),
+    "muted": Shade("#59636e", "#a3acb8"),
+    "rule": Shade("#dfe3e8", "#353c45"),
+    "stripe": Shade("#f5f7f9", "#1f242b"),
+    # Okabe & Ito (2008), which the colour-blind can tell apart; adjusted for contrast, black and yellow replaced.
+    "series-0": Shade("#0072b2", "#4fa9e0"),
+    "series-1": Shade("#d55e00", "#f08342"),
+    "series-2": Shade("#008a64", "#2fc596"),
+    "series-3": Shade("#b9578f", "#e59bc6"),
+    "series-4": Shade("#db9600", "#f0b73f"),
+    "series-5": Shade("#47a5da", "#97d3f6"),
+    "series-6": Shade("#7d7000", "#d9cf55"),
+    "series-7": Shade("#4a4f57", "#c3c8cf"),
+}
+"""Every colour of the plots by the name of its custom property."""
+
+_SERIES = [shade.light for name, shade in SHADES.items() if name.startswith("series")]
+_MARKERS = "osD^vPX"  # one less than colours, so that pairs of both last longer
+_STRIPE = 8.0  # points
+_WIDTH = 10.0  # inches; the page scales it
+_STYLE = {
+    "axes.edgecolor": SHADES["muted"].light,
+    "axes.labelcolor": SHADES["muted"].light,
+    "axes.labelsize": 9,
+    "axes.spines.left": False,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 10,
+    "figure.constrained_layout.h_pad": 0.07,
+    "figure.constrained_layout.use": True,
+    "font.size": 9,
+    "grid.color": SHADES["rule"].light,
+    "grid.linewidth": 0.7,
+    "legend.borderpad": 0,
+    "legend.fontsize": 9,
+    "legend.frameon": False,
+    "legend.labelcolor": SHADES["ink"].light,
+    "lines.dash_capstyle": "butt",
+    "lines.linewidth": 1.5,
+    "lines.markersize": 4.4,
+    "lines.scale_dashes": False,
+    "lines.solid_capstyle": "round",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "llf",
+    "text.color": SHADES["ink"].light,
+    "text.parse_math": False,
+    "xtick.color": SHADES["muted"].light,
+    "ytick.color": SHADES["muted"].light,
+    "ytick.left": False,
+}
+
+
+def dot_plot(
+    rows: Sequence[str],
+    series: Sequence[str],
+    success: Mapping[tuple[str, str], Estimate],
+    regret: Mapping[tuple[str, str], Estimate],
+    unit: str,
+    prefix: str,
+) -> str:
+    """Success and final cumulative regret side by side, a dot with its interval per row and series, as SVG.
+
+    Args:
+        rows: labels from top to bottom.
+        series: labels in the order of their colours.
+        success: shares, 0 to 1, by (row, series); what is missing stays blank.
+        regret: cumulative regrets in `unit`, by (row, series).
+        unit: what regret counts.
+        prefix: makes the ids of the SVG unique within its page.
+    """
+    with matplotlib.style.context(["default", _STYLE]):
+        pitch = max(0.36, 0.1 * len(series) + 0.04)
+        figure = Figure(figsize=(_WIDTH, pitch * len(rows) + 1.0))
+        axes = figure.subplots(1, 2, sharey=True)
+        offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.2, 0.8 / len(series))
+        for ax, estimates, label in zip(
+            axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True
+        ):
+            for row in range(1, len(rows), 2):
+                ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
+            for name, offset, color, marker in zip(series, offsets, cycle(_SERIES), cycle(_MARKERS), strict=False):
+                there = [(i + offset, estimates[row, name]) for i, row in enumerate(rows) if (row, name) in estimates]
+                ys = [y for y, _ in there]
+                ax.hlines(ys, [e.low for _, e in there], [e.high for _, e in there], color, linewidth=1.6, alpha=0.55)
+                dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=name, clip_on=False)[0]
+                dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
+            ax.set_xlabel(label)
+            ax.grid(axis="x")
+            ax.set_axisbelow(True)
+        axes[0].set_xlim(0, 1)
+        axes[0].xaxis.set_major_formatter(PercentFormatter(1))
+        axes[1].set_xlim(left=0)
+        axes[1].xaxis.set_major_locator(_ticks())
+        axes[0].set_ylim(len(rows) - 0.5, -0.5)
+        axes[0].set_yticks(range(len(rows)), [_folded(row) for row in rows], color=SHADES["ink"].light)
+        _legend(figure, axes[0], 1.0)
+        return _svg(figure, prefix)
+
+
+def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], unit: str, prefix: str) -> str:
+    """Cumulative regret over turns, a panel each with a line and a band per series, as SVG.
+
+    Lines that coincide share one line in stripes of their colours; if all of a panel do, it is in plain ink.
+
+    Args:
+        panels: bands by panel title, then by series; element t - 1 of a band is turn t.
+        series: labels in the order of their colours and markers.
+        unit: what regret counts.
+        prefix: makes the ids of the SVG unique within its page.
+    """
+    with matplotlib.style.context(["default", _STYLE]):
+        columns = min(3, len(panels))
+        height = math.ceil(len(panels) / columns)
+        figure = Figure(figsize=(_WIDTH, 2.3 * height + 0.8))
+        axes = figure.subplots(height, columns, sharex=True, sharey=True, squeeze=False).flatten()
+        looks = dict(zip(series, zip(cycle(_SERIES), cycle(_MARKERS), strict=False), strict=False))
+        for ax, (title, bands) in zip(axes, panels.items(), strict=False):
+            _curves(ax, bands, looks)
+            ax.set_title(title, loc="left", color=SHADES["ink"].light)
+            ax.grid(axis="y")
+            ax.set_axisbelow(True)
+            ax.margins(x=0)
+        axes[0].xaxis.set_major_locator(_ticks(integer=True))
+        axes[0].yaxis.set_major_locator(_ticks())
+        axes[0].set_ylim(bottom=0)
+        for ax in axes[len(panels) :]:
+            ax.set_axis_off()
+        for ax in axes[max(0, len(panels) - columns) : len(panels)]:
+            ax.tick_params(labelbottom=True)
+        for name, (color, marker) in looks.items():
+            axes[0].plot([], [], color=color, marker=marker, label=name)
+        figure.supxlabel("turn", size=9, color=SHADES["muted"].light)
+        figure.supylabel(f"cumulative regret ({unit})", size=9, color=SHADES["muted"].light)
+        _legend(figure, axes[0], 2.2)
+        return _svg(figure, prefix)
+
+
+def _curves(ax: Axes, bands: Mapping[str, Band], looks: Mapping[str, tuple[str, str]]) -> None:
+    groups: list[list[str]] = []
+    for name in bands:
+        alike = (group for group in groups if np.allclose(bands[group[0]].mean, bands[name].mean))
+        if (group := next(alike, None)) is not None:
+            group.append(name)
+        else:
+            groups.append([name])
+    for group in groups:
+        mean, low, high = (np.concatenate([[0.0], curve]) for curve in bands[group[0]])
+        turns = np.arange(len(mean))
+        plain = len(group) == len(bands) > 1
+        shade = SHADES["muted"].light if len(group) > 1 else looks[group[0]][0]
+        ax.fill_between(turns, low, high, color=shade, alpha=0.15, linewidth=0)
+        if plain:
+            ax.plot(turns, mean, color=SHADES["ink"].light, clip_on=False, zorder=3)
+            ax.text(0.03, 0.94, "all coincide", transform=ax.transAxes, va="top", color=shade)
+            continue
+        every = max(2, len(turns) // 3)
+        for i, name in enumerate(group):
+            color, marker = looks[name]
+            stripes = (-i * _STRIPE, (_STRIPE, (len(group) - 1) * _STRIPE)) if len(group) > 1 else "solid"
+            first = 1 + list(looks).index(name) * every // len(looks)  # so that markers of near lines do not meet
+            line = ax.plot(turns, mean, color=color, linestyle=stripes, clip_on=False, zorder=3)[0]
+            line.set(marker=marker, markevery=(first, every))
+
+
+def _ticks(integer: bool = False) -> MaxNLocator:
+    return MaxNLocator(6, steps=[1, 2, 5, 10], integer=integer)
+
+
+def _folded(label: str) -> str:
+    return textwrap.fill(label, 30)
+
+
+def _legend(figure: Figure, ax: Axes, handle: float) -> None:
+    """A legend above all axes, in as many columns as the figure has room for."""
+    handles, labels = ax.get_legend_handles_labels()
+    columns = max(1, min(len(labels), int(125 / (max(map(len, labels)) + 8))))
+    figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=handle, columnspacing=1.8)
+
+
+def _svg(figure: Figure, prefix: str) -> str:
+    """The figure as an SVG element with ids of its own and with colours and fonts left to the page."""
+    buffer = io.StringIO()
+    nothing: dict[str, Any] = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    figure.savefig(buffer, format="svg", metadata=nothing, transparent=True)
+    svg = buffer.getvalue()
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
+    svg = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{prefix}-", svg)
+    svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)  # would reach beyond the figure
+    svg = re.sub(r"font-family: [^;\"]*;? ?", "", svg)
+    svg = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", svg)  # how older releases of matplotlib put it
+    for name, shade in SHADES.items():
+        svg = svg.replace(shade.light, f"var(--{name})")
+    return svg

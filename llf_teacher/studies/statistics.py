@@ -1,0 +1,151 @@
+"""Statistics of studies: numbers in, estimates out. The seed is the unit of replication; every draw has a fixed seed.
+
+Intervals of means are BCa bootstrap intervals (Efron 1987) by `scipy.stats.bootstrap`, intervals of rates are Wilson's
+(1927) by `scipy.stats.binomtest`, p-values are of sign-flip tests (Fisher 1935) by `scipy.stats.permutation_test`.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+LEVEL = 0.95
+"""Confidence level of every interval."""
+RESAMPLES = 9999
+"""Bootstrap samples; with at most as many ways to flip signs, a test counts them all."""
+BAND_RESAMPLES = 999
+"""Bootstrap samples for bands in plots, of which there are many."""
+_SEED = 0
+_RELATIVE = 1e-9  # differences below this share of the values are rounding
+_BATCH = 2_000_000  # numbers drawn at once, which bounds memory
+
+
+class Estimate(NamedTuple):
+    """A mean with its 95 % interval, all in the unit of the values."""
+
+    mean: float
+    low: float
+    """Lower end; NaN if there is a single value, which tells nothing about its variation."""
+    high: float
+    """Upper end; NaN as above."""
+    n: int
+    """Number of values, usually seeds."""
+
+
+class Band(NamedTuple):
+    """Means with their 95 % intervals, pointwise; arrays of shape (m,) in the unit of the values."""
+
+    mean: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+class Difference(NamedTuple):
+    """How paired values differ."""
+
+    estimate: Estimate
+    """Mean of value less reference; n counts pairs."""
+    p: float
+    """Two-sided p-value of the hypothesis that the signs of the differences are random."""
+
+
+def mean_band(values: ArrayLike, resamples: int = BAND_RESAMPLES) -> Band:
+    """Mean of each column with its BCa bootstrap interval.
+
+    Args:
+        values: shape (n, m), one row a seed. Rows are resampled whole.
+        resamples: number of bootstrap samples.
+
+    Returns:
+        A column of equal values has an interval without width. With n = 1 all intervals are NaN.
+
+    Raises:
+        ValueError: there are no values.
+    """
+    table = np.asarray(values, dtype=float)
+    if table.ndim != 2 or not table.size:
+        raise ValueError(f"values must be a non-empty table of shape (n, m), got shape {table.shape}")
+    mean = table.mean(axis=0)
+    if len(table) == 1:
+        missing = np.full_like(mean, np.nan)
+        return Band(mean, missing, missing)
+    low, high = mean.copy(), mean.copy()
+    varied = np.ptp(table, axis=0) > _RELATIVE * np.abs(table).max(axis=0)
+    if varied.any():
+        sample = table[:, varied]
+        result = stats.bootstrap(
+            (sample,),
+            np.mean,
+            axis=0,
+            n_resamples=resamples,
+            batch=max(1, _BATCH // sample.size),
+            confidence_level=LEVEL,
+            random_state=np.random.default_rng(_SEED),
+        )
+        low[varied], high[varied] = result.confidence_interval
+    return Band(mean, low, high)
+
+
+def mean_interval(values: ArrayLike) -> Estimate:
+    """Mean of values, shape (n,), with its BCa bootstrap interval; edge cases as in `mean_band`."""
+    column = np.asarray(values, dtype=float).reshape(-1, 1)
+    band = mean_band(column, RESAMPLES)
+    return Estimate(float(band.mean[0]), float(band.low[0]), float(band.high[0]), len(column))
+
+
+def rate_interval(successes: int, n: int) -> Estimate:
+    """Share of successes in n independent trials, 0 to 1, with Wilson's interval.
+
+    Raises:
+        ValueError: n is less than 1, or successes are not between 0 and n.
+    """
+    interval = stats.binomtest(successes, n).proportion_ci(LEVEL, method="wilson")
+    return Estimate(successes / n, float(interval.low), float(interval.high), n)
+
+
+def success_interval(successes: ArrayLike) -> Estimate:
+    """Share of successes, 0 to 1, with seeds as the unit.
+
+    Args:
+        successes: booleans of shape (seeds, environments). With one environment the interval is Wilson's. With
+            several, those of a seed are not independent: they are averaged first, and the interval is that of the
+            mean of these averages.
+    """
+    table = np.asarray(successes, dtype=float)
+    if table.ndim == 2 and table.shape[1] == 1:
+        return rate_interval(int(table.sum()), len(table))
+    return mean_interval(table.mean(axis=1))
+
+
+def paired_difference(values: ArrayLike, reference: ArrayLike) -> Difference:
+    """Mean of `values - reference`, both of shape (n,) and paired by seed, with its bootstrap interval.
+
+    The test is exact for at most 13 pairs (2**13 < `RESAMPLES`), by random flips beyond. One pair has p = 1.
+    """
+    pairs = np.asarray(values, dtype=float), np.asarray(reference, dtype=float)
+    estimate = mean_interval(pairs[0] - pairs[1])
+    if estimate.n == 1 or estimate.low == estimate.high == 0:
+        return Difference(estimate, 1.0)
+    test = stats.permutation_test(
+        pairs, _mean_difference, permutation_type="samples", vectorized=True, n_resamples=RESAMPLES, random_state=_SEED
+    )
+    return Difference(estimate, float(test.pvalue))
+
+
+def _mean_difference(values: Any, reference: Any, axis: int = -1) -> Any:
+    return np.mean(values - reference, axis=axis)
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """p-values adjusted for their number, in the same order (Holm 1979): at most this share of families of tests
+    has any false rejection.
+    """  # noqa: D205
+    adjusted = [math.nan] * len(p_values)
+    largest = 0.0
+    for rank, i in enumerate(sorted(range(len(p_values)), key=lambda i: p_values[i])):
+        largest = max(largest, min(1.0, (len(p_values) - rank) * p_values[i]))
+        adjusted[i] = largest
+    return adjusted

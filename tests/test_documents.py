@@ -1,0 +1,57 @@
+"""The documents' examples run, and their two commands are as promised."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+import llf_teacher
+from teachers.personality import PERSONALITIES
+
+ROOT = Path(__file__).parents[1]
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+BLOCKS = [
+    pytest.param(code, id=f"{path.name}-{number}")
+    for path in DOCUMENTS
+    for number, (language, code) in enumerate(BLOCK.findall(path.read_text(encoding="utf-8")))
+    if language == "python"
+]
+
+
+@pytest.mark.parametrize("code", BLOCKS)
+def test_example_runs(code, tmp_path):
+    (tmp_path / "example.py").write_text(code, encoding="utf-8")
+    runpy.run_path(str(tmp_path / "example.py"))
+
+
+def test_the_two_commands():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert '    pip install -e ".[all]" -c constraints.txt && llf study' in readme
+    assert '    pip install -e ".[all,test]" -c constraints.txt && pytest' in readme
+    assert 'pip install -e ".[all,test]" -c constraints.txt && pytest' in (ROOT / ".ci" / "run").read_text()
+
+
+def test_the_study_file_of_the_readme_is_a_study(tmp_path):
+    from llf_teacher.studies.study import load_study
+
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (text,) = [code for language, code in BLOCK.findall(readme) if language == "toml"]
+    (tmp_path / "study.toml").write_text(text)
+    assert len(list(load_study(tmp_path / "study.toml").episodes())) == 180
+
+
+def test_the_readme_names_every_personality():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert all(f"`{name}" in readme for name in PERSONALITIES.names)
+
+
+def test_links_lead_somewhere():
+    for path in DOCUMENTS:
+        for target in re.findall(r"\]\(([^)]+)\)", path.read_text(encoding="utf-8")):
+            assert target.startswith("https://") or (path.parent / target).exists(), f"{path.name}: {target}"
+
+
+def test_the_version_is_in_the_changelog():
+    assert f"## {llf_teacher.__version__}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
