@@ -11,7 +11,8 @@ from gymnasium.error import ResetNeeded
 from llf_teacher.registry import entry
 from llf_teacher.student import Student, entitled, parse_student
 from pz_envs.tutoring import STUDENT, TEACHER
-from teachers.atoms import SILENCE
+from teachers.atoms import SILENCE, Moment, Utterance
+from teachers.feedback import parse_kinds
 from teachers.personality import Personality
 from teachers.phrasebook import Paraphrase
 from teachers.teacher import Teacher
@@ -117,8 +118,9 @@ class StudentEnv(_Flat):
             )
         self.teacher = teacher
         self.privileged_info = privileged_info
-        # The oracle's own teacher reads its moment only: it is asked directly, without an observation.
+        # A built-in teacher reads its moment only, and keeps to the feedback type: it is asked directly.
         self._speak = teacher.speak if isinstance(teacher, Teacher) else self._ask
+        self._kinds = parse_kinds(feedback_type)
         seat = self.aec.observation_space(STUDENT)
         self.observation_space = spaces.Dict(
             {"observation": seat["state"], "instruction": seat["instruction"], "feedback": seat["feedback"]}
@@ -160,8 +162,15 @@ class StudentEnv(_Flat):
             info["moment"] = self.aec.moment
         return info
 
-    def _ask(self, moment: Any) -> str:
-        return self.teacher.act(self.aec.observe(TEACHER), self.aec.infos[TEACHER])
+    def _ask(self, moment: Moment) -> str:
+        """What another policy in the teacher's seat says, as far as the feedback type allows.
+
+        Text without atoms is of no kind: it passes unless no feedback is wanted at all.
+        """
+        said = self.teacher.act(self.aec.observe(TEACHER), self.aec.infos[TEACHER])
+        if type(said) is Utterance:
+            return Utterance.of([atom for atom in said.atoms if atom.kind is None or atom.kind in self._kinds])
+        return said if self._kinds or moment.turn == 0 else SILENCE
 
 
 class TeacherEnv(_Flat):

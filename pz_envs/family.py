@@ -129,6 +129,7 @@ class Family:
             tutor,
             name=self.name,
             max_cycles=self.max_cycles if max_cycles is None else max_cycles,
+            repeated=self.repeated,
             render_mode=render_mode,
             speech=speech,
             text=text,

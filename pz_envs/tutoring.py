@@ -58,6 +58,7 @@ class TutoringEnv(AECEnv):
         tutor: the teacher whose oracle sees the truth, and who speaks when `speech="kinds"`.
         name: for `metadata`.
         max_cycles: turns of the student after which the episode is truncated, at least 1.
+        repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         speech: `message` or `kinds`.
         text: text in, text out for the student.
         cost: paid by the teacher per atom of feedback, at least 0.
@@ -83,6 +84,7 @@ class TutoringEnv(AECEnv):
         *,
         name: str = "tutoring",
         max_cycles: int = 30,
+        repeated: bool = False,
         speech: str = "message",
         text: bool = False,
         cost: float = 0.01,
@@ -93,7 +95,7 @@ class TutoringEnv(AECEnv):
         if speech not in SPEECHES:
             raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
         if not isinstance(max_cycles, int) or max_cycles < 1:
-            raise ValueError(f"max_cycles must be an integer of at least 1, got {max_cycles!r}")
+            raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
         if cost < 0:
             raise ValueError(f"cost must be at least 0, got {cost!r}")
         if budget is not None and budget < 1:
@@ -103,7 +105,7 @@ class TutoringEnv(AECEnv):
         self.world, self.tutor = world, tutor
         self.metadata = {**self.metadata, "name": f"{name}_v0"}
         self.max_cycles, self.speech, self.text, self.cost, self.budget = max_cycles, speech, text, cost, budget
-        self.teacher_reward = teacher_reward
+        self.repeated, self.teacher_reward = repeated, teacher_reward
         self.render_mode = render_mode
         self.possible_agents = [TEACHER, STUDENT]
         self.agents: list[str] = []
@@ -225,8 +227,9 @@ class TutoringEnv(AECEnv):
             late = turn >= self.max_cycles
             self.ended = (False, late)
             reward = world.failure_reward
-            self.moment = Moment(None, action, reward, before, self.moment.success, turn, late)
-            info: dict[str, Any] = {"success": self.moment.success, "parse_failure": action}
+            success = self.moment.success and not self.repeated
+            self.moment = Moment(None, action, reward, before, success, turn, late)
+            info: dict[str, Any] = {"success": success, "parse_failure": action}
         else:
             self._state, reward, terminated, truncated, info = world.advance(action)
             self._see()

@@ -22,17 +22,18 @@ from teachers.spec import Catalogue, Spec
 class View:
     """What a personality may look at when it speaks. It sees no template and no family."""
 
-    def __init__(self, oracle: Oracle, kinds: frozenset[FeedbackType], words: Callable[[Claim], float]) -> None:
+    def __init__(self, oracle: Oracle, words: Callable[[Claim], float]) -> None:
         self._oracle = oracle
         self._moments: list[Moment] = []
-        self.kinds = kinds
+        self.kinds: frozenset[FeedbackType] = frozenset()
         """The kinds of feedback that are wanted; others are withheld whatever a personality says."""
         self.words = words
         """The number of words that saying a claim takes, on average over its paraphrases."""
 
-    def see(self, moment: Moment) -> None:
-        """Take note of the next moment."""
+    def see(self, moment: Moment, kinds: frozenset[FeedbackType]) -> None:
+        """Take note of the next moment, and of the kinds that are wanted now."""
         self._moments.append(moment)
+        self.kinds = kinds
 
     @property
     def moment(self) -> Moment:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import SILENCE, Claim, Moment, ParseFailure, Utterance
+from teachers.atoms import SILENCE, Claim, FeedbackType, Moment, ParseFailure, Utterance
 from teachers.common import NotUnderstood
 from teachers.feedback import MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
@@ -88,9 +88,9 @@ class Teacher:
         generator = np.random.default_rng
         self._oracle_rng = generator(oracle)
         self._draws = Draws(generator(voice))
-        self._mix_rng = generator(mixing) if self._mixed else None
+        self._mix_seed, self._mix_rng = mixing, None
         transparent = self.personality.transparent
-        self._view = None if transparent else View(self.oracle, self._kinds, self.voice.words)
+        self._view = None if transparent else View(self.oracle, self.voice.words)
         self._stage = None if transparent else self.personality.start(generator(personality))
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
@@ -123,12 +123,18 @@ class Teacher:
 
     def judge(self, moment: Moment) -> tuple[Claim, ...]:
         """The claims of this turn after personality and bound. Call it once a turn."""
-        kinds = draw_kinds(self._kinds, self._mix_rng) if self._mixed else self._kinds
+        kinds = self._mix() if self._mixed else self._kinds
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
-        self._view.see(moment)
+        self._view.see(moment, self._kinds)
         said = self._stage.speak(self.oracle.judge(moment, kinds), self._view)
         return tuple(claim for claim in said if claim.kind in kinds)
+
+    def _mix(self) -> frozenset[FeedbackType]:
+        """A random subset of the kinds for this turn."""
+        if self._mix_rng is None:
+            self._mix_rng = np.random.default_rng(self._mix_seed)
+        return draw_kinds(self._kinds, self._mix_rng)
 
     def say(self, claims: tuple[Claim, ...], turn: int) -> Utterance:
         """Put claims into words."""

@@ -75,7 +75,7 @@ def test_supported_types():
         ({"voice": "loud"}, "unknown voice 'loud'; allowed: plain"),
         ({"paraphrase": 1.5}, "paraphrase must be"),
         ({"visual": True}, "visual=True is not supported"),
-        ({"max_turns": 0}, "max_cycles must be an integer of at least 1"),
+        ({"max_turns": 0}, "must be an integer of at least 1, got 0"),
         ({"num_rooms": 1}, "num_rooms must be an integer from 2"),
         ({"num_room": 10}, "does not take these options"),
     ],
@@ -338,6 +338,36 @@ def test_a_teacher_of_ones_own_takes_the_seat():
     observation, *_, info = env.step(2)
     assert observation["feedback"] == "Turn 2: I see west."
     assert info["atoms"] == ()
+
+
+@pytest.mark.parametrize(("feedback_type", "heard"), [("n", ""), ("r", "I hear you.")])
+def test_words_of_an_own_teacher_are_bounded_by_the_feedback_type(feedback_type, heard):
+    class Friend:
+        def reset(self, rng):
+            pass
+
+        def act(self, observation, info):
+            return "I hear you."
+
+    env = llf_teacher.make(GRID, teacher=Friend(), feedback_type=feedback_type)
+    assert env.reset(seed=0)[0]["instruction"] == "I hear you."
+    assert env.step(0)[0]["feedback"] == heard
+
+
+def test_atoms_of_an_own_teacher_are_bounded_by_the_feedback_type():
+    class Relay:
+        def __init__(self):
+            self.teacher = llf_teacher.make(GRID).teacher
+
+        def reset(self, rng):
+            self.teacher.reset(rng)
+
+        def act(self, observation, info):
+            return self.teacher.act(observation, info)
+
+    env = llf_teacher.make(GRID, teacher=Relay(), feedback_type="fp")
+    assert env.reset(seed=0)[0]["instruction"]
+    assert {atom.kind for atom in env.step(0)[4]["atoms"]} == {"fp"}
 
 
 def test_personalities_in_python():
