@@ -24,7 +24,7 @@ class _Flat(gymnasium.Env):
     metadata = {"render_modes": ["ansi", "human"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
 
     def __init__(self, seat: str, env_id: str, max_turns: int | None, render_mode: str | None, **settings: Any) -> None:
-        _, self.family, options = entry(env_id)
+        self.env_id, self.family, options = entry(env_id)
         self.aec = self.family.raw_env(max_cycles=max_turns, render_mode=render_mode, **{**options, **settings})
         self.render_mode = render_mode
         self.action_space = self.aec.action_space(seat)
