@@ -6,6 +6,7 @@ the answer is what follows its last occurrence. Where the world's action is itse
 """
 
 import json
+import math
 import re
 from typing import Any, NoReturn
 
@@ -22,10 +23,10 @@ _QUOTES = " \t\r\n.,;!\"'`*"
 
 def parse_action(text: str, world: World) -> Any:
     """The action that a text stands for, in canonical form, or a `ParseFailure`."""
-    answer = text
+    start = 0
     for marker in _MARKER.finditer(text):
-        answer = text[marker.end() :]
-    answer = answer.strip()
+        start = marker.end()
+    answer = text[start:].strip()
     if isinstance(world.action_space, spaces.Text):
         return legal_text(answer, world)
     if len(answer) > _LONGEST:
@@ -56,15 +57,27 @@ def failure(text: str, world: World) -> ParseFailure:
 def _value(answer: str, world: World) -> Any:
     if answer.startswith("(") and answer.endswith(")"):
         answer = f"[{answer[1:-1]}]"
-    value = json.loads(answer, parse_constant=_no_constant)
-    if isinstance(value, dict) and list(value) == ["action"]:
-        value = value["action"]
+    # Objects become tuples of pairs, which shows a key that comes twice.
+    value = json.loads(answer, object_pairs_hook=tuple, parse_float=_finite, parse_constant=_refuse)
+    if isinstance(value, tuple):
+        if [key for key, _ in value] != ["action"]:
+            raise ValueError("the only key of an object must be `action`")
+        value = value[0][1]
     if isinstance(value, str):
         return world.action_words.get(value.strip().lower(), value)
-    if isinstance(value, bool):
+    if _has_truth_value(value):
         raise ValueError("a truth value is no action")
     return value
 
 
-def _no_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is no number")
+def _finite(digits: str) -> float:
+    number = float(digits)
+    return number if math.isfinite(number) else _refuse(digits)
+
+
+def _refuse(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no finite number")
+
+
+def _has_truth_value(value: Any) -> bool:
+    return isinstance(value, bool) or (isinstance(value, list) and any(map(_has_truth_value, value)))

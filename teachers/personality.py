@@ -98,7 +98,7 @@ class Personality(Spec):
         return False
 
     def __or__(self, after: "Personality") -> "Pipeline":
-        return Pipeline((*_stages(self), *_stages(after)))
+        return Pipeline((*stages_of(self), *stages_of(after)))
 
 
 class PipelineStage(Stage):
@@ -132,7 +132,8 @@ class Pipeline(Personality):
         return " | ".join(map(str, self.stages))
 
 
-def _stages(personality: Personality) -> tuple[Personality, ...]:
+def stages_of(personality: Personality) -> tuple[Personality, ...]:
+    """The stages of a pipeline; any other personality is its own only stage."""
     return personality.stages if isinstance(personality, Pipeline) else (personality,)
 
 

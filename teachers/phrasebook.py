@@ -210,20 +210,21 @@ def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> A
             continue
         if not LEAST <= len(templates) <= MOST:
             yield f"{name}: has {len(templates)} paraphrases; allowed: {LEAST} to {MOST}"
-        used = []
+        used: dict[str, set[str]] = {}
         for template in templates:
             try:
-                used.append(slots(template))
+                has = slots(template)
             except ValueError as error:
                 yield f"{name}: {template!r}: {error}"
                 continue
-            for slot in sorted(used[-1] - fields):
+            used[template] = has & fields
+            for slot in sorted(has - fields):
                 yield f"{name}: {template!r} has a slot {slot!r}; allowed: {', '.join(sorted(fields)) or 'none'}"
             if template in seen:
                 yield f"{name}: {template!r} stands under {seen[template]} already"
             seen[template] = name
-        for template, has in zip(templates, used, strict=False):
-            for slot in sorted(set().union(*used) - has):
+        for template, has in used.items():
+            for slot in sorted(set().union(*used.values()) - has):
                 yield f"{name}: {template!r} leaves out {slot!r}, which other paraphrases say"
 
 

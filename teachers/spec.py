@@ -5,6 +5,8 @@ import dataclasses
 import difflib
 import importlib
 import pkgutil
+import reprlib
+import warnings
 from functools import cached_property
 from types import ModuleType
 from typing import Any
@@ -68,9 +70,13 @@ class Catalogue:
         Raises:
             ValueError: the text is no such string, or a name, a parameter or a value is not allowed.
         """
+        if not isinstance(text, str):
+            raise self._error(text)
         try:
-            node = ast.parse(text.strip(), mode="eval").body
-        except (SyntaxError, ValueError, RecursionError, MemoryError, AttributeError):
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", SyntaxWarning)
+                node = ast.parse(text.strip(), mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
             raise self._error(text) from None
         parts: list[ast.expr] = []
         while isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):
@@ -84,8 +90,10 @@ class Catalogue:
             raise self._error(text)
         try:
             values = {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
-        except (ValueError, RecursionError, MemoryError):
+        except (ValueError, TypeError, RecursionError, MemoryError):
             raise self._error(text) from None
+        if len(values) < len(call.keywords):
+            raise self._error(text)
         cls = self[call.func.id]
         allowed = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
         for key in values:
@@ -99,7 +107,7 @@ class Catalogue:
 
     def _error(self, text: Any) -> ValueError:
         return ValueError(
-            f"bad {self._what} spec {text!r}; expected names with keyword arguments, such as "
+            f"bad {self._what} spec {reprlib.repr(text)}; expected names with keyword arguments, such as "
             f"`name` or `name(key=value)`, separated by `|`; names: {', '.join(self.names)}"
         )
 

@@ -9,7 +9,7 @@ from teachers.atoms import SILENCE, Claim, FeedbackType, Moment, ParseFailure, U
 from teachers.common import NotUnderstood
 from teachers.feedback import MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
-from teachers.personality import Personality, View, parse_personality
+from teachers.personality import Personality, Pipeline, View, parse_personality, stages_of
 from teachers.phrasebook import Draws, Paraphrase, Phrasebook, check_paraphrase
 
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
@@ -91,7 +91,8 @@ class Teacher:
         self._mix_seed, self._mix_rng = mixing, None
         transparent = self.personality.transparent
         self._view = None if transparent else View(self.oracle, self.voice.words)
-        self._stage = None if transparent else self.personality.start(generator(personality))
+        # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
+        self._stage = None if transparent else Pipeline(stages_of(self.personality)).start(generator(personality))
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
         """Speak in the teacher's seat."""

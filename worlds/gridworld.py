@@ -73,7 +73,7 @@ class Gridworld(World):
 
     Args:
         num_rooms: rooms in the house, at least 2.
-        num_objects: objects that are strewn about, at least 0.
+        num_objects: objects that are strewn about, at least 0; of equal ones in a room one is there.
         min_goal_dist: least number of moves from the start to the treasure, 1 to `num_rooms - 1`.
     """
 
@@ -87,13 +87,9 @@ class Gridworld(World):
         super().__init__(
             render_mode=render_mode, num_rooms=num_rooms, num_objects=num_objects, min_goal_dist=min_goal_dist
         )
-        for name, value, least, most in (
-            ("num_rooms", num_rooms, 2, 10_000),
-            ("num_objects", num_objects, 0, 100_000),
-            ("min_goal_dist", min_goal_dist, 1, num_rooms - 1),
-        ):
-            if not isinstance(value, int) or not least <= value <= most:
-                raise ValueError(f"{name} must be an integer from {least} to {most}, got {value!r}")
+        _check("num_rooms", num_rooms, 2, 10_000)
+        _check("num_objects", num_objects, 0, 100_000)
+        _check("min_goal_dist", min_goal_dist, 1, num_rooms - 1)
         self.observation_space = spaces.Dict(
             {
                 "room": spaces.Discrete(num_rooms),
@@ -182,6 +178,11 @@ class Gridworld(World):
                 break
         treasure = far[rng.integers(len(far))]
         return start, _furnish(doors, treasure, self.options["num_objects"], rng)
+
+
+def _check(name: str, value: Any, least: int, most: int) -> None:
+    if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
+        raise ValueError(f"{name} must be an integer from {least} to {most}, got {value!r}")
 
 
 _Doors = list[list[int]]  # per room and direction the room behind the door, or NO_DOOR

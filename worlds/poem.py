@@ -28,7 +28,6 @@ _PATTERNS = {HAIKU: (5, 7, 5), TANKA: (5, 7, 5, 7, 7)}
 _OPTIONS = {LINE_PATTERN: "syllable_req", ONE_NUMBER: "syllable"}
 _LINES = (3, 4, 5, 14, 15, 19)
 _SYLLABLES = (5, 7, 8, 9, 10, 17)
-_SEQUENCES = (list, tuple, np.ndarray)
 
 
 class Truth(NamedTuple):
@@ -138,8 +137,8 @@ class Poem(World):
         if mine not in options:
             return ()
         given, lone = options[mine], self.form == ONE_NUMBER
-        numbers = (given,) if lone else given
-        if isinstance(numbers, _SEQUENCES) and 1 <= len(numbers) <= MOST and all(map(_countable, numbers)):
+        numbers = (given,) if lone else given.tolist() if isinstance(given, np.ndarray) else given
+        if isinstance(numbers, list | tuple) and 1 <= len(numbers) <= MOST and all(map(_countable, numbers)):
             return tuple(map(int, numbers))
         allowed = "an integer" if lone else f"a list of 1 to {MOST} integers"
         raise ValueError(f"option {mine!r} must be {allowed} from 1 to {MOST}, got {given!r}")
@@ -244,7 +243,7 @@ _PHRASES = tuple(
         "the ferry drags its wake; a fox looks back and goes; the bread forgets the field; we fold the winter up",
         "the moon forgets where it was; a paper boat finds the sea; nobody answers the bell; "
         "I lend my coat to the snow; the orchard hums in its sleep; an owl corrects the silence; "
-        "tomorrow waits in the well; the tailor mends a torn cloud",
+        "tomorrow waits in the well; the tailor paints a torn cloud",
     )
 )
 """Phrases of 1 to 7 syllables, which CMUdict lets be read in one way only."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from teachers.atoms import Claim
-from teachers.feedback import parse_kinds
+from teachers.feedback import MIXED, parse_kinds
 from teachers.personality import Personality, Stage, View
 
 
@@ -16,6 +16,8 @@ class Only(Personality):
     """Names of kinds, joined by `+`."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.kinds, str) or self.kinds == MIXED:
+            raise ValueError(f"kinds must be names of kinds joined by '+', got {self.kinds!r}")
         parse_kinds(self.kinds)
 
     class Stage(Stage):

@@ -1,0 +1,255 @@
+"""Text mode: a strict grammar for actions, which executes nothing."""
+
+import json
+from itertools import product
+
+import numpy as np
+import pytest
+from gymnasium import spaces
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pz_envs.family import all_families
+from pz_envs.text_mode import failure, legal_text, parse_action
+from teachers.atoms import ParseFailure
+from worlds.bandits import Bandit
+from worlds.gridworld import DIRECTIONS, Gridworld
+from worlds.poem import Poem
+
+WORLDS = {family.name: family.make_world(**family.environments[family.showcase[0]]) for family in all_families()}
+for world in WORLDS.values():
+    world.reset(seed=0)
+DISCRETE = {name: world for name, world in WORLDS.items() if isinstance(world.action_space, spaces.Discrete)}
+NAMED = [(name, word) for name, world in DISCRETE.items() for word in world.action_words]
+HOUSE, ARMS, POEM = WORLDS["gridworld"], WORLDS["bandits"], WORLDS["poem"]
+
+NUMBERS = ["{0}", " {0} ", "{0}\n", '{{"action": {0}}}', '{{ "action" :\t{0} }}']
+WORDS = [*("{0}", " {0} ", "{0}.", '"{0}"', "'{0}'", "`{0}`", "**{0}**", "{0}!", '"{0}".'), '{{"action": "{0}"}}']
+ANSWERS = [
+    "{0}",
+    "Response: {0}",
+    "response:{0}",
+    "RESPONSE:\n\n{0}\n",
+    "Thought: I was there.\nResponse: {0}",
+    "Thought: north? My first Response: 7 was wrong.\nResponse: {0}",
+]
+
+
+@pytest.mark.parametrize("written", NUMBERS)
+@pytest.mark.parametrize("name", DISCRETE)
+def test_every_action_is_read_by_its_number(name, written):
+    world = DISCRETE[name]
+    for action, answer in product(range(world.action_space.n), ANSWERS):
+        read = parse_action(answer.format(written.format(action)), world)
+        assert read == action
+        assert type(read) is type(world.legal(action))
+
+
+@pytest.mark.parametrize("written", WORDS)
+@pytest.mark.parametrize(("name", "word"), NAMED)
+def test_every_action_is_read_by_its_name(name, word, written):
+    world = DISCRETE[name]
+    for answer, case in product(ANSWERS, (str.lower, str.upper, str.title)):
+        assert parse_action(answer.format(written.format(case(word))), world) == world.action_words[word]
+
+
+REFUSED = [
+    *("", " ", "Response:", "Response: ", "nowhere", "north east", "north, east", "go north", "north\nsouth"),
+    *("NaN", "nan", "Infinity", "-Infinity", "inf", "1e400", "-1e400", "1e3", "0.0", "1.0", "0.5", "1e0", "-0.0"),
+    *("-1", "99", "9" * 30, "9" * 900, "9" * 5000, "-" + "9" * 900),
+    *("true", "false", "null", "True", "None", '{"action": true}', '{"action": null}'),
+    *("+0", "00", "0x0", "0b0", "1_0", "0,", "0 1", "0;1", "#0", "$0", "0 # arm"),
+    *("\u0660", "\u0967", "\uff11", "\u00b9", "\u2460", "\U0001d7cf", "1\u0660", "\u0c67"),
+    *("[0]", "(0)", "[]", "()", "(", ")", "[0, 1]", "[[0]]", "[0", "{}", "{", "}", '"0"', '"jump"'),
+    *('{"action": [0]}', '{"action": {"action": 0}}', '{"action": {}}', '{"action": "jump"}', '{"action": 1.0}'),
+    *('{"Action": 0}', '{"move": 0}', '{"action": 0, "why": 1}', '{"why": 1, "action": 0}', '[{"action": 0}]'),
+    *("{'action': 0}", '{"action": NaN}', '{"action": 1e400}', '{"action": 0}}', '{"action": 0} {"action": 1}'),
+    *("__import__('os').system('echo ran')", "exec('1')", "1 if True else 0", "lambda: 0", "int('0')", "0 or 1", "0+0"),
+    *("\x00", "0\x00", "\x1b[31m0", "\ud800", "0\ud800", "\u202e0", "\u200b0", "\\u0030"),
+    "Response: 0\nThought: or rather not",
+    "Response: 0 Response: jump",
+]
+
+
+@pytest.mark.parametrize("text", REFUSED, ids=lambda text: repr(text[:20]))
+@pytest.mark.parametrize("name", DISCRETE)
+def test_what_is_no_action_is_refused(name, text):
+    world = DISCRETE[name]
+    read = parse_action(text, world)
+    assert type(read) is ParseFailure
+    assert read.expected == world.action_syntax
+
+
+def test_the_opposite_of_a_marker_is_no_marker():
+    assert type(parse_action("Thought: north", HOUSE)) is ParseFailure
+    assert parse_action("Response north Response: east", HOUSE) == DIRECTIONS[1]
+
+
+def test_words_belong_to_their_world():
+    assert parse_action("north", HOUSE) == 0
+    assert type(parse_action("north", ARMS)) is ParseFailure
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("[0.5, -1]", [0.5, -1]),
+        ("(0.5, -1)", [0.5, -1]),
+        ("( 1e-3 , 2 )", [0.001, 2]),
+        ('{"action": [0.5, -1]}', [0.5, -1]),
+        ("[[1, 2], [3, 4]]", [[1, 2], [3, 4]]),
+        ("0.5", 0.5),
+        ('"x"', "x"),
+        ("Response: (0.5, -1)", [0.5, -1]),
+    ],
+)
+def test_numbers_and_lists_reach_the_world_as_values(text, value):
+    assert parse_action(text, Anything()) == value
+
+
+@pytest.mark.parametrize(
+    "text", ["[NaN, 0]", "[0, Infinity]", "(NaN, 0)", '{"action": [NaN]}', "true", "(1)(2)", "(1,)"]
+)
+def test_what_is_no_number_does_not_reach_the_world(text):
+    assert type(parse_action(text, Anything())) is ParseFailure
+
+
+@pytest.mark.parametrize("error", [ValueError, TypeError, OverflowError, RecursionError])
+def test_a_world_that_cannot_read_a_value_refuses_it(error):
+    class Picky(Anything):
+        def legal(self, action):
+            raise error("no")
+
+    assert type(parse_action("0", Picky())) is ParseFailure
+
+
+class Anything(Bandit):
+    """A world that takes every value for an action."""
+
+    def legal(self, action):
+        return action
+
+
+@pytest.mark.parametrize(
+    ("text", "poem"),
+    [
+        ("snow\nrain", "snow\nrain"),
+        ("  snow\nrain \n", "snow\nrain"),
+        ("Thought: cold.\nResponse: snow\nrain", "snow\nrain"),
+        ("RESPONSE:snow", "snow"),
+        ('{"action": "snow"}', '{"action": "snow"}'),
+        ("0", "0"),
+        ("", ""),
+        ("Response:", ""),
+        ("caf\u00e9 \u2014 \U0001f525", "caf\u00e9 \u2014 \U0001f525"),
+        ("x" * 10_000, "x" * 10_000),
+    ],
+)
+def test_a_text_that_is_the_action_is_taken_as_it_is(text, poem):
+    assert parse_action(text, POEM) == poem
+
+
+@pytest.mark.parametrize("text", ["\x00", "snow\x07", "x" * 10_001, "Response: snow\x1b"])
+def test_a_text_that_is_no_poem_is_refused(text):
+    assert type(parse_action(text, POEM)) is ParseFailure
+    assert type(legal_text(text, POEM)) is ParseFailure or text.startswith("Response")
+
+
+def test_a_text_given_as_it_is_has_no_marker():
+    assert legal_text("Thought: cold.\nResponse: snow", POEM) == "Thought: cold.\nResponse: snow"
+
+
+@pytest.mark.parametrize(
+    ("text", "got"),
+    [
+        ("jump", "jump"),
+        ("", ""),
+        ("a\nb\tc\x00d", "a b c d"),
+        ("\ud800\u202e", "  "),
+        ("x" * 80, "x" * 80),
+        ("x" * 81, "x" * 77 + "..."),
+        ("x" * 10**6, "x" * 77 + "..."),
+        ("caf\u00e9 \U0001f525", "caf\u00e9 \U0001f525"),
+    ],
+)
+def test_a_failure_quotes_a_printable_excerpt(text, got):
+    assert failure(text, HOUSE) == ParseFailure(got, HOUSE.action_syntax)
+
+
+def check(text, world):
+    read = parse_action(text, world)
+    if type(read) is ParseFailure:
+        assert len(read.got) <= 80
+        assert read.got.isprintable()
+        assert read.expected == world.action_syntax
+    else:
+        assert world.legal(read) == read
+    return read
+
+
+FRAGMENTS = ["Response:", "Thought:", "north", "action", '{"action":', "__import__('os')", "1e400", "NaN", "-", "true"]
+fragments = st.lists(st.sampled_from([*FRAGMENTS, *'0123[](){}",:.\\ \n\x00\u0660\ud800']), max_size=30).map("".join)
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["action", "a"]), inner, max_size=2),
+    max_leaves=6,
+)
+
+
+@given(text=st.text(st.characters(), max_size=200) | fragments | values.map(json.dumps))
+@settings(deadline=None, max_examples=300)
+def test_any_text_is_an_action_or_a_failure(text):
+    for world in WORLDS.values():
+        check(text, world)
+
+
+HUGE = [
+    *(
+        "[",
+        "(",
+        "{",
+        '{"action":',
+        '"',
+        "\\",
+        "9",
+        "-",
+        "0 ",
+        "\x00",
+        "\ud800",
+        "Response:",
+        "response: ",
+        "\n",
+        " ",
+        "'",
+    ),
+    *("()", "[]", "north ", "1e", "NaN,", "\u0660", "__import__('os')"),
+]
+
+
+@pytest.mark.parametrize("piece", HUGE, ids=repr)
+@pytest.mark.parametrize("name", WORLDS)
+def test_a_huge_text_returns(name, piece):
+    world, text = WORLDS[name], piece * (100_000 // len(piece))
+    for answer in (text, f"Response: {text}", f"[{text}]", f"({text})", f'{{"action": {text}}}'):
+        assert type(check(answer, world)) is ParseFailure or isinstance(world.action_space, spaces.Text)
+
+
+def test_the_answer_behind_many_markers_is_found():
+    assert check("Response: " * 10_000 + "north", HOUSE) == 0
+    assert check("x" * 100_000 + "Response: 3", HOUSE) == 3
+
+
+@pytest.mark.parametrize("world", [Gridworld(), Bandit(), Poem()], ids=lambda world: type(world).__name__)
+@pytest.mark.parametrize("text", ["0", "north", "jump", "\x00"])
+def test_reading_changes_nothing(world, text):
+    world.reset(seed=0)
+    before, drawn = world.save(), world.np_random.bit_generator.state
+    parse_action(text, world)
+    assert world.save() == before
+    assert world.np_random.bit_generator.state == drawn
+
+
+def test_numbers_are_given_in_the_form_that_the_world_takes():
+    assert type(parse_action("2", ARMS)) is int
+    assert parse_action("2", HOUSE) is DIRECTIONS[2]
+    assert not isinstance(parse_action("2", ARMS), np.generic)

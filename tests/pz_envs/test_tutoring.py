@@ -1,0 +1,204 @@
+"""The seats: turn order, rewards, budgets, openings, arguments."""
+
+import warnings
+
+import numpy as np
+import pettingzoo
+import pytest
+
+import llf_teacher
+from llf_teacher.registry import entry
+from pz_envs.family import all_families
+from pz_envs.tutoring import STUDENT, TEACHER
+from teachers.atoms import KINDS, Utterance
+
+GRID, BANDIT = entry("llf-gridworld-v0").family, entry("llf-bandits-BanditTenArmedGaussian-v0").family
+
+
+def test_modules_and_registry_lead_to_the_same_seats():
+    from pz_envs.families import gridworld
+
+    made = [gridworld.env(), gridworld.raw_env(), pettingzoo.make("aec", "llf/gridworld-v0")]
+    for env in made:
+        env.reset(seed=3)
+    assert len({env.unwrapped.world.truth for env in made}) == 1
+    assert gridworld.parallel_env().possible_agents == [TEACHER, STUDENT]
+    assert pettingzoo.make("parallel", "llf/gridworld-v0").possible_agents == [TEACHER, STUDENT]
+    assert made[0].metadata["name"] == "gridworld_v0"
+    assert made[0].metadata["is_parallelizable"] is False
+
+
+def test_every_environment_is_registered_once():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for id in llf_teacher.ids():
+            name = id.replace("llf-", "llf/")
+            assert name in pettingzoo.aec_registry
+            assert name in pettingzoo.parallel_registry
+
+
+def test_message_the_opening_is_split_into_instruction_and_advice():
+    env = GRID.raw_env()
+    env.reset(seed=0)
+    env.tutor.reset(np.random.default_rng(0))
+    said = env.tutor.speak(env.infos[TEACHER]["moment"])
+    env.step(said)
+    seen = env.observe(STUDENT)
+    assert f"{seen['instruction']} {seen['feedback']}" == said
+    assert {atom.kind for atom in seen["feedback"].atoms} == {"fp", "fn"}
+    assert env.infos[STUDENT]["atoms"] == said.atoms
+
+
+def test_message_plain_text_is_heard_as_it_is():
+    env = GRID.raw_env()
+    env.reset(seed=0)
+    env.step("Find the treasure, please.")
+    assert env.observe(STUDENT)["instruction"] == "Find the treasure, please."
+    assert env.rewards == {TEACHER: 0.0, STUDENT: 0.0}
+    env.step(0)
+    assert env.observe(TEACHER)["action"] == "north"
+    env.step("Well done.")
+    assert env.observe(STUDENT)["feedback"] == "Well done."
+    assert env.observe(STUDENT)["instruction"] == "Find the treasure, please."
+    assert env.rewards == {TEACHER: -0.01, STUDENT: 0.0}
+    env.step(1)
+    env.step("")
+    assert env.rewards[TEACHER] == 0.0
+
+
+@pytest.mark.parametrize("words", [3, None, b"bytes", "x" * 70_000])
+def test_message_only_text_is_said(words):
+    env = GRID.raw_env()
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="must say a string of at most 65536 characters"):
+        env.step(words)
+    assert env.agent_selection == TEACHER
+
+
+def test_message_budget():
+    env = GRID.raw_env(budget=2)
+    env.reset(seed=0)
+    env.step("Go.")
+    for said, heard in (("One.", "One."), ("Two.", "Two."), ("Three.", "")):
+        env.step(0)
+        env.step(said)
+        assert env.observe(STUDENT)["feedback"] == heard
+
+
+def test_kinds_bit_i_says_kind_i():
+    for bit, kind in enumerate(KINDS):
+        env = BANDIT.raw_env(speech="kinds")
+        env.reset(seed=0)
+        env.step(0)
+        env.step(0)
+        available = env.observe(TEACHER)["available"]
+        env.step(1 << bit)
+        said = {atom.kind for atom in env.observe(STUDENT)["feedback"].atoms}
+        assert said == ({kind} if available[bit] else set())
+
+
+@pytest.mark.parametrize("action", [-1, 32, 1.5, "31", None])
+def test_kinds_other_actions_are_refused(action):
+    env = GRID.raw_env(speech="kinds")
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="must be an integer from 0 to 31"):
+        env.step(action)
+    env.step(np.int64(31))
+
+
+def test_kinds_features():
+    env = GRID.raw_env(speech="kinds", budget=8, max_cycles=4)
+    env.reset(seed=0)
+    turn, reward, importance, left, over = env.observe(TEACHER)["features"].tolist()
+    assert (turn, reward, left, over) == (0, 0, 1, 0)
+    assert 0 < importance <= 2
+    for _ in range(4):
+        env.step(31)
+        env.step(0)
+    turn, _, _, left, over = env.observe(TEACHER)["features"].tolist()
+    assert (turn, left, over) == (1, 0, 1)
+    assert env.observe(TEACHER) in env.observation_space(TEACHER)
+
+
+def test_kinds_feedback_type_bounds_the_seat_too():
+    env = GRID.raw_env(speech="kinds", feedback_type="fp")
+    env.reset(seed=0)
+    assert env.observe(TEACHER)["available"].tolist() == [0, 0, 0, 1, 0]
+
+
+def test_both_seats_get_the_worlds_reward_and_the_teachers_can_be_replaced():
+    env = BANDIT.raw_env(speech="kinds", teacher_reward=lambda moment: 10.0 * moment.success)
+    env.reset(seed=0)
+    best = env.world.truth.best[0]
+    env.step(31)
+    env.step(best)
+    assert env.rewards[TEACHER] == 10.0
+    assert env.rewards[STUDENT] == env.moment.reward
+    env = BANDIT.raw_env(speech="kinds", cost=0.0)
+    env.reset(seed=0)
+    env.step(31)
+    env.step(best)
+    assert env.rewards[TEACHER] == env.rewards[STUDENT] != 0
+
+
+@pytest.mark.parametrize("family", all_families(), ids=lambda family: family.name)
+def test_a_text_that_is_no_action_keeps_success_where_it_is_the_episodes(family):
+    env = family.raw_env(text=True, **family.environments[family.showcase[0]])
+    env.reset(seed=0)
+    env.step("Begin.")
+    oracle = family.oracle_class()(env.world.scratch)
+    oracle.start(env.moment.after, np.random.default_rng(0))
+    for action in oracle.plan(env.moment.after, 30):
+        env.student_turn(action if isinstance(action, str) else f"{action}")
+        env.teacher_turn("")
+        if env.moment.success:
+            break
+    assert env.moment.success
+    env.student_turn("\x00")
+    assert env.moment.success is not family.repeated
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        ({"speech": "song"}, "speech 'song' is unknown; allowed: message, kinds"),
+        ({"max_cycles": 0}, "must be an integer of at least 1, got 0"),
+        ({"max_cycles": 1.5}, "must be an integer of at least 1, got 1.5"),
+        ({"cost": -1}, "cost must be at least 0, got -1"),
+        ({"budget": 0}, "budget must be None or at least 1, got 0"),
+        ({"render_mode": "x"}, "render_mode 'x' is unknown"),
+    ],
+)
+def test_bad_arguments(arguments, match):
+    with pytest.raises(ValueError, match=match):
+        GRID.raw_env(**arguments)
+
+
+def test_dead_steps_take_none_only():
+    env = pettingzoo.make("aec", "llf/gridworld-v0", max_cycles=1)
+    env.reset(seed=0)
+    env.step("Go.")
+    env.step(0)
+    env.step("Over.")
+    assert env.last()[0]["feedback"] == "Over."
+    with pytest.raises(ValueError, match="when an agent is dead, the only valid action is None"):
+        env.step(0)
+    env.step(None)
+    env.step(None)
+    assert env.agents == []
+
+
+def test_human_rendering_prints(capsys):
+    env = GRID.raw_env(render_mode="human")
+    env.reset(seed=0)
+    env.step("Go on.")
+    assert "Teacher: Go on." in capsys.readouterr().out
+
+
+def test_observations_that_were_handed_out_can_be_changed():
+    env = GRID.raw_env()
+    env.reset(seed=0)
+    env.step(Utterance("Go."))
+    room = env.observe(STUDENT)["state"]["room"]
+    env.observe(STUDENT)["state"]["room"] = -5
+    assert env.observe(STUDENT)["state"]["room"] == room

@@ -1,0 +1,137 @@
+"""Utterances are strings that carry atoms; claims are plain frozen values."""
+
+import copy
+import dataclasses
+import pickle
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pz_envs.family import all_families
+from teachers import common
+from teachers.atoms import KINDS, SILENCE, Atom, Claim, FeedbackType, Moment, R, Utterance
+from teachers.common import Late, Reward, Solved, TryAgain
+from teachers.oracle import claims_of
+
+FAMILY_CLAIMS = [cls for family in all_families() for cls in family.oracle_class().claims()]
+COMMON_CLAIMS = list(claims_of(common.__name__))
+CLAIMS = [*FAMILY_CLAIMS, *COMMON_CLAIMS]
+ATOM = Atom(Reward(reward=0.5), "You get 0.5.", 3)
+COPIES = [copy.copy, copy.deepcopy, *(lambda value, p=p: pickle.loads(pickle.dumps(value, p)) for p in range(6))]
+
+
+def name(cls):
+    return f"{cls.__module__.rpartition('.')[2]}-{cls.__name__}"
+
+
+def some(cls, value=1):
+    """An instance with the same value in every field; the types of fields are not checked by claims."""
+    return cls(**{field.name: value for field in dataclasses.fields(cls)})
+
+
+def test_an_utterance_is_its_text():
+    said = Utterance("Well done.", (ATOM,))
+    assert isinstance(said, str)
+    assert said == "Well done."
+    assert hash(said) == hash("Well done.")
+    assert f"{said}" == str(said) == "Well done."
+    assert {"Well done.": 1}[said] == 1
+    assert said.atoms == (ATOM,)
+
+
+def test_an_utterance_of_atoms_joins_their_texts():
+    said = Utterance.of([ATOM, Atom(TryAgain(), "Try again.", 3)])
+    assert said == "You get 0.5. Try again."
+    assert [atom.kind for atom in said.atoms] == ["r", "hn"]
+
+
+def test_silence_says_nothing():
+    assert SILENCE == Utterance() == Utterance.of([]) == ""
+    assert SILENCE.atoms == ()
+    assert not SILENCE
+
+
+@given(text=st.text(), copied=st.sampled_from(COPIES))
+def test_copies_of_an_utterance_keep_text_and_atoms(text, copied):
+    said = Utterance(text, (ATOM, Atom(TryAgain(), text, 0)))
+    twin = copied(said)
+    assert type(twin) is Utterance
+    assert twin == said
+    assert twin.atoms == said.atoms
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
+def test_an_utterance_is_copied_as_itself(copied):
+    said = Utterance("Well done.", (ATOM,))
+    assert copied(said) is said
+    assert copied([said])[0] is said
+
+
+def test_kinds_are_in_speaking_order():
+    assert [str(kind) for kind in KINDS] == ["r", "hp", "hn", "fp", "fn"]
+    assert R == "r"
+
+
+@pytest.mark.parametrize("cls", CLAIMS, ids=name)
+def test_claims_say_when_they_are_true(cls):
+    assert issubclass(cls, Claim)
+    assert cls is Late or cls.__doc__.startswith("True ")
+    assert "holds" in vars(cls) or cls is Late
+
+
+@pytest.mark.parametrize("cls", FAMILY_CLAIMS, ids=name)
+def test_claims_are_filed_by_their_class(cls):
+    assert cls.kind is None or type(cls.kind) is FeedbackType
+    assert some(cls).kind is cls.kind
+
+
+def test_every_family_has_claims_of_every_kind_and_of_none():
+    for family in all_families():
+        kinds = {cls.kind for cls in family.oracle_class().claims()} | {Reward.kind}
+        assert kinds == {None, *KINDS}, family.name
+
+
+@pytest.mark.parametrize("cls", CLAIMS, ids=name)
+def test_claims_are_keyword_only(cls):
+    fields = dataclasses.fields(cls)
+    assert all(field.kw_only for field in fields)
+    with pytest.raises(TypeError, match="positional argument"):
+        cls(*[1] * max(len(fields), 1))
+
+
+@pytest.mark.parametrize("cls", CLAIMS, ids=name)
+def test_claims_are_frozen(cls):
+    claim = some(cls)
+    for field in dataclasses.fields(cls):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(claim, field.name, 2)
+
+
+@pytest.mark.parametrize("cls", CLAIMS, ids=name)
+def test_claims_are_slotted(cls):
+    assert not hasattr(some(cls), "__dict__")
+
+
+@pytest.mark.parametrize("cls", CLAIMS, ids=name)
+def test_claims_are_hashable_values(cls):
+    claim = some(cls)
+    assert claim == some(cls)
+    assert hash(claim) == hash(some(cls))
+    if dataclasses.fields(cls):
+        assert claim != some(cls, 2)
+    assert copy.deepcopy(claim) == pickle.loads(pickle.dumps(claim)) == claim
+
+
+def test_claims_of_different_classes_differ():
+    assert len({some(cls) for cls in CLAIMS}) == len(CLAIMS)
+
+
+def test_a_late_claim_has_the_kind_of_what_it_says():
+    assert Late(claim=Solved(), turn=2).kind == "hp"
+    assert Late(claim=TryAgain(), turn=2).kind == "hn"
+
+
+def test_a_claim_that_does_not_say_when_it_holds_cannot_be_checked():
+    with pytest.raises(TypeError, match=r"Claim does not say when it holds; implement holds\(moment, lab\)"):
+        Claim().holds(Moment(None, None, 0.0, None, False, 0, False), None)

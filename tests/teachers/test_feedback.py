@@ -1,0 +1,98 @@
+"""Feedback types: what may be asked for, and the random subsets of `m`."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import chisquare
+
+from teachers.atoms import FN, FP, HN, HP, KINDS, FeedbackType, R
+from teachers.feedback import draw_kinds, format_kinds, parse_kinds
+
+kind_sets = st.sets(st.sampled_from(KINDS))
+
+
+@pytest.mark.parametrize(
+    ("feedback_type", "kinds", "text"),
+    [
+        ("a", set(KINDS), "a"),
+        ("m", set(KINDS), "m"),
+        ("n", set(), "n"),
+        ("r", {R}, "r"),
+        ("hp", {HP}, "hp"),
+        ("fn+r", {R, FN}, "r+fn"),
+        ("fn+fp+hn+hp+r", set(KINDS), "r+hp+hn+fp+fn"),
+        ("hp+hp", {HP}, "hp"),
+        (["fp", "hn"], {HN, FP}, "hn+fp"),
+        (("r",), {R}, "r"),
+        ({"fn", "hp"}, {HP, FN}, "hp+fn"),
+        (frozenset((FP, "r")), {R, FP}, "r+fp"),
+        ([], set(), "n"),
+        (set(), set(), "n"),
+        (FN, {FN}, "fn"),
+    ],
+)
+def test_feedback_types_are_understood(feedback_type, kinds, text):
+    parsed = parse_kinds(feedback_type)
+    assert parsed == kinds
+    assert all(type(kind) is FeedbackType for kind in parsed)
+    assert format_kinds(feedback_type) == text
+
+
+@given(kind_sets)
+def test_kinds_round_trip(kinds):
+    assert parse_kinds(format_kinds(kinds)) == kinds
+    assert format_kinds([str(kind) for kind in kinds]) == format_kinds(kinds)
+    assert format_kinds(format_kinds(kinds)) == format_kinds(kinds)
+
+
+@pytest.mark.parametrize(
+    ("feedback_type", "named"),
+    [
+        ("", "''"),
+        ("x", "'x'"),
+        ("R", "'R'"),
+        ("r+", "''"),
+        ("r + hp", "'r '"),
+        ("r,hp", "'r,hp'"),
+        ("r+a", "'a'"),
+        (["a"], "'a'"),
+        (["r", None], "None"),
+        (["r+hp"], r"'r\+hp'"),
+        ([["r"]], r"\['r'\]"),
+    ],
+)
+@pytest.mark.parametrize("function", [parse_kinds, format_kinds])
+def test_wrong_names_are_named(function, feedback_type, named):
+    with pytest.raises(ValueError, match=rf"names {named}; allowed: 'a' \(all\), .* r, hp, hn, fp, fn"):
+        function(feedback_type)
+
+
+@pytest.mark.parametrize("feedback_type", [None, 5, True, {"r": 1}, b"r", (kind for kind in KINDS)])
+def test_other_types_are_refused(feedback_type):
+    with pytest.raises(ValueError, match=r"is not supported; allowed: 'a' \(all\)"):
+        parse_kinds(feedback_type)
+
+
+@pytest.mark.parametrize("kinds", [{R}, {HP, FN}, {R, HN, FP}, set(KINDS)], ids=format_kinds)
+def test_every_non_empty_subset_is_drawn_equally_often(kinds):
+    rng = np.random.default_rng(0)
+    subsets = [frozenset(chosen) for size in range(1, 6) for chosen in combinations(sorted(kinds), size)]
+    counts = dict.fromkeys(subsets, 0)
+    for _ in range(200 * len(subsets)):
+        counts[draw_kinds(kinds, rng)] += 1
+    assert chisquare(list(counts.values())).pvalue > 1e-3 or len(subsets) == 1
+
+
+def test_of_nothing_nothing_is_drawn():
+    assert draw_kinds(frozenset(), np.random.default_rng(0)) == frozenset()
+
+
+@given(kinds=st.lists(st.sampled_from(KINDS), min_size=1, unique=True), seed=st.integers(0, 2**32))
+def test_draws_depend_on_the_seed_and_not_on_the_order_of_the_set(kinds, seed):
+    drawn = [draw_kinds(set(order), np.random.default_rng(seed)) for order in (kinds, kinds[::-1])]
+    assert drawn[0] == drawn[1]
+    assert drawn[0]
+    assert drawn[0] <= set(kinds)

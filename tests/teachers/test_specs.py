@@ -1,0 +1,230 @@
+"""Spec strings of personalities: they round-trip, compose, and run nothing."""
+
+import dataclasses
+import pickle
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from teachers.personalities.delayed import Delayed
+from teachers.personalities.mistake import Mistake
+from teachers.personalities.only import Only
+from teachers.personalities.oracle import Oracle
+from teachers.personality import PERSONALITIES, Pipeline, parse_personality
+
+NAMES = PERSONALITIES.names
+# Values for parameters; a parameter that is not listed keeps its default.
+VALUES = {
+    "eps": st.floats(0, 1) | st.integers(0, 1),
+    "turns": st.integers(0, 50),
+    "kinds": st.sampled_from(["r", "hp+fn", "r+hp+hn+fp+fn", "n"]),
+}
+
+
+def some(name):
+    cls = PERSONALITIES[name]
+    values = {field.name: VALUES[field.name] for field in dataclasses.fields(cls) if field.name in VALUES}
+    return st.builds(cls, **values)
+
+
+stages = st.sampled_from(NAMES).flatmap(some)
+pipelines = st.lists(stages, min_size=2, max_size=5).map(lambda parts: Pipeline(tuple(parts)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_personality_is_named_like_its_module(name):
+    personality = parse_personality(name)
+    assert personality.name == str(personality) == name
+    assert personality == PERSONALITIES[name]() == parse_personality(f" {name}() ")
+    assert parse_personality(personality) is personality
+
+
+@given(stages | pipelines)
+def test_specs_round_trip(personality):
+    text = str(personality)
+    parsed = parse_personality(text)
+    assert parsed == personality
+    assert type(parsed) is type(personality)
+    assert hash(parsed) == hash(personality)
+    assert str(parsed) == text
+    assert pickle.loads(pickle.dumps(personality)) == personality
+
+
+@pytest.mark.parametrize(
+    ("personality", "text"),
+    [
+        (Mistake(0.1), "mistake"),
+        (Mistake(0.2), "mistake(eps=0.2)"),
+        (Only("r+hp"), "only(kinds='r+hp')"),
+        (Delayed(turns=3), "delayed(turns=3)"),
+        (Mistake(0.2) | Delayed(2), "mistake(eps=0.2) | delayed(turns=2)"),
+        (Oracle() | Mistake() | Delayed(), "oracle | mistake | delayed"),
+    ],
+)
+def test_only_what_is_not_the_default_is_written(personality, text):
+    assert str(personality) == text
+    assert parse_personality(text) == personality
+
+
+def test_composition_is_the_parsed_string():
+    assert Mistake(0.2) | Delayed(2) == parse_personality("mistake(eps=0.2)|delayed(turns=2)")
+    assert Mistake(0.2) | Delayed(2) != Delayed(2) | Mistake(0.2)
+    assert (Mistake() | Delayed()) | Oracle() == Mistake() | (Delayed() | Oracle())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_personalities_are_frozen(name):
+    personality = parse_personality(name)
+    for field in dataclasses.fields(personality):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(personality, field.name, 1)
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("mistakes", r"unknown personality 'mistakes'; did you mean mistake\b.*\? allowed: delayed, .*, silent$"),
+        ("oracle | orcale", r"unknown personality 'orcale'; did you mean oracle\b.*\? allowed: "),
+        ("Oracle", r"unknown personality 'Oracle'; did you mean oracle\b.*\? allowed: "),
+        ("__init__", "unknown personality '__init__'; .*allowed: "),
+        ("mistake(rate=1)", "personality 'mistake' has no parameter 'rate'; allowed: eps$"),
+        ("oracle(eps=1)", "personality 'oracle' has no parameter 'eps'; allowed: none$"),
+        ("mistake(eps=2)", "eps must be a number from 0 to 1, got 2"),
+        ("mistake(eps=-0.1)", r"eps must be a number from 0 to 1, got -0\.1"),
+        ("mistake(eps=1e999)", "eps must be a number from 0 to 1, got inf"),
+        ("mistake(eps=True)", "eps must be a number from 0 to 1, got True"),
+        ("mistake(eps='0.1')", r"eps must be a number from 0 to 1, got '0\.1'"),
+        ("mistake(eps=None)", "eps must be a number from 0 to 1, got None"),
+        ("delayed(turns=-1)", "turns must be an integer from 0 to 10000, got -1"),
+        ("delayed(turns=1.5)", r"turns must be an integer from 0 to 10000, got 1\.5"),
+        ("delayed(turns=10001)", "turns must be an integer from 0 to 10000, got 10001"),
+        ("only(kinds='x')", "feedback type 'x' names 'x'; allowed: "),
+        ("only(kinds=5)", r"kinds must be names of kinds joined by '\+', got 5"),
+    ],
+)
+def test_errors_name_what_is_wrong_and_what_is_allowed(spec, message):
+    with pytest.raises(ValueError, match=message):
+        parse_personality(spec)
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "0.1", True, None, [0.1]])
+def test_constructors_check_their_parameters(value):
+    with pytest.raises(ValueError, match="eps must be a number from 0 to 1, got"):
+        Mistake(eps=value)
+
+
+BAD_SYNTAX = [
+    "",
+    " ",
+    "|",
+    "oracle |",
+    "| oracle",
+    "oracle || silent",
+    "oracle silent",
+    "oracle, silent",
+    "oracle; silent",
+    "oracle & silent",
+    "oracle + silent",
+    "oracle or silent",
+    "not oracle",
+    "'oracle'",
+    "5",
+    "oracle.start",
+    "oracle[0]",
+    "oracle()()",
+    "(oracle, silent)",
+    "[oracle]",
+    "mistake(0.1)",
+    "mistake(*[0.1])",
+    "mistake(**{'eps': 0.1})",
+    "mistake(eps)",
+    "mistake(eps=)",
+    "mistake(eps=oracle)",
+    "mistake(eps=float('0.1'))",
+    "mistake(eps=delayed(turns=1))",
+    "mistake(eps=0.1",
+    "mistake eps=0.1",
+    "mistake(eps=1/2)",
+    "mistake(eps=10**10**10)",
+    "mistake(eps=[0][0])",
+    "mistake(eps=f'{0}')",
+    "lambda: oracle",
+    "oracle if 1 else silent",
+    "x := oracle",
+    "import os",
+    "oracle\nsilent",
+    "oracle\x00",
+    "oracle\ud800",
+    "mistake(eps={[]: 1})",
+    "mistake(eps={[]})",
+    "mistake(eps=0.1, eps=0.2)",
+]
+
+
+@pytest.mark.parametrize("spec", BAD_SYNTAX)
+def test_bad_syntax_is_refused_with_the_names(spec):
+    with pytest.raises(ValueError, match=r"(?s)bad personality spec .*expected names with .*; names: delayed, "):
+        parse_personality(spec)
+
+
+@pytest.mark.parametrize("spec", [None, 5, 0.1, ["oracle"], object()])
+def test_what_is_no_string_is_refused(spec):
+    with pytest.raises(ValueError, match="bad personality spec"):
+        parse_personality(spec)
+
+
+CODE = [
+    "__import__('pathlib').Path({path!r}).touch()",
+    "open({path!r}, 'w')",
+    "mistake(eps=open({path!r}, 'w'))",
+    "mistake(eps=__import__('pathlib').Path({path!r}).touch())",
+    "mistake(eps=[open({path!r}, 'w') for _ in (1,)])",
+    "oracle | open({path!r}, 'w')",
+    "(lambda: open({path!r}, 'w'))()",
+    "mistake(eps=(x := open({path!r}, 'w')))",
+    "mistake(eps=f\"{{open({path!r}, 'w')}}\")",
+]
+
+
+@pytest.mark.parametrize("code", CODE)
+def test_code_is_refused_and_does_not_run(code, tmp_path):
+    path = tmp_path / "ran"
+    with pytest.raises(ValueError, match=r"bad personality spec|unknown personality"):
+        parse_personality(code.format(path=str(path)))
+    assert not path.exists()
+
+
+HUGE = [
+    "(" * 100_000,
+    "(" * 150 + "oracle" + ")" * 150 + "x",
+    "mistake(eps=" + "[" * 50_000 + "]" * 50_000 + ")",
+    "mistake(eps=" + "-" * 50_000 + "1)",
+    "mistake(eps=" + "1+" * 50_000 + "1)",
+    "mistake(eps=" + "9" * 5000 + ")",
+    "oracle | " * 50_000 + "oracle",
+    "oracle(" * 50_000,
+    "oracle" + "()" * 50_000,
+    "oracle" + ".x" * 50_000,
+    "x" * 1_000_000,
+    "'" + "x" * 1_000_000,
+    "\\" * 100_000,
+]
+
+
+@pytest.mark.parametrize("spec", HUGE, ids=lambda spec: f"{spec[:20]}...{len(spec)}")
+def test_very_long_and_deeply_nested_strings_are_refused(spec):
+    with pytest.raises(ValueError, match=r"bad personality spec|unknown personality|eps must be"):
+        parse_personality(spec)
+
+
+tokens = st.sampled_from([*NAMES, *"()[]{}|=,.'\"*01-: ", "eps", "turns"])
+
+
+@given(st.text(max_size=50) | st.lists(tokens, max_size=12).map("".join))
+def test_any_text_is_a_spec_or_a_value_error(text):
+    try:
+        personality = parse_personality(text)
+    except ValueError:
+        return
+    assert parse_personality(str(personality)) == personality

@@ -1,0 +1,250 @@
+"""The teacher: what it says when, what its settings bound, and that an episode can be repeated and copied."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from pz_envs.family import all_families
+from teachers.atoms import FN, FP, KINDS, SILENCE, Moment, ParseFailure, Utterance
+from teachers.common import NotUnderstood
+from teachers.personality import PERSONALITIES
+from teachers.testing import Pupil
+
+FAMILIES = {family.name: family for family in all_families()}
+on_every_family = pytest.mark.parametrize("name", FAMILIES)
+
+
+def make(name, personality="oracle", **settings):
+    """A teacher and the moments of random play over two episodes or so."""
+    family = FAMILIES[name]
+    options = family.environments[family.showcase[0]]
+    pupil = Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles, turns=40)
+    world = pupil.make_world()
+    teacher = pupil.make_teacher(world, personality, **settings)
+    return teacher, list(pupil.moments(world))
+
+
+def begun(name, *args, seed=0, **settings):
+    """A teacher that has opened the first episode, its words, and the moments that follow."""
+    teacher, moments = make(name, *args, **settings)
+    teacher.reset(np.random.default_rng(seed))
+    return teacher, teacher.speak(moments[0]), moments[1:]
+
+
+def talk(teacher, moments, seed=0):
+    rng = np.random.default_rng(seed)
+    said = []
+    for moment in moments:
+        if moment.turn == 0:
+            teacher.reset(rng.spawn(1)[0])
+        said.append(teacher.speak(moment))
+    return said
+
+
+def failure(moment, expected, over=False):
+    return Moment(None, ParseFailure("jump!", expected), 0.0, moment.after, False, moment.turn + 1, over)
+
+
+def claims(said):
+    return [atom.claim for atom in said.atoms]
+
+
+@on_every_family
+def test_the_opening_is_the_instruction_and_then_advice(name):
+    _, said, _ = begun(name)
+    kinds = [atom.kind for atom in said.atoms]
+    instruction = kinds.count(None)
+    assert instruction >= 2
+    assert kinds[:instruction] == [None] * instruction
+    assert kinds[instruction:] == [FP, FN]
+    assert said == " ".join(atom.text for atom in said.atoms)
+    assert {atom.about_turn for atom in said.atoms} == {0}
+
+
+@on_every_family
+def test_open_gives_the_instruction_alone(name):
+    teacher, moments = make(name)
+    teacher.reset(np.random.default_rng(0))
+    assert {atom.kind for atom in teacher.open(moments[0]).atoms} == {None}
+
+
+@on_every_family
+def test_later_turns_are_feedback_in_speaking_order(name):
+    teacher, _, moments = begun(name)
+    for moment in moments[:5]:
+        kinds = [atom.kind for atom in teacher.speak(moment).atoms]
+        assert kinds[0] == "r"
+        assert kinds == sorted(kinds, key=KINDS.index)
+        assert {FP, FN} <= set(kinds)
+
+
+@on_every_family
+def test_advice_ends_with_the_episode(name):
+    teacher, _, moments = begun(name)
+    last = next(moment for moment in moments if moment.over)
+    said = teacher.speak(last)
+    assert said
+    assert not {FP, FN} & {atom.kind for atom in said.atoms}
+
+
+@on_every_family
+@pytest.mark.parametrize("settings", [{}, {"feedback_type": "n"}, {"personality": "silent"}, {"feedback_type": "m"}])
+def test_a_text_that_is_no_action_is_always_answered(name, settings):
+    teacher, _, moments = begun(name, **settings)
+    expected = teacher.oracle.lab.action_syntax
+    moment = failure(moments[0], expected)
+    said = teacher.speak(moment)
+    notice, *rest = said.atoms
+    assert notice.claim == NotUnderstood(got="jump!", expected=expected)
+    assert notice.claim.holds(moment, teacher.oracle.lab)
+    assert "jump!" in notice.text
+    assert expected in notice.text
+    assert {atom.kind for atom in rest} <= {FP, FN}
+    assert rest or settings
+
+
+@on_every_family
+def test_after_the_last_text_that_is_no_action_there_is_no_advice(name):
+    teacher, _, moments = begun(name)
+    said = teacher.speak(failure(moments[0], teacher.oracle.lab.action_syntax, over=True))
+    assert [type(claim) for claim in claims(said)] == [NotUnderstood]
+
+
+@on_every_family
+def test_instruction_types_add_to_the_basic_one(name):
+    basic, practice, complete = [claims(begun(name, instruction_type=each, feedback_type="n")[1]) for each in "bpc"]
+    assert all(claim.kind is None for claim in basic)
+    assert practice[: len(basic)] == complete[: len(basic)] == basic
+    tried, solution = practice[len(basic) :], complete[len(basic) :]
+    assert tried
+    assert all(claim.kind in ("hp", "hn") for claim in tried)
+    assert solution
+    assert all(claim.kind is None for claim in solution)
+
+
+@on_every_family
+def test_an_instruction_type_takes_effect_at_the_next_opening(name):
+    teacher, moments = make(name)
+    teacher.reset(np.random.default_rng(0))
+    teacher.instruction_type = "c"
+    assert teacher.instruction_type == "c"
+    assert claims(teacher.open(moments[0])) == claims(begun(name, instruction_type="c", feedback_type="n")[1])
+
+
+@pytest.mark.parametrize("value", ["", "d", "B", "bp", None, 5, ["b"]])
+def test_other_instruction_types_are_refused(value):
+    teacher, _ = make("bandits")
+    with pytest.raises(ValueError, match=r"instruction type .* is not supported; allowed: b, p, c"):
+        teacher.instruction_type = value
+    assert teacher.instruction_type == "b"
+    with pytest.raises(ValueError, match=r"instruction type .* is not supported"):
+        make("bandits", instruction_type=value)
+
+
+@pytest.mark.parametrize("value", ["", "x", "r+x", None, ["a"]])
+def test_other_feedback_types_are_refused(value):
+    teacher, _ = make("bandits", feedback_type="hp")
+    with pytest.raises(ValueError, match="feedback type"):
+        teacher.feedback_type = value
+    assert teacher.feedback_type == "hp"
+    with pytest.raises(ValueError, match="feedback type"):
+        make("bandits", feedback_type=value)
+
+
+@pytest.mark.parametrize("value", ["Random", None, 1.5, True])
+def test_other_ways_to_paraphrase_are_refused(value):
+    teacher, _ = make("bandits", paraphrase=3)
+    with pytest.raises(ValueError, match="paraphrase must be"):
+        teacher.paraphrase = value
+    assert teacher.paraphrase == 3
+
+
+def test_an_unknown_personality_is_refused():
+    with pytest.raises(ValueError, match="unknown personality 'kind'"):
+        make("bandits", "kind")
+
+
+@pytest.mark.parametrize(("value", "text"), [(["fn", "r"], "r+fn"), ({"hp"}, "hp"), ((), "n"), ("m", "m"), ("a", "a")])
+def test_the_feedback_type_reads_as_files_hold_it(value, text):
+    teacher, _ = make("bandits", feedback_type=value)
+    assert teacher.feedback_type == text
+
+
+@on_every_family
+@pytest.mark.parametrize("personality", ["oracle", "mistake"])
+@pytest.mark.parametrize(("value", "kinds"), [("r+fp", {"r", FP}), ("n", set()), ("m", set(KINDS))])
+def test_a_feedback_type_takes_effect_within_an_episode(name, personality, value, kinds):
+    teacher, _, moments = begun(name, personality)
+    teacher.feedback_type = value
+    for moment in moments[:5]:
+        assert {claim.kind for claim in claims(teacher.speak(moment))} <= kinds
+
+
+@on_every_family
+@pytest.mark.parametrize("personality", ["oracle", "only(kinds='r+hp+hn+fp+fn')"])
+def test_feedback_type_m_draws_the_kinds_of_each_turn(name, personality):
+    teacher, _, moments = begun(name, personality, feedback_type="m")
+    honest, _, _ = begun(name)
+    for moment in moments[:15]:
+        said, true = claims(teacher.speak(moment)), claims(honest.speak(moment))
+        kinds = {claim.kind for claim in said}
+        assert said == [claim for claim in true if claim.kind in kinds]
+    assert len({tuple({c.kind: 0 for c in claims(teacher.speak(moments[2]))}) for _ in range(30)}) > 8
+
+
+def test_a_paraphrase_takes_effect_at_once():
+    teacher, _, moments = begun("bandits", feedback_type="r")
+    templates = teacher.voice.templates(type(teacher.oracle.judge(moments[0])[0]))
+    for i, template in enumerate(templates):
+        teacher.paraphrase = i
+        assert teacher.speak(moments[0]) == template.format(reward=moments[0].reward)
+
+
+def test_nothing_to_say_is_silence():
+    teacher, _, moments = begun("bandits", feedback_type="n")
+    said = teacher.speak(moments[0])
+    assert said == SILENCE == ""
+    assert type(said) is Utterance
+
+
+@on_every_family
+def test_in_the_seat_it_says_what_it_says_of_the_moment(name):
+    (seated, opening, moments), (alone, _, _) = begun(name), begun(name)
+    assert opening
+    for moment in moments[:5]:
+        assert seated.act(None, {"moment": moment}) == alone.speak(moment)
+
+
+@on_every_family
+@pytest.mark.parametrize("personality", PERSONALITIES.names)
+@pytest.mark.parametrize("settings", [{}, {"instruction_type": "p", "feedback_type": "m"}], ids=["plain", "drawn"])
+def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
+    teacher, moments = make(name, personality, **settings)
+    first = talk(teacher, moments)
+    assert talk(teacher, moments) == first == talk(make(name, personality, **settings)[0], moments)
+    assert talk(teacher, moments, seed=1) != first
+
+
+@on_every_family
+@pytest.mark.parametrize("personality", [*PERSONALITIES.names, "mistake(eps=0.5) | delayed(turns=3) | mix"])
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda teacher: pickle.loads(pickle.dumps(teacher))])
+def test_copies_within_an_episode_go_on_like_the_original(name, personality, copied):
+    teacher, _, moments = begun(name, personality, feedback_type="m", instruction_type="p")
+    for moment in moments[:6]:
+        teacher.speak(moment)
+    twin = copied(teacher)
+    rest = moments[6 : FAMILIES[name].max_cycles]
+    said = [teacher.speak(moment) for moment in rest]
+    assert [twin.speak(moment) for moment in rest] == said
+    assert [claims(each) for each in map(twin.speak, rest)] == [claims(each) for each in map(teacher.speak, rest)]
+
+
+def test_a_copy_and_its_original_do_not_share_their_streams():
+    teacher, _, moments = begun("bandits", "mistake(eps=0.5)")
+    twin = copy.deepcopy(teacher)
+    expected = [copy.deepcopy(teacher).speak(moments[0])]
+    for _ in range(5):
+        teacher.speak(moments[0])
+    assert [twin.speak(moments[0])] == expected
