@@ -86,7 +86,7 @@ def steps() -> Table:
         runs[name] = _stepping(make(PREFIX + name), actions)
         runs[f"{name} (world)"] = _stepping(family.make_world(**family.environments[name]), actions)
     seconds = _measure(runs)
-    table = Table("environment", "step, us", "bare world, us", "step / FrozenLake", title="Steps", title_justify="left")
+    table = _table("Steps", "environment", "step, us", "bare world, us", "step / FrozenLake")
     table.add_row("FrozenLake-v1", f"{seconds['FrozenLake-v1'] * 1e6:.1f}", "", "1.00")
     for family in all_families():
         name = family.showcase[0]
@@ -109,9 +109,17 @@ def seats() -> Table:
         env = pettingzoo.make("aec", f"llf/{name}", speech="kinds").unwrapped
         runs[name] = _turns(env, _all_kinds(_actions(family)))
     seconds = _measure(runs)
-    table = Table("raw_env", "turns/s", "of tictactoe's", title='Seats, speech="kinds"', title_justify="left")
+    table = _table('Seats, speech="kinds"', "raw_env", "turns/s", "of tictactoe's")
     for name, each in seconds.items():
         table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe-v3'] / each:.2f}")
+    return table
+
+
+def _table(title: str, name: str, *figures: str) -> Table:
+    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
+    table.add_column(name, no_wrap=True)
+    for figure in figures:
+        table.add_column(figure, justify="right")
     return table
 
 
@@ -140,7 +148,7 @@ def imports() -> Table:
         return run
 
     seconds = _measure({name: importing(program) for name, program in programs.items()})
-    table = Table("import", "seconds", "ratio", title="Imports", title_justify="left")
+    table = _table("Imports", "import", "seconds", "ratio")
     for name, each in seconds.items():
         table.add_row(name, f"{each:.2f}", f"{each / seconds['gymnasium, pettingzoo']:.2f}")
     return table

@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import random
 import subprocess
 import sys
 
@@ -14,6 +15,7 @@ from llf_teacher.registry import PREFIX
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families
+from worlds.testing import plain
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
 TEACHERS = ("oracle", "mix", "mistake(eps=0.5) | delayed(turns=1)", "placebo")
@@ -58,3 +60,10 @@ def test_environments_do_not_disturb_each_other(id):
 
 def test_transcripts_repeat():
     assert [transcript(id) for id in SHOWCASE] == [transcript(id) for id in SHOWCASE]
+
+
+def test_no_global_generator_is_touched():
+    """Neither by worlds nor by teachers, students or phrases."""
+    before = random.getstate(), plain(np.random.get_state())  # noqa: NPY002
+    digest()
+    assert (random.getstate(), plain(np.random.get_state())) == before  # noqa: NPY002
