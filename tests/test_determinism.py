@@ -34,8 +34,7 @@ def digest():
 
 @pytest.mark.parametrize("hash_seed", ["0", "1", "4242"])
 def test_another_process_and_another_hash_seed(hash_seed):
-    folder = os.path.dirname(__file__)
-    program = f"import sys; sys.path.insert(0, {folder!r}); import test_determinism; print(test_determinism.digest())"
+    program = f"import runpy; print(runpy.run_path({__file__!r})['digest']())"
     environment = os.environ | {"PYTHONHASHSEED": hash_seed}
     result = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True
