@@ -7,7 +7,7 @@ import numpy as np
 
 from teachers.atoms import SILENCE, Claim, Moment, ParseFailure, Utterance
 from teachers.common import NotUnderstood
-from teachers.feedback import MIXED, draw_kinds, format_kinds, parse_kinds
+from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
 from teachers.personality import Personality, View, parse_personality
 from teachers.phrasebook import Draws, Paraphrase, Phrasebook, check_paraphrase
@@ -69,9 +69,12 @@ class Teacher:
 
     @feedback_type.setter
     def feedback_type(self, value: str | Iterable[str]) -> None:
-        self._kinds = parse_kinds(value)
-        self._feedback_type = format_kinds(value)
-        self._mixed = self._feedback_type == MIXED
+        kinds, text = parse_kinds(value), format_kinds(value)
+        able = self.oracle.feedback_types
+        if text not in (ALL, MIXED) and not kinds <= set(able):
+            raise ValueError(f"feedback type {value!r} is not supported; allowed: a, n, m, and of {', '.join(able)}")
+        self._kinds, self._feedback_type = kinds, text
+        self._mixed = text == MIXED
 
     @property
     def paraphrase(self) -> Paraphrase:
@@ -90,7 +93,8 @@ class Teacher:
         self._draws = Draws(generator(voice))
         self._mix_rng = generator(mixing) if self._mixed else None
         transparent = self.personality.transparent
-        self._view = None if transparent else View(self.oracle, self._kinds, self.voice.words)
+        able = self._kinds.intersection(self.oracle.feedback_types)
+        self._view = None if transparent else View(self.oracle, able, self.voice.words)
         self._stage = None if transparent else self.personality.start(generator(personality))
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
@@ -123,7 +127,7 @@ class Teacher:
 
     def judge(self, moment: Moment) -> tuple[Claim, ...]:
         """The claims of this turn after personality and bound. Call it once a turn."""
-        kinds = draw_kinds(self._kinds, self._mix_rng) if self._mixed else self._kinds
+        kinds = draw_kinds(set(self.oracle.feedback_types), self._mix_rng) if self._mixed else self._kinds
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
         self._view.see(moment)
