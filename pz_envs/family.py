@@ -158,9 +158,11 @@ class Family(Subject):
     extra: str = field(default="")
     """The extra of the distribution that the world needs, if the core does not do."""
     distribution: str = "llf-teacher"
-    """What to install for it; told by the entry point if the family is installed on its own."""
+    """What to install for it. Known from the entry point if the family is installed on its own, as the next two are."""
+    version: str = ""
+    """Version of the distribution, if it is another one than this."""
     module: str = ""
-    """The module of this declaration, if it is not `pz_envs.families.<name>`; told as `distribution` is."""
+    """The module of this declaration, if it is not `pz_envs.families.<name>`."""
 
     def _load(self, where: str, package: str) -> Any:
         module, _, name = where.rpartition(":")
@@ -220,7 +222,7 @@ def _with_plugins(families: list[Family]) -> list[Family]:
     """The given families and the installed ones; a plug-in that is not in order is left out with a warning."""
     found = sorted(metadata.entry_points(group=PLUGINS), key=lambda each: (each.name, each.value))
     for entry in found:
-        distribution = entry.dist.name if entry.dist else entry.module
+        distribution, version = (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
         try:
             family = entry.load()
             if not isinstance(family, Family):
@@ -231,7 +233,7 @@ def _with_plugins(families: list[Family]) -> list[Family]:
             message = f"the family {entry.name!r} of {distribution} ({entry.value}) is left out: {error!r}"
             warnings.warn(message, RuntimeWarning, stacklevel=2)
             continue
-        families = [*families, replace(family, module=entry.module, distribution=distribution)]
+        families = [*families, replace(family, module=entry.module, distribution=distribution, version=version)]
     return families
 
 

@@ -54,10 +54,12 @@ def _(space: spaces.Discrete) -> str:
 @canonical.register(spaces.MultiDiscrete)
 def _(space: Any, action: Any) -> Any:
     given = np.asarray(action)
-    if given.dtype.kind not in ("iufb" if space.dtype.kind == "b" else "iuf"):
+    if given.dtype.kind not in "iuf":
         raise ValueError(f"{action!r} is not made of numbers")
     with np.errstate(all="ignore"):  # what does not fit becomes infinite, or another number, and is refused
         array = given.astype(space.dtype)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{action!r} is not finite")
     if space.dtype.kind != "f" and (array != given).any():
         raise ValueError(f"{action!r} is not made of integers")
     return _tuples(_member(space, array).tolist())

@@ -140,9 +140,10 @@ class GymWorld(World):
         self._sampler = copy.deepcopy(self.action_space)
         self.reward_range = _reward_range(self._env, reward_range)
         self.failure_reward = min(max(0.0, self.reward_range[0]), self.reward_range[1])
+        self.action_syntax = syntax(self.action_space)
         self.action_words = {str(word).lower(): self.legal(action) for word, action in (action_words or {}).items()}
-        words = f"one of {', '.join(self.action_words)}, or " if self.action_words else ""
-        self.action_syntax = f"{words}{syntax(self.action_space)}"
+        if self.action_words:
+            self.action_syntax = f"one of {', '.join(self.action_words)}, or {self.action_syntax}"
         self._at: tuple[Episode, int] | None = None
         self._kept: tuple[Episode, int, gymnasium.Env, Any] | None = None
         self._shared = False
