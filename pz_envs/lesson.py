@@ -74,7 +74,8 @@ class Lesson(Subject):
         self.phrasebook()
         spec = self._world.env.spec
         self.name = name or (spec.name if spec else type(self._world.env.unwrapped).__name__)
-        self.max_cycles = max_turns or (spec and spec.max_episode_steps) or _MAX_TURNS
+        limit = spec and spec.max_episode_steps
+        self.max_cycles = (limit or _MAX_TURNS) if max_turns is None else max_turns
         self.repeated, self.regret_unit, self.reward_only = repeated, regret_unit, reward_only
 
     def make_world(self, **options: Any) -> GymWorld:

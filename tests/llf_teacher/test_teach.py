@@ -150,13 +150,8 @@ def test_gymnasiums_check(id, text):
 
 @pytest.mark.parametrize("check", seat_kit.CHECKS, ids=lambda check: check.__name__)
 def test_seats_of_rewards_alone(check):
-    if check in (seat_kit.check_budget, seat_kit.check_turns):
-        pytest.skip("supposes episodes of some length")
-
-    def make(max_cycles=None, **settings):
-        return llf_teacher.Lesson(lambda: gymnasium.make(LAKE, is_slippery=False), max_turns=max_cycles).env(**settings)
-
-    check(make)
+    lesson = llf_teacher.Lesson(lambda: gymnasium.make("Pendulum-v1"))
+    check(lambda max_cycles=12, **settings: lesson.env(max_cycles=max_cycles, **settings))
 
 
 def test_seats_of_cartpole_pass_pettingzoos_check():
@@ -175,6 +170,22 @@ def test_seats_of_cartpole_pass_pettingzoos_check():
 def test_the_teachers_side():
     env = llf_teacher.TeacherEnv(llf_teacher.Lesson(gymnasium.make(CART)), student="random")
     check_env(env, skip_render_check=True)
+
+
+def test_who_plans_must_tell_regrets():
+    class Secretive(RewardOracle):
+        def plan(self, truth, n):
+            return (0,)
+
+        def regret(self, moment):
+            if moment.turn > 1 or moment.action:
+                raise RefusalError("a secret")
+            return 0.0
+
+    lesson = llf_teacher.Lesson(lambda: gymnasium.make(CART), Secretive)
+    pupil = teacher_kit.Pupil(lesson.make_world, lesson.make_teacher)
+    with pytest.raises(AssertionError, match="plans, but refuses to tell regrets"):
+        teacher_kit.check_plans(pupil)
 
 
 # --- an oracle of one's own
