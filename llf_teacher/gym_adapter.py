@@ -1,6 +1,6 @@
 """Gymnasium's view of the two seats: `StudentEnv` has a fixed teacher, `TeacherEnv` a fixed student."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import gymnasium
@@ -10,12 +10,18 @@ from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
 from llf_teacher.student import Student, entitled, parse_student
+from pz_envs.family import Subject
+from pz_envs.lesson import Lesson
 from pz_envs.tutoring import STUDENT, TEACHER
 from teachers.atoms import SILENCE, Moment, Utterance
 from teachers.feedback import parse_kinds
+from teachers.oracle import Oracle
 from teachers.personality import Personality
-from teachers.phrasebook import Paraphrase
+from teachers.phrasebook import Paraphrase, Phrases
 from teachers.teacher import Teacher
+from worlds.wrapped.old_gym import OldGym
+
+__all__ = ["Lesson", "OldGym", "StudentEnv", "TeacherEnv", "prompt", "teach"]
 
 
 class _Flat(gymnasium.Env):
@@ -23,8 +29,15 @@ class _Flat(gymnasium.Env):
 
     metadata = {"render_modes": ["ansi", "human"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
 
-    def __init__(self, seat: str, env_id: str, max_turns: int | None, render_mode: str | None, **settings: Any) -> None:
-        self.env_id, self.family, options = entry(env_id)
+    def __init__(
+        self, seat: str, env_id: str | Subject, max_turns: int | None, render_mode: str | None, **settings: Any
+    ) -> None:
+        self.family: Subject
+        options: dict[str, Any] = {}
+        if isinstance(env_id, Subject):
+            self.env_id, self.family = env_id.name, env_id
+        else:
+            self.env_id, self.family, options = entry(env_id)
         self.aec = self.family.raw_env(max_cycles=max_turns, render_mode=render_mode, **{**options, **settings})
         self.render_mode = render_mode
         self.action_space = self.aec.action_space(seat)
@@ -71,7 +84,7 @@ class StudentEnv(_Flat):
     action; the privileged `moment` with `privileged_info=True`.
 
     Args:
-        env_id: an id of `llf_teacher.ids()`.
+        env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
         teacher, instruction_type, feedback_type, voice, paraphrase, visual: see `llf_teacher.make`.
         text: text in, text out: the observation is three strings, and so is the action.
         max_turns: turns after which the episode is truncated; None: the family's.
@@ -85,7 +98,7 @@ class StudentEnv(_Flat):
 
     def __init__(
         self,
-        env_id: str,
+        env_id: str | Subject,
         *,
         teacher: str | Personality | Any = "oracle",
         instruction_type: str = "b",
@@ -179,7 +192,7 @@ class TeacherEnv(_Flat):
     A step is the teacher's turn and the student's next one. The reward is the sum of both.
 
     Args:
-        env_id: an id of `llf_teacher.ids()`.
+        env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
         student: a spec string, a `Student`, or a policy with `reset(rng)` and `act(observation, info)`.
         speech: `kinds` or `message`.
         max_turns: turns after which the episode is truncated; None: the family's.
@@ -192,7 +205,7 @@ class TeacherEnv(_Flat):
 
     def __init__(
         self,
-        env_id: str,
+        env_id: str | Subject,
         *,
         student: str | Student | Any = "obedient",
         speech: str = "kinds",
@@ -237,6 +250,48 @@ class TeacherEnv(_Flat):
     def action_masks(self) -> np.ndarray:
         """Which subsets of kinds can be said now, bool (32,); the form that maskable learners ask for."""
         return self.aec.observe(TEACHER)["action_mask"].astype(bool)
+
+
+def teach(
+    env: gymnasium.Env | Callable[[], gymnasium.Env],
+    oracle: Callable[..., Oracle] | None = None,
+    *,
+    phrases: Phrases | None = None,
+    look: Callable[[gymnasium.Env], Any] | None = None,
+    snapshot: str = "auto",
+    success: Callable[..., Any] | None = None,
+    describe: Callable[[Any], str] | None = None,
+    action_words: Mapping[str, Any] | None = None,
+    reward_range: tuple[float, float] | None = None,
+    **settings: Any,
+) -> StudentEnv:
+    """The student's side of any Gymnasium environment, with a teacher in the other seat.
+
+    Without an oracle it is reinforcement learning in words: the instruction is to maximize the accumulated rewards, and
+    the feedback is the reward. The seats are the attribute `aec`, the lesson is `family`.
+
+    Args:
+        env: an environment, or a function without arguments that makes one.
+        oracle: a subclass of `teachers.oracle.Oracle`.
+        phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
+        look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
+        settings: those of `StudentEnv`: `teacher`, `instruction_type`, `feedback_type`, `text`, `max_turns`, ...
+
+    Raises:
+        ValueError: an argument is not supported.
+    """
+    lesson = Lesson(
+        env,
+        oracle,
+        phrases=phrases,
+        look=look,
+        snapshot=snapshot,
+        success=success,
+        describe=describe,
+        action_words=action_words,
+        reward_range=reward_range,
+    )
+    return StudentEnv(lesson, **settings)
 
 
 def prompt(observation: dict[str, Any]) -> str:

@@ -119,8 +119,5 @@ def supported_types(id: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
     Raises:
         ValueError: an unknown id.
     """
-    from teachers.atoms import KINDS
-
     oracle = entry(id).family.oracle_class()
-    kinds = {cls.kind for cls in oracle.claims()} | {"r"}
-    return oracle.instruction_types, tuple(kind.value for kind in KINDS if kind in kinds)
+    return oracle.instruction_types, tuple(kind.value for kind in oracle.feedback_types)

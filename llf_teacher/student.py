@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher import students
-from pz_envs.family import Family
+from pz_envs.family import Subject
 from pz_envs.tutoring import STUDENT, TutoringEnv
 from teachers.spec import Catalogue, Spec
 from worlds.world import World
@@ -29,7 +29,7 @@ class Policy(ABC):
 
     reads: ClassVar[str]
 
-    def __init__(self, spec: Any, family: Family, world: World) -> None:
+    def __init__(self, spec: Any, family: Subject, world: World) -> None:
         self.spec, self.family, self.world = spec, family, world
 
     def reset(self, rng: np.random.Generator) -> None:
@@ -57,7 +57,7 @@ class Student(Spec):
     reads: ClassVar[str]
     """What it learns from, one of `READS`; reports show it."""
 
-    def seat(self, family: Family, world: World) -> Policy:
+    def seat(self, family: Subject, world: World) -> Policy:
         """A policy for environments like `world`; it gets a scratch copy."""
         policy = self.Policy(self, family, world.scratch())
         policy.reads = self.reads  # type: ignore[misc]

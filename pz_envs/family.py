@@ -2,9 +2,13 @@
 
 import importlib
 import pkgutil
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+import re
+import warnings
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache
+from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from pettingzoo import register
@@ -16,66 +20,43 @@ if TYPE_CHECKING:
     from pz_envs.tutoring import TutoringEnv
     from teachers.oracle import Oracle
     from teachers.personality import Personality
-    from teachers.phrasebook import Paraphrase
+    from teachers.phrasebook import Paraphrase, Phrasebook
     from teachers.teacher import Teacher
     from worlds.world import World
 
+PLUGINS = "llf_teacher.families"
+"""The group of entry points by which an installed distribution brings families along, each as `module:FAMILY`."""
+_ENVIRONMENT = re.compile(r"[A-Za-z0-9_-]+-v\d+")
 
-@dataclass(frozen=True, kw_only=True)
-class Family:
-    """A family of environments: one module of the same basename in `worlds`, `teachers.oracles`, `teachers/phrases`
-    and `pz_envs.families`.
-    """  # noqa: D205
+
+class Subject(ABC):
+    """What can be taught: it makes worlds, and teachers and seats for them."""
 
     name: str
-    """The basename."""
-    summary: str
-    """One line for listings."""
-    world: str
-    """Name of the world's class."""
-    oracle: str
-    """Name of the oracle's class."""
-    environments: Mapping[str, Mapping[str, Any]]
-    """Per environment, named with its version as in `name-v0`, the world's options."""
-    showcase: tuple[str, ...]
-    """The environments that stand for the family in the quickstart study."""
     max_cycles: int
     """Turns of the student after which an episode is truncated."""
-    repeated: bool = False
+    repeated: bool
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
     regret_unit: str
     """What regret counts, as in "extra moves"."""
     reward_only: str
-    """Spec of the student that suits the family and learns from rewards alone."""
-    extra: str = field(default="")
-    """The extra of the distribution that the world needs, if the core does not do."""
+    """Spec of the student that suits the subject and learns from rewards alone."""
 
-    def _load(self, module: str, name: str) -> Any:
-        try:
-            return getattr(importlib.import_module(module), name)
-        except ModuleNotFoundError as error:
-            missing = f"llf-teacher[{self.extra}]" if self.extra else "llf-teacher"
-            raise ModuleNotFoundError(
-                f"the family {self.name!r} needs {error.name!r}, which is not installed; run: pip install '{missing}'",
-                name=error.name,
-            ) from error
-
+    @abstractmethod
     def make_world(self, **options: Any) -> "World":
-        """A world.
+        """A new world."""
 
-        Raises:
-            ValueError: an option is unknown or its value is not allowed.
-            ModuleNotFoundError: an extra is not installed; the message has the pip line.
-        """
-        cls = self._load(f"worlds.{self.name}", self.world)
-        try:
-            return cls(**options)
-        except TypeError as error:
-            raise ValueError(f"{self.world} does not take these options: {error}") from None
+    @abstractmethod
+    def oracle_class(self) -> "Callable[[Callable[[], World]], Oracle]":
+        """What makes an oracle of a function that makes scratch worlds."""
 
-    def oracle_class(self) -> "type[Oracle]":
-        """The class of the family's oracles; errors as in `make_world`."""
-        return self._load(f"teachers.oracles.{self.name}", self.oracle)
+    @abstractmethod
+    def phrasebook(self, voice: str = "plain") -> "Phrasebook":
+        """The words of the teachers."""
+
+    def taught_world(self, **options: Any) -> "World":
+        """The world of new seats."""
+        return self.make_world(**options)
 
     def make_teacher(
         self,
@@ -87,14 +68,12 @@ class Family:
         voice: str = "plain",
         paraphrase: "Paraphrase" = "random",
     ) -> "Teacher":
-        """A teacher for a world of this family; arguments and errors as in `teachers.teacher.Teacher`."""
-        from teachers.phrasebook import load_phrasebook
+        """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
         from teachers.teacher import Teacher
 
-        oracle = self.oracle_class()
         return Teacher(
-            oracle(world.scratch),
-            load_phrasebook(self.name, oracle.__module__, voice),
+            self.oracle_class()(world.scratch),
+            self.phrasebook(voice),
             personality,
             instruction_type=instruction_type,
             feedback_type=feedback_type,
@@ -120,7 +99,7 @@ class Family:
         """The bare AEC environment; see `pz_envs.tutoring.TutoringEnv`. Other arguments are the world's options."""
         from pz_envs.tutoring import TutoringEnv
 
-        world = self.make_world(**options)
+        world = self.taught_world(**options)
         tutor = self.make_teacher(
             world, instruction_type=instruction_type, feedback_type=feedback_type, voice=voice, paraphrase=paraphrase
         )
@@ -148,18 +127,128 @@ class Family:
 
         return turn_based_aec_to_parallel(self.env(**kwargs))
 
+
+@dataclass(frozen=True, kw_only=True)
+class Family(Subject):
+    """A family of environments: one module of the same basename in `worlds`, `teachers.oracles`, `teachers/phrases`
+    and `pz_envs.families`. A family that is installed on its own says where it has them.
+    """  # noqa: D205
+
+    name: str
+    """The basename."""
+    summary: str
+    """One line for listings."""
+    world: str
+    """Name of the world's class, or `module:class` if the module is not `worlds.<name>`."""
+    oracle: str
+    """Name of the oracle's class, or `module:class` if the module is not `teachers.oracles.<name>`."""
+    phrases: str = ""
+    """The phrases, as `package:file.toml`, if they are not `teachers.phrases:<name>.toml`."""
+    environments: Mapping[str, Mapping[str, Any]]
+    """Per environment, named with its version as in `name-v0`, the world's options."""
+    showcase: tuple[str, ...]
+    """The environments that stand for the family in the quickstart study."""
+    max_cycles: int
+    """Turns of the student after which an episode is truncated."""
+    repeated: bool = False
+    """Whether success ends nothing: a one-step problem without state, asked again and again."""
+    regret_unit: str
+    """What regret counts, as in "extra moves"."""
+    reward_only: str
+    """Spec of the student that suits the family and learns from rewards alone."""
+    extra: str = field(default="")
+    """The extra of the distribution that the world needs, if the core does not do."""
+    distribution: str = "llf-teacher"
+    """What to install for it. Known from the entry point if the family is installed on its own, as the next two are."""
+    version: str = ""
+    """Version of the distribution, if it is another one than this."""
+    module: str = ""
+    """The module of this declaration, if it is not `pz_envs.families.<name>`."""
+
+    def _load(self, where: str, package: str) -> Any:
+        module, _, name = where.rpartition(":")
+        try:
+            return getattr(importlib.import_module(module or f"{package}.{self.name}"), name)
+        except ModuleNotFoundError as error:
+            missing = f"{self.distribution}[{self.extra}]" if self.extra else self.distribution
+            raise ModuleNotFoundError(
+                f"the family {self.name!r} needs {error.name!r}, which is not installed; run: pip install '{missing}'",
+                name=error.name,
+            ) from error
+
+    def make_world(self, **options: Any) -> "World":
+        """A world.
+
+        Raises:
+            ValueError: an option is unknown or its value is not allowed.
+            ModuleNotFoundError: an extra is not installed; the message has the pip line.
+        """
+        cls = self._load(self.world, "worlds")
+        try:
+            return cls(**options)
+        except TypeError as error:
+            raise ValueError(f"{cls.__name__} does not take these options: {error}") from None
+
+    def oracle_class(self) -> "type[Oracle]":
+        """The class of the family's oracles; errors as in `make_world`."""
+        return self._load(self.oracle, "teachers.oracles")
+
+    def phrasebook(self, voice: str = "plain") -> "Phrasebook":
+        """The words of the family's teachers."""
+        from teachers.phrasebook import load_phrasebook
+
+        source = self.phrases or f"teachers.phrases:{self.name}.toml"
+        return load_phrasebook(source, self.oracle_class().__module__, voice)
+
     def register(self) -> None:
         """Enter the environments into PettingZoo's registry as `llf/<environment>`."""
+        module = self.module or f"pz_envs.families.{self.name}"
         for environment, options in self.environments.items():
             for env_type, function in (("aec", "env"), ("parallel", "parallel_env")):
-                entry_point = f"pz_envs.families.{self.name}:{function}"
+                entry_point = f"{module}:{function}"
                 register(env_type, f"llf/{environment}", entry_point=entry_point, kwargs=dict(options))
 
 
 @cache
 def all_families() -> tuple[Family, ...]:
-    """Every family, sorted by name."""
+    """Every family, sorted by name: those of this distribution, and those that others bring along."""
     from pz_envs import families as package
 
     modules = sorted(module.name for module in pkgutil.iter_modules(package.__path__))
-    return tuple(importlib.import_module(f"{package.__name__}.{name}").FAMILY for name in modules)
+    own = [importlib.import_module(f"{package.__name__}.{name}").FAMILY for name in modules]
+    return tuple(sorted(_with_plugins(own), key=lambda family: family.name))
+
+
+def _with_plugins(families: list[Family]) -> list[Family]:
+    """The given families and the installed ones; a plug-in that is not in order is left out with a warning."""
+    found = sorted(metadata.entry_points(group=PLUGINS), key=lambda each: (each.name, each.value))
+    for entry in found:
+        distribution, version = (entry.dist.name, entry.dist.version) if entry.dist else (entry.module, "")
+        try:
+            family = entry.load()
+            if not isinstance(family, Family):
+                raise TypeError(f"{entry.value} must be a pz_envs.family.Family, got {family!r}")
+            _check_plugin(family, families)
+            importlib.import_module(entry.module).env  # noqa: B018 (PettingZoo will look for it)
+        except Exception as error:
+            message = f"the family {entry.name!r} of {distribution} ({entry.value}) is left out: {error!r}"
+            warnings.warn(message, RuntimeWarning, stacklevel=2)
+            continue
+        families = [*families, replace(family, module=entry.module, distribution=distribution, version=version)]
+    return families
+
+
+def _check_plugin(family: Family, others: list[Family]) -> None:
+    if not family.environments:
+        raise ValueError("it declares no environments")
+    for name in family.environments:
+        if not _ENVIRONMENT.fullmatch(name):
+            raise ValueError(f"environment {name!r} must be named as in 'name-v0'")
+    for name in family.showcase:
+        if name not in family.environments:
+            raise ValueError(f"showcase {name!r} is none of its environments")
+    for other in others:
+        if family.name == other.name or family.environments.keys() & other.environments.keys():
+            raise ValueError(
+                f"its name or an environment's is taken by the family {other.name!r} of {other.distribution}"
+            )

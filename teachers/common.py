@@ -87,6 +87,26 @@ class NotUnderstood(Claim):
 
 
 @claim
+class Maximize(Claim):
+    """True of every world, if nothing but its rewards counts: how reinforcement learning is put as an instruction."""
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """By definition."""
+        return True
+
+
+@claim
+class Syntax(Claim):
+    """True if `expected` is what the world understands as an action."""
+
+    expected: str
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Ask the world."""
+        return self.expected == lab.action_syntax
+
+
+@claim
 class Late(Claim):
     """A claim about an earlier turn: true if `claim` was true at that turn.
 

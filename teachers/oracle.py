@@ -3,7 +3,7 @@
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Set
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,18 +15,28 @@ from worlds.world import World
 ALL_KINDS = frozenset(KINDS)
 
 
+class RefusalError(TypeError):
+    """What an oracle raises that is asked for something that it does not know."""
+
+
 class Oracle(ABC):
     """Knows everything about one world and lies about nothing.
 
-    A family implements `_brief`, `_hindsight` and `_advice`, and what it can of `values`, `plan` and
-    `regret`. Each returns the claims that are true and worth saying, none if there are none.
+    An oracle implements `_basics`, `_hindsight` and `_advice`, `_practice` and `_solution` if it gives such
+    instructions, and what it can of `values`, `importance`, `plan` and `regret`. Each states the claims that are true
+    and worth saying, none if there are none.
 
     Args:
         scratch: makes a scratch world of the taught world's class and options.
     """
 
     instruction_types: ClassVar[tuple[str, ...]] = ("b", "p", "c")
-    max_importance: ClassVar[float]
+    """The instructions that it can give."""
+    feedback_types: ClassVar[tuple[FeedbackType, ...]] = KINDS
+    """The kinds of feedback that it can give."""
+    looks: ClassVar[bool] = True
+    """Whether it, or one of its claims, ever looks at a truth."""
+    max_importance: ClassVar[float] = 1.0
     """Greatest value that `importance` can have."""
 
     def __init__(self, scratch: Callable[[], World]) -> None:
@@ -74,13 +84,13 @@ class Oracle(ABC):
     def _basics(self, truth: Any) -> tuple[Claim, ...]:
         """Goal, meaning of the actions, syntax of the answer."""
 
-    @abstractmethod
     def _practice(self, truth: Any) -> tuple[Claim, ...]:
         """Hindsight on some actions that were tried out."""
+        raise RefusalError(f"{type(self).__name__} has `p` among its instruction_types, but no _practice")
 
-    @abstractmethod
     def _solution(self, truth: Any) -> tuple[Claim, ...]:
         """Enough to infer an optimal policy."""
+        raise RefusalError(f"{type(self).__name__} has `c` among its instruction_types, but no _solution")
 
     @abstractmethod
     def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
@@ -94,19 +104,33 @@ class Oracle(ABC):
         """Value per discrete action, greater is better; None where actions cannot be enumerated."""
         return None
 
-    @abstractmethod
     def importance(self, truth: Any) -> float:
-        """How much is at stake in the next action: the best value less the worst, at most `max_importance`."""
+        """How much is at stake in the next action: the best value less the worst, at most `max_importance`.
 
-    @abstractmethod
+        Without values it is not known, and 0.
+        """
+        values = self.values(truth)
+        return 0.0 if values is None else max(values) - min(values)
+
     def plan(self, truth: Any, n: int) -> tuple[Any, ...]:
-        """At most `n` actions of an optimal policy from here on."""
+        """At most `n` actions of an optimal policy from here on; none where nothing is known.
+
+        As it stands the action of the greatest value, if there are values and they differ.
+        """
+        values = self.values(truth)
+        if n < 1 or values is None or max(values) == min(values):
+            return ()
+        return (values.index(max(values)),)
 
     def regret(self, moment: Moment) -> float:
-        """Value lost by the executed action against the best one; an action that was not executed loses all."""
+        """Value lost by the executed action against the best one; an action that was not executed loses all.
+
+        Raises:
+            RefusalError: the oracle does not know.
+        """
         values = self.values(moment.after if moment.before is None else moment.before)
         if values is None:
-            raise TypeError(f"{type(self).__name__} gives no values; it must implement regret(moment)")
+            raise RefusalError(f"{type(self).__name__} gives no values; it must implement regret(moment)")
         return max(values) - (min(values) if moment.before is None else values[moment.action])
 
     def distort(self, claim: Claim, moment: Moment, rng: np.random.Generator) -> Claim | None:
@@ -120,7 +144,6 @@ def _reward(reward: float) -> Reward:
     return Reward(reward=reward)
 
 
-@cache
 def claims_of(module: str) -> tuple[type[Claim], ...]:
     """The concrete claim classes that a module defines, in its order."""
     return tuple(

@@ -4,10 +4,11 @@ import dataclasses
 import re
 import string
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import resources
 from operator import attrgetter
+from pathlib import Path
 from typing import Any, get_origin
 
 import numpy as np
@@ -66,6 +67,14 @@ def slots(template: str) -> set[str]:
     return names
 
 
+class _Templates(dict[type[Claim], tuple[Template, ...]]):
+    """Templates by claim class."""
+
+    def __missing__(self, cls: type[Claim]) -> tuple[Template, ...]:
+        known = ", ".join(sorted(each.__name__ for each in self))
+        raise ValueError(f"the claim {cls.__name__} has no phrases; there are phrases of: {known}")
+
+
 class Phrasebook:
     """A voice: for every claim class its paraphrases, which all say exactly the same.
 
@@ -83,14 +92,12 @@ class Phrasebook:
         problems = list(_problems(phrases, claims))
         if problems:
             raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
-        self._templates: dict[type[Claim], tuple[Template, ...]] = {
-            cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims
-        }
+        self._templates = _Templates({cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims})
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
         """Both together."""
         both = object.__new__(Phrasebook)
-        both._templates = self._templates | other._templates
+        both._templates = _Templates(self._templates | other._templates)
         return both
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Phrasebook":
@@ -229,28 +236,67 @@ def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> A
 
 
 VOICES = ("plain",)
+_COMMON = "teachers.phrases:common.toml"
+Phrases = Mapping[Any, Any] | str | Path
+"""Phrases of one's own; see `make_phrasebook`."""
 
 
 @cache
-def _load(package: str, name: str, module: str, voice: str) -> Phrasebook:
-    path = resources.files(package).joinpath(f"{name}.toml")
-    phrases = tomllib.loads(path.read_text(encoding="utf-8"))
-    return Phrasebook(phrases.get(voice, {}), claims_of(module), f"{name}.toml [{voice}]")
+def _load(source: str, module: str, voice: str) -> Phrasebook:
+    package, _, file = source.partition(":")
+    phrases = tomllib.loads(resources.files(package).joinpath(file).read_text(encoding="utf-8"))
+    return Phrasebook(phrases.get(voice, {}), claims_of(module), f"{file} [{voice}]")
 
 
-def load_phrasebook(family: str, module: str, voice: str = "plain") -> Phrasebook:
+def load_phrasebook(source: str, module: str, voice: str = "plain") -> Phrasebook:
     """The phrases of a family together with the common ones.
 
     Args:
-        family: basename of the TOML file in `teachers/phrases`.
+        source: the TOML file, as `package:file`.
         module: name of the module that defines the family's claims.
         voice: the tone, a table of the file.
 
     Raises:
         ValueError: unknown voice, or the file is not in order.
     """
+    return _load(source, module, _known(voice)) | _load(_COMMON, "teachers.common", voice)
+
+
+def make_phrasebook(phrases: Phrases, claims: Sequence[type[Claim]], voice: str = "plain") -> Phrasebook:
+    """Phrases of one's own together with the common ones.
+
+    Args:
+        phrases: per claim, its class or the name of its class, the paraphrases; or the path of a TOML file that has
+            them by name, at its top or in a table per voice.
+        claims: the classes that names may stand for.
+        voice: the tone.
+
+    Raises:
+        ValueError: unknown voice, or the phrases are not in order.
+    """
+    voice, source = _known(voice), "the given phrases"
+    table: Mapping[Any, Any] = {}
+    if isinstance(phrases, Mapping):
+        table = phrases
+    else:
+        source = str(phrases)
+        try:
+            table = tomllib.loads(Path(phrases).read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            raise ValueError(f"cannot read phrases from {source}: {error}") from None
+    if table and all(isinstance(value, Mapping) for value in table.values()):
+        table = table.get(voice, {})
+        source = f"{source} [{voice}]"
+    if any(isinstance(key, type) for key in table):
+        claims = [key for key in table if isinstance(key, type)]
+    named = {
+        key.__name__ if isinstance(key, type) else key: list(value) if isinstance(value, tuple) else value
+        for key, value in table.items()
+    }
+    return Phrasebook(named, claims, source) | _load(_COMMON, "teachers.common", voice)
+
+
+def _known(voice: str) -> str:
     if voice not in VOICES:
         raise ValueError(f"unknown voice {voice!r}; allowed: {', '.join(VOICES)}")
-    return _load("teachers.phrases", family, module, voice) | _load(
-        "teachers.phrases", "common", "teachers.common", voice
-    )
+    return voice

@@ -7,7 +7,7 @@ import numpy as np
 
 from teachers.atoms import SILENCE, Claim, FeedbackType, Moment, ParseFailure, Utterance
 from teachers.common import NotUnderstood
-from teachers.feedback import MIXED, draw_kinds, format_kinds, parse_kinds
+from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
 from teachers.personality import Personality, Pipeline, View, parse_personality, stages_of
 from teachers.phrasebook import Draws, Paraphrase, Phrasebook, check_paraphrase
@@ -69,9 +69,13 @@ class Teacher:
 
     @feedback_type.setter
     def feedback_type(self, value: str | Iterable[str]) -> None:
-        self._kinds = parse_kinds(value)
-        self._feedback_type = format_kinds(value)
-        self._mixed = self._feedback_type == MIXED
+        kinds, text = parse_kinds(value), format_kinds(value)
+        able = self.oracle.feedback_types
+        if text not in (ALL, MIXED) and not kinds <= set(able):
+            raise ValueError(f"feedback type {value!r} is not supported; allowed: a, n, m, and of {', '.join(able)}")
+        self._kinds, self._feedback_type = kinds, text
+        self._able = kinds.intersection(able)
+        self._mixed = text == MIXED
 
     @property
     def paraphrase(self) -> Paraphrase:
@@ -127,7 +131,7 @@ class Teacher:
         kinds = self._mix() if self._mixed else self._kinds
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
-        self._view.see(moment, self._kinds)
+        self._view.see(moment, self._able)
         said = self._stage.speak(self.oracle.judge(moment, kinds), self._view)
         return tuple(claim for claim in said if claim.kind in kinds)
 
@@ -135,7 +139,7 @@ class Teacher:
         """A random subset of the kinds for this turn."""
         if self._mix_rng is None:
             self._mix_rng = np.random.default_rng(self._mix_seed)
-        return draw_kinds(self._kinds, self._mix_rng)
+        return draw_kinds(self._able, self._mix_rng)
 
     def say(self, claims: tuple[Claim, ...], turn: int) -> Utterance:
         """Put claims into words."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from llf_teacher import student
 from llf_teacher.student import Policy, Student
-from pz_envs.family import Family
+from pz_envs.family import Subject
 from worlds.world import World
 
 
@@ -14,6 +14,6 @@ class RewardOnly(Student):
 
     reads = "reward"
 
-    def seat(self, family: Family, world: World) -> Policy:
+    def seat(self, family: Subject, world: World) -> Policy:
         """The named student's policy."""
         return student.parse_student(family.reward_only).seat(family, world)

@@ -29,7 +29,7 @@ class EpisodeSpec(NamedTuple):
     max_turns: int
     seed: int
     version: str
-    """Version of this package: another version may play otherwise."""
+    """Version of this package, and of the one that brings the family along: another version may play otherwise."""
 
     @property
     def key(self) -> str:
@@ -95,10 +95,12 @@ class Study:
         """Every episode, seeds innermost."""
         grid = (self.ids, self.instruction_types, self.feedback_types, self.teachers, self.students, self.seeds)
         for id, instruction_type, feedback_type, teacher, student, seed in itertools.product(*grid):
-            max_turns = self.max_turns or entry(id).family.max_cycles
-            yield EpisodeSpec(
-                id, teacher, student, instruction_type, feedback_type, max_turns, seed, llf_teacher.__version__
-            )
+            family = entry(id).family
+            max_turns = self.max_turns or family.max_cycles
+            version = llf_teacher.__version__
+            if family.version:
+                version = f"{version}+{family.distribution}-{family.version}"
+            yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version)
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""

@@ -42,7 +42,7 @@ DONE = ["Done.", "That is all.", "Over.", "Finished."]
 
 
 def book(name):
-    return load_phrasebook(name, FAMILIES[name].oracle_class().__module__)
+    return load_phrasebook(f"teachers.phrases:{name}.toml", FAMILIES[name].oracle_class().__module__)
 
 
 def draws(seed=0):
@@ -83,10 +83,10 @@ def real_claims(name):
 
 @pytest.mark.parametrize(("name", "module"), BOOKS)
 def test_shipped_phrases_word_every_claim_of_family_and_common(name, module):
-    phrases = dict(load_phrasebook(name, module).items())
+    phrases = dict(load_phrasebook(f"teachers.phrases:{name}.toml", module).items())
     assert set(phrases) == {*claims_of(module), *claims_of(common.__name__)}
     assert all(4 <= len(templates) <= 20 for templates in phrases.values())
-    assert load_phrasebook(name, module, "plain").items() == list(phrases.items())
+    assert load_phrasebook(f"teachers.phrases:{name}.toml", module, "plain").items() == list(phrases.items())
 
 
 @pytest.mark.parametrize("name", FAMILIES)
@@ -120,7 +120,7 @@ def test_paraphrases_of_a_claim_differ_and_have_the_same_slots(name):
 
 def test_an_unknown_voice_is_refused():
     with pytest.raises(ValueError, match="unknown voice 'shakespeare'; allowed: plain"):
-        load_phrasebook(*BOOKS[0], "shakespeare")
+        load_phrasebook("teachers.phrases:common.toml", "teachers.common", "shakespeare")
 
 
 def test_one_error_lists_every_problem():

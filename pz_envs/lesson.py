@@ -1,0 +1,100 @@
+"""Lessons: any Gymnasium environment as something to teach, with an oracle of the user's own or with rewards alone."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import gymnasium
+
+from pz_envs.family import Subject
+from teachers.oracle import Oracle
+from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
+from teachers.reward_oracle import RewardOracle
+from worlds.world import World
+from worlds.wrapped.gym_world import GymWorld
+
+_MAX_TURNS = 100  # where the environment does not say
+
+
+class Lesson(Subject):
+    """One environment with all that it takes to teach it: what a `Family` is to the environments of this package.
+
+    `make_world`, `make_teacher`, `raw_env`, `env` and `parallel_env` are those of a family, and so is what can be
+    done with them: seats, students, conformance kits. The first seats that it makes are over the given environment
+    itself, further ones and `make_world` over others like it.
+
+    Args:
+        env: an environment, or a function without arguments that makes one.
+        oracle: a subclass of `Oracle`, or another function of a function that makes scratch worlds. Truths are
+            `worlds.wrapped.gym_world.Position`s. None: `RewardOracle`.
+        phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
+        look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
+        name: what to call it; None: the environment's name.
+        max_turns: turns after which an episode is truncated; None: the environment's own limit, or else 100.
+        repeated: whether success ends nothing.
+        regret_unit: what regret counts.
+        reward_only: spec of the student that suits the environment and learns from rewards alone.
+
+    Raises:
+        ValueError: an argument is not allowed, or the phrases are not in order.
+    """
+
+    def __init__(
+        self,
+        env: gymnasium.Env | Callable[[], gymnasium.Env],
+        oracle: Callable[[Callable[[], World]], Oracle] | None = None,
+        *,
+        phrases: Phrases | None = None,
+        look: Callable[[gymnasium.Env], Any] | None = None,
+        snapshot: str = "auto",
+        success: Callable[..., Any] | None = None,
+        describe: Callable[[Any], str] | None = None,
+        action_words: Mapping[str, Any] | None = None,
+        reward_range: tuple[float, float] | None = None,
+        name: str | None = None,
+        max_turns: int | None = None,
+        repeated: bool = False,
+        regret_unit: str = "value lost",
+        reward_only: str = "q_learning",
+    ) -> None:
+        self._oracle = RewardOracle if oracle is None else oracle
+        # Who never looks at a truth need not pay for copies.
+        if snapshot == "auto" and not getattr(self._oracle, "looks", True):
+            snapshot = "replay"
+        self._world: GymWorld | None = GymWorld(
+            env,
+            look=look,
+            snapshot=snapshot,
+            success=success,
+            describe=describe,
+            action_words=action_words,
+            reward_range=reward_range,
+        )
+        self._scratch = self._world.scratch
+        self._phrases = {} if phrases is None else phrases
+        self.phrasebook()
+        spec = self._world.env.spec
+        self.name = name or (spec.name if spec else type(self._world.env.unwrapped).__name__)
+        limit = spec and spec.max_episode_steps
+        self.max_cycles = (limit or _MAX_TURNS) if max_turns is None else max_turns
+        self.repeated, self.regret_unit, self.reward_only = repeated, regret_unit, reward_only
+
+    def make_world(self, **options: Any) -> GymWorld:
+        """A world around another environment like the given one. There are no options."""
+        if options:
+            raise ValueError(f"{self.name} does not take these options: {', '.join(options)}")
+        return self._scratch()
+
+    def taught_world(self, **options: Any) -> GymWorld:
+        """The world around the given environment, the first time; another one after that."""
+        other = self.make_world(**options)
+        world, self._world = self._world, None
+        return world or other
+
+    def oracle_class(self) -> Callable[[Callable[[], World]], Oracle]:
+        """What makes oracles."""
+        return self._oracle
+
+    def phrasebook(self, voice: str = "plain") -> Phrasebook:
+        """The given phrases and the common ones."""
+        claims = self._oracle.claims() if isinstance(self._oracle, type) and issubclass(self._oracle, Oracle) else ()
+        return make_phrasebook(self._phrases, claims, voice)

@@ -1,0 +1,1 @@
+"""Thermostat: a family of environments that is installed on its own."""

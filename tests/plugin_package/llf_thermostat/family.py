@@ -1,0 +1,17 @@
+"""The declaration, to which the entry point leads. It loads neither the world nor the oracle."""
+
+from pz_envs.family import Family
+
+FAMILY = Family(
+    name="thermostat",
+    summary="bring a room to the wanted temperature",
+    world="llf_thermostat.world:Thermostat",
+    oracle="llf_thermostat.oracle:ThermostatOracle",
+    phrases="llf_thermostat:phrases.toml",
+    environments={"thermostat-v0": {}, "thermostat-Far-v0": {"least": 5, "most": 9}},
+    showcase=("thermostat-v0",),
+    max_cycles=12,
+    regret_unit="extra turns of the knob",
+    reward_only="q_learning",
+)
+env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,0 +1,161 @@
+"""What can be said of a thermostat: the oracle goes by the sign, the claims' checks by the lab's steps."""
+
+from llf_thermostat.world import KNOBS
+from teachers.atoms import FN, FP, HN, HP, Claim, claim
+from teachers.oracle import Oracle
+
+
+def helps(lab, truth, action):
+    """Whether the knob brings the room nearer to what is wanted, tried out."""
+    lab.restore(truth)
+    lab.step(action)
+    return abs(lab.truth.wanted - lab.truth.now) < abs(truth.wanted - truth.now)
+
+
+@claim
+class Goal(Claim):
+    """True if the turn of the knob that ends on the wanted temperature is the one that succeeds."""
+
+    def holds(self, moment, lab):
+        wanted = moment.after.wanted
+        lab.restore(moment.after._replace(now=wanted - 1))
+        return lab.step(1)[4]["success"] is False and lab.step(2)[4]["success"]
+
+
+@claim
+class Answer(Claim):
+    """True if these are the knobs, numbered from 0."""
+
+    listing: str
+
+    def holds(self, moment, lab):
+        return [lab.action_words.get(word) for word in self.listing.split(", ")] == [0, 1, 2]
+
+
+@claim
+class Helped(Claim):
+    """True if the knob brought the room nearer to the wanted temperature."""
+
+    kind = HP
+    action: int
+    knob: str
+
+    def holds(self, moment, lab):
+        return moment.before is not None and moment.action == self.action and helps(lab, moment.before, self.action)
+
+    def counterparts(self, moment, lab):
+        return (DidNotHelp(action=self.action, knob=self.knob),)
+
+
+@claim
+class DidNotHelp(Claim):
+    """True if the knob did not bring the room nearer to the wanted temperature."""
+
+    kind = HN
+    action: int
+    knob: str
+
+    def holds(self, moment, lab):
+        return moment.before is not None and moment.action == self.action and not helps(lab, moment.before, self.action)
+
+    def counterparts(self, moment, lab):
+        return (Helped(action=self.action, knob=self.knob),)
+
+
+@claim
+class Turn(Claim):
+    """True if this knob brings the room nearer to the wanted temperature."""
+
+    kind = FP
+    action: int
+    knob: str
+
+    def holds(self, moment, lab):
+        return helps(lab, moment.after, self.action)
+
+    def counterparts(self, moment, lab):
+        return tuple(Turn(action=i, knob=knob) for i, knob in enumerate(KNOBS) if i != self.action)
+
+
+@claim
+class Leave(Claim):
+    """True if this knob does not bring the room nearer to the wanted temperature."""
+
+    kind = FN
+    action: int
+    knob: str
+
+    def holds(self, moment, lab):
+        return not helps(lab, moment.after, self.action)
+
+    def counterparts(self, moment, lab):
+        return tuple(Leave(action=i, knob=knob) for i, knob in enumerate(KNOBS) if i != self.action)
+
+
+@claim
+class Tried(Claim):
+    """True if this knob, turned at the start, does not bring the room nearer to the wanted temperature."""
+
+    kind = HN
+    action: int
+    knob: str
+
+    def holds(self, moment, lab):
+        return not helps(lab, moment.after, self.action)
+
+    def counterparts(self, moment, lab):
+        return tuple(Tried(action=i, knob=knob) for i, knob in enumerate(KNOBS) if i != self.action)
+
+
+@claim
+class Recipe(Claim):
+    """True if these knobs, in order, bring the room to the wanted temperature, and nothing is faster."""
+
+    actions: tuple[int, ...]
+    listing: str
+
+    def holds(self, moment, lab):
+        lab.restore(moment.after)
+        succeeded = [lab.step(action)[4]["success"] for action in self.actions]
+        return succeeded == [False] * (abs(moment.after.wanted - moment.after.now) - 1) + [True]
+
+
+class ThermostatOracle(Oracle):
+    """A value is the negated number of degrees that are left."""
+
+    max_importance = 2.0
+
+    def _basics(self, truth):
+        return Goal(), Answer(listing=", ".join(KNOBS))
+
+    def _practice(self, truth):
+        poor = [action for action in range(3) if action != self._best(truth)]
+        action = poor[self.rng.integers(2)]
+        return (Tried(action=action, knob=KNOBS[action]),)
+
+    def _solution(self, truth):
+        actions = self.plan(truth, 1000)
+        return (Recipe(actions=actions, listing=", ".join(KNOBS[action] for action in actions)),)
+
+    def _hindsight(self, claims, moment, kinds):
+        cls = Helped if moment.action == self._best(moment.before) else DidNotHelp
+        if cls.kind in kinds:
+            claims.append(cls(action=moment.action, knob=KNOBS[moment.action]))
+
+    def _advice(self, claims, moment, kinds):
+        best = self._best(moment.after)
+        if FP in kinds and best != 1:
+            claims.append(Turn(action=best, knob=KNOBS[best]))
+        if FN in kinds:
+            worst = (best + 1 + moment.turn % 2) % 3
+            claims.append(Leave(action=worst, knob=KNOBS[worst]))
+
+    def values(self, truth):
+        return tuple(-float(abs(truth.wanted - (truth.now + action - 1))) for action in range(3))
+
+    def plan(self, truth, n):
+        return (self._best(truth),) * min(abs(truth.wanted - truth.now), n)
+
+    @staticmethod
+    def _best(truth):
+        return 1 + (truth.wanted > truth.now) - (truth.wanted < truth.now)

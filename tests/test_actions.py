@@ -1,0 +1,85 @@
+"""Actions of every kind of space in their canonical form, and observations as text."""
+
+import json
+
+import numpy as np
+import pytest
+from gymnasium import spaces
+
+from worlds.wrapped.actions import canonical, native, syntax, tell
+from worlds.wrapped.gym_world import same
+
+SPACES = [
+    (spaces.Discrete(3, start=-1), "an integer from -1 to 1"),
+    (spaces.Box(-1, 1, (2,)), "a list of 2 numbers, each from -1 to 1"),
+    (spaces.Box(0, 1, (1,)), "a list of 1 number, each from 0 to 1"),
+    (spaces.Box(0, 1, ()), "a number from 0 to 1"),
+    (spaces.Box(0, 9, (), np.int64), "an integer from 0 to 9"),
+    (spaces.Box(np.array([0, -1]), np.array([1, 2])), "a list of 2 numbers, from [0.0, -1.0] to [1.0, 2.0]"),
+    (spaces.Box(-np.inf, np.inf, (2,)), "a list of 2 numbers"),
+    (spaces.Box(0, np.inf, (2,)), "a list of 2 numbers, each of at least 0"),
+    (spaces.Box(-np.inf, 5, (2,)), "a list of 2 numbers, each of at most 5"),
+    (spaces.Box(0, 255, (2, 2), np.uint8), "lists of integers within a list, of shape (2, 2), each from 0 to 255"),
+    (spaces.MultiBinary(3), "a list of 3 integers, each 0 or 1"),
+    (spaces.MultiDiscrete([2, 3]), "a list of 2 integers, from [0, 0] to [1, 2]"),
+    (
+        spaces.Tuple([spaces.Discrete(2), spaces.Box(0, 1, (1,))]),
+        "a list of an integer from 0 to 1; a list of 1 number",
+    ),
+    (
+        spaces.Dict(a=spaces.Discrete(2), b=spaces.MultiBinary(2)),
+        'a JSON object with "a": an integer from 0 to 1; "b": ',
+    ),
+    (spaces.Text(5, charset="abc"), "a text of at most 5 characters"),
+    (spaces.Sequence(spaces.Discrete(2)), "an element of Sequence"),
+]
+
+
+@pytest.mark.parametrize(("space", "said"), SPACES, ids=str)
+def test_round_trip(space, said):
+    space.seed(0)
+    for _ in range(20):
+        action = space.sample()
+        plain = canonical(space, action)
+        assert canonical(space, plain) == plain
+        hash(plain)
+        assert same(native(space, plain), action) or native(space, plain) == action
+        if not isinstance(space, spaces.Sequence):
+            read = json.loads(json.dumps(plain))
+            assert canonical(space, read if not isinstance(space, spaces.Dict) else dict(read)) == plain
+    assert syntax(space).startswith(said)
+
+
+@pytest.mark.parametrize("space", [space for space, _ in SPACES], ids=str)
+@pytest.mark.parametrize(
+    "wrong", [None, 10**400, "\x00", [], {}, [[1], [2, 3]], float("nan"), float("inf"), [None, 1], {"a": 9}, 1e300]
+)
+def test_what_is_not_in_the_space_is_refused(space, wrong):  # fmt: skip
+    if (isinstance(space, spaces.Sequence) and wrong == []) or (wrong == {} and isinstance(space, spaces.Text)):
+        return
+    with pytest.raises((ValueError, TypeError, OverflowError)):
+        canonical(space, wrong)
+
+
+def test_a_fraction_is_no_integer():
+    with pytest.raises(ValueError, match="not made of integers"):
+        canonical(spaces.MultiDiscrete([3, 3]), [0.5, 1])
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (3, "3"),
+        (np.int64(3), "3"),
+        ("as it is", "as it is"),
+        (np.array([0.123456, -1e-9], np.float64), "[0.1235, 0.0]"),
+        ({"a": 1, "b": np.array([[1, 2], [3, 4]])}, "a: 1\nb: [[1, 2], [3, 4]]"),
+        ((1, 0.5), "[1, 0.5]"),
+    ],
+)
+def test_tell(value, text):
+    assert tell(value) == text
+
+
+def test_a_large_array_is_shortened():
+    assert len(tell(np.zeros((210, 160, 3), np.uint8))) < 2000

@@ -1,0 +1,167 @@
+"""Actions of any Gymnasium space in a canonical form: hashable values that JSON can hold.
+
+Numbers are Python's, arrays are tuples, dicts are tuples of pairs. Each function goes by the type of the space.
+"""
+
+from collections.abc import Mapping
+from functools import singledispatch
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+
+@singledispatch
+def canonical(space: spaces.Space, action: Any) -> Any:
+    """The action in canonical form.
+
+    Raises:
+        ValueError, TypeError: it is not in the space.
+    """
+    return _member(space, action)
+
+
+@singledispatch
+def native(space: spaces.Space, action: Any) -> Any:
+    """A canonical action in the form that the environment takes."""
+    return action
+
+
+@singledispatch
+def syntax(space: spaces.Space) -> str:
+    """What an action looks like in text, to complete "the answer must be ..."."""
+    return f"an element of {space}"
+
+
+def _member(space: spaces.Space, action: Any) -> Any:
+    if not space.contains(action):
+        raise ValueError(f"{action!r} is not in {space}")
+    return action
+
+
+@canonical.register
+def _(space: spaces.Discrete, action: Any) -> int:
+    return int(_member(space, action))
+
+
+@syntax.register
+def _(space: spaces.Discrete) -> str:
+    return f"an integer from {space.start} to {space.start + space.n - 1}"
+
+
+@canonical.register(spaces.Box)
+@canonical.register(spaces.MultiBinary)
+@canonical.register(spaces.MultiDiscrete)
+def _(space: Any, action: Any) -> Any:
+    given = np.asarray(action)
+    if given.dtype.kind not in "iuf":
+        raise ValueError(f"{action!r} is not made of numbers")
+    with np.errstate(all="ignore"):  # what does not fit becomes infinite, or another number, and is refused
+        array = given.astype(space.dtype)
+    if not np.isfinite(array).all():
+        raise ValueError(f"{action!r} is not finite")
+    if space.dtype.kind != "f" and (array != given).any():
+        raise ValueError(f"{action!r} is not made of integers")
+    return _tuples(_member(space, array).tolist())
+
+
+@native.register(spaces.Box)
+@native.register(spaces.MultiBinary)
+@native.register(spaces.MultiDiscrete)
+def _(space: Any, action: Any) -> np.ndarray:
+    return np.array(action, space.dtype)
+
+
+@syntax.register
+def _(space: spaces.Box) -> str:
+    low, high = space.low, space.high
+    noun = "number" if space.dtype.kind == "f" else "integer"
+    one = space.shape == () or ((low == low.flat[0]).all() and (high == high.flat[0]).all())
+    bounds = _bounds(low.flat[0].item(), high.flat[0].item()) if one else f", from {low.tolist()} to {high.tolist()}"
+    if space.shape == ():
+        return f"{'a' if noun == 'number' else 'an'} {noun}{bounds}"
+    return f"{_listing(space.shape, noun)}{', each' if one and bounds else ''}{bounds}"
+
+
+@syntax.register
+def _(space: spaces.MultiBinary) -> str:
+    return f"{_listing(space.shape, 'integer')}, each 0 or 1"
+
+
+@syntax.register
+def _(space: spaces.MultiDiscrete) -> str:
+    return (
+        f"{_listing(space.shape, 'integer')}, from {space.start.tolist()} to {(space.start + space.nvec - 1).tolist()}"
+    )
+
+
+@canonical.register
+def _(space: spaces.Tuple, action: Any) -> tuple[Any, ...]:
+    if not isinstance(action, list | tuple):
+        raise TypeError(f"{action!r} is no tuple")
+    return tuple(canonical(part, item) for part, item in zip(space.spaces, action, strict=True))
+
+
+@native.register
+def _(space: spaces.Tuple, action: Any) -> tuple[Any, ...]:
+    return tuple(native(part, item) for part, item in zip(space.spaces, action, strict=True))
+
+
+@syntax.register
+def _(space: spaces.Tuple) -> str:
+    return f"a list of {'; '.join(map(syntax, space.spaces))}"
+
+
+@canonical.register
+def _(space: spaces.Dict, action: Any) -> tuple[tuple[str, Any], ...]:
+    items = dict(action)
+    if items.keys() != space.spaces.keys():
+        raise ValueError(f"{action!r} has other keys than {space}")
+    return tuple((key, canonical(part, items[key])) for key, part in space.spaces.items())
+
+
+@native.register
+def _(space: spaces.Dict, action: Any) -> dict[str, Any]:
+    return {key: native(space.spaces[key], item) for key, item in action}
+
+
+@syntax.register
+def _(space: spaces.Dict) -> str:
+    parts = (f'"{key}": {syntax(part)}' for key, part in space.spaces.items())
+    return f"a JSON object with {'; '.join(parts)}"
+
+
+@syntax.register
+def _(space: spaces.Text) -> str:
+    return f"a text of at most {space.max_length} characters"
+
+
+def tell(value: Any, whole: int = 200) -> str:
+    """An observation as text: numbers to 4 decimals, arrays as lists (large ones shortened), dicts a line a key."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Mapping):
+        return "\n".join(f"{key}: {tell(item, whole)}" for key, item in value.items())
+    if isinstance(value, np.ndarray) and value.size > whole:
+        return np.array2string(value, precision=4, threshold=whole, separator=", ")
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(tell(item, whole) for item in value)}]"
+    return f"{round(value, 4) + 0.0!r}" if isinstance(value, float) else f"{value}"
+
+
+def _bounds(low: float, high: float) -> str:
+    if np.isfinite(low) and np.isfinite(high):
+        return f" from {low:g} to {high:g}"
+    return f" of at least {low:g}" if np.isfinite(low) else f" of at most {high:g}" if np.isfinite(high) else ""
+
+
+def _listing(shape: tuple[int, ...], noun: str) -> str:
+    if len(shape) == 1:
+        return f"a list of {shape[0]} {noun}{'s' if shape[0] != 1 else ''}"
+    return f"lists of {noun}s within a list, of shape {shape}"
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value

@@ -1,0 +1,371 @@
+"""Any Gymnasium environment as a world, although it can neither be looked into nor be set back.
+
+A truth is a position: an episode's seed and the actions so far. A world goes there by taking the actions again, from
+a copy of the environment (`snapshot="copy"`) or from a reset with the seed (`snapshot="replay"`). So a step costs the
+taught environment next to nothing, and only the lab pays, when a claim is checked in it.
+"""
+
+import copy
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from worlds.world import World, illegal
+from worlds.wrapped.actions import canonical, native, syntax, tell
+
+SNAPSHOTS = ("auto", "copy", "replay")
+REWARD_RANGE = (-1e6, 1e6)
+_TRIAL = 8  # steps that decide whether a copy is faithful
+_FAR = 16  # replayed steps after which a copy is kept, so that the next restore begins there
+
+
+class Episode:
+    """What it takes to play an episode again. Positions share it: a world appends to an episode of its own only."""
+
+    __slots__ = ("actions", "anchor", "observation", "options", "rewards", "seed")
+
+    def __init__(self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: Any) -> None:
+        self.seed, self.options = seed, options
+        self.observation = observation
+        """What reset gave."""
+        self.anchor = anchor
+        """A copy of the environment right after reset, which is never stepped; None when it is replayed."""
+        self.actions: list[Any] = []
+        self.rewards: list[float] = []
+
+    def fork(self, turn: int) -> "Episode":
+        """Another episode with the same beginning."""
+        other = Episode(self.seed, self.options, self.observation, self.anchor)
+        other.actions, other.rewards = self.actions[:turn], self.rewards[:turn]
+        return other
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Episode":
+        return self  # a copied world does not append to it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Position:
+    """The truth of a wrapped environment."""
+
+    seen: Any
+    """What `look` saw of the environment; the observation if there is no `look`."""
+    turn: int
+    """Number of actions so far."""
+    episode: Episode
+
+    @property
+    def seed(self) -> int:
+        """The seed of the episode's reset."""
+        return self.episode.seed
+
+    @property
+    def actions(self) -> tuple[Any, ...]:
+        """The actions so far, in canonical form."""
+        return tuple(self.episode.actions[: self.turn])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Position):
+            return NotImplemented
+        return self is other or (
+            (self.turn, self.seed) == (other.turn, other.seed)
+            and same(self.episode.options, other.episode.options)
+            and self.actions == other.actions
+            and same(self.seen, other.seen)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.seed, self.turn))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Position":
+        return self
+
+
+class GymWorld(World):
+    """A world around an environment.
+
+    Spaces, dynamics and rewards are the environment's. Actions are legal if they are in its action space; their
+    canonical form is one that JSON can hold (see `worlds.wrapped.actions`). `env` is the environment itself.
+
+    Args:
+        env: an environment, or a function without arguments that makes one.
+        look: what an oracle wants to see of the environment, as in `lambda env: env.unwrapped.s`; its value is copied
+            into each truth as `seen`. None: the observation.
+        snapshot: how truths are restored: `copy`, by copies of the environment, `replay`, by its seed and the
+            actions, or `auto`, by copies if they prove faithful.
+        success: whether the task is solved, a function `(observation, reward, terminated, truncated, info)`. None: the
+            info's `success` or `is_success`, or else that it terminated with a positive reward.
+        describe: an observation as text. None: plain numbers.
+        action_words: words that name actions in text mode.
+        reward_range: least and greatest reward; None: the environment's if it tells finite ones, else a million either
+            way.
+
+    Raises:
+        ValueError: an argument is not allowed, or the environment cannot be copied faithfully as was asked.
+    """
+
+    def __init__(
+        self,
+        env: gymnasium.Env | Callable[[], gymnasium.Env],
+        *,
+        look: Callable[[gymnasium.Env], Any] | None = None,
+        snapshot: str = "auto",
+        success: Callable[..., Any] | None = None,
+        describe: Callable[[Any], str] | None = None,
+        action_words: Mapping[str, Any] | None = None,
+        reward_range: tuple[float, float] | None = None,
+    ) -> None:
+        options = {"look": look, "snapshot": snapshot, "success": success, "describe": describe}
+        super().__init__(env=env, **options, action_words=action_words, reward_range=reward_range)
+        if snapshot not in SNAPSHOTS:
+            raise ValueError(f"snapshot {snapshot!r} is unknown; allowed: {', '.join(SNAPSHOTS)}")
+        self._make = env if callable(env) and not isinstance(env, gymnasium.Env) else None
+        self._given = self._env = self._make() if self._make else env
+        if not isinstance(self._env, gymnasium.Env):
+            hint = "; wrap an environment of the old Gym in OldGym" if hasattr(self._env, "step") else ""
+            raise ValueError(f"env must be a gymnasium.Env, or a function that makes one, got {self._env!r}{hint}")
+        self._copies = snapshot != "replay" and faithful(self._env)
+        if snapshot == "copy" and not self._copies:
+            raise ValueError(f"copies of {self._env} do not go on like the original; allowed: snapshot='replay'")
+        self._look, self._success, self._describe = look, success, describe
+        self.observation_space: spaces.Space = self._env.observation_space
+        self.action_space: spaces.Space = self._env.action_space
+        self._discrete = type(self.action_space) is spaces.Discrete
+        if self._discrete:
+            self._least = int(self.action_space.start)  # type: ignore[attr-defined]
+            self._count = int(self.action_space.n)  # type: ignore[attr-defined]
+        self._sampler = copy.deepcopy(self.action_space)
+        self.reward_range = _reward_range(self._env, reward_range)
+        self.failure_reward = min(max(0.0, self.reward_range[0]), self.reward_range[1])
+        self.action_syntax = syntax(self.action_space)
+        self.action_words = {str(word).lower(): self.legal(action) for word, action in (action_words or {}).items()}
+        if self.action_words:
+            self.action_syntax = f"one of {', '.join(self.action_words)}, or {self.action_syntax}"
+        self._at: tuple[Episode, int] | None = None
+        self._kept: tuple[Episode, int, gymnasium.Env, Any] | None = None
+        self._shared = False
+
+    @property
+    def env(self) -> gymnasium.Env:
+        """The environment, in the state that this world is in."""
+        if self._at is not None and self._at != (self._episode, self._turn):
+            self._travel()
+        elif self._env is None:
+            self._env = self._another()
+        return self._env
+
+    @property
+    def truth(self) -> Position:
+        """The position in the episode, with what `look` sees."""
+        if self._at == (self._episode, self._turn):
+            self._seen = _still(self._observation if self._look is None else self._look(self._env))
+        return Position(self._seen, self._turn, self._episode)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode. Without a seed the world draws one, so that the episode can be played again."""
+        super().reset(seed=seed)
+        seed = int(self.np_random.integers(2**31)) if seed is None else seed
+        self._at = None
+        self._observation, info = self.env.reset(seed=seed, options=copy.deepcopy(options))
+        anchor = copy.deepcopy(self._env) if self._copies else None
+        self._episode = Episode(seed, copy.deepcopy(options), _still(self._observation), anchor)
+        self._turn, self._shared, self._kept = 0, False, None
+        self._at = self._episode, 0
+        return self._observation, {**info, "success": False}
+
+    def legal(self, action: Any) -> Any:
+        """The action in canonical form."""
+        if self._discrete and type(action) is int and 0 <= action - self._least < self._count:
+            return action
+        try:
+            return canonical(self.action_space, action)
+        except (ValueError, TypeError, OverflowError):
+            raise illegal(action, self.action_syntax) from None
+
+    def advance(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Step the environment."""
+        env = self.env
+        if not self._discrete:
+            observation, paid, terminated, truncated, info = env.step(native(self.action_space, action))
+        else:
+            observation, paid, terminated, truncated, info = env.step(action)
+        reward, terminated, truncated = float(paid), bool(terminated), bool(truncated)
+        if self._shared:
+            self._episode, self._shared = self._episode.fork(self._turn), False
+        episode = self._episode
+        episode.actions.append(action)
+        episode.rewards.append(reward)
+        self._turn += 1
+        self._at = episode, self._turn
+        self._observation = observation
+        if self._success is not None:
+            success = self._success(observation, reward, terminated, truncated, info)
+        else:
+            success = info.get("success", info.get("is_success"))
+            if success is None:
+                success = terminated and reward > 0
+        return observation, reward, terminated, truncated, {**info, "success": bool(success)}
+
+    def describe(self, observation: Any) -> str:
+        """The observation in plain numbers, or as the given function puts it."""
+        return tell(observation) if self._describe is None else self._describe(observation)
+
+    def sample_action(self, rng: np.random.Generator) -> Any:
+        """A sample of the action space."""
+        if self._discrete:
+            return self._least + int(rng.integers(self._count))
+        self._sampler.seed(int(rng.integers(2**31)))
+        return self._sampler.sample()
+
+    def scratch(self) -> "GymWorld":
+        """A world like this one; its environment is made when it is first needed."""
+        lab = object.__new__(type(self))
+        lab.__dict__.update(self.__dict__)
+        lab._env = lab._at = lab._kept = None
+        lab._np_random = None
+        for name in ("_episode", "_turn", "_seen", "_observation"):
+            lab.__dict__.pop(name, None)
+        return lab
+
+    def close(self) -> None:
+        """Close the environment."""
+        if self._env is not None:
+            self._env.close()
+
+    def _load(self, truth: Position) -> None:
+        """Be at a position; the environment follows when it is needed."""
+        self._episode, self._turn, self._seen = truth.episode, truth.turn, truth.seen
+        self._shared = True
+        if self._at is None:
+            self._at = _NOWHERE
+
+    def _observe(self) -> Any:
+        return self.env and self._observation
+
+    def _travel(self) -> None:
+        """Bring the environment to where the world is."""
+        episode, turn = self._episode, self._turn
+        here, begin = self._at or _NOWHERE
+        if here is not episode or begin > turn:
+            begin = 0
+            if episode.anchor is None:
+                self._env = self._env or self._another()
+                self._observation, _ = self._env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
+                if not same(_still(self._observation), episode.observation):
+                    raise self._differs("reset")
+            elif self._kept is not None and self._kept[0] is episode and self._kept[1] <= turn:
+                _, begin, kept, self._observation = self._kept
+                self._env = copy.deepcopy(kept)
+            else:
+                self._env, self._observation = copy.deepcopy(episode.anchor), episode.observation
+        for i in range(begin, turn):
+            action = native(self.action_space, episode.actions[i])
+            self._observation, reward, *_ = self._env.step(action)
+            if not same(float(reward), episode.rewards[i]):
+                self._at = _NOWHERE
+                raise self._differs(f"action {i + 1}")
+        if turn - begin > _FAR and episode.anchor is not None:
+            self._kept = episode, turn, copy.deepcopy(self._env), self._observation
+        self._at = episode, turn
+
+    def _differs(self, what: str) -> RuntimeError:
+        return RuntimeError(
+            f"{self._env} cannot be played again: {what} gave something else than in the episode. The environment "
+            "draws from a random generator that reset(seed=...) does not seed, or the one that was made for the lab "
+            "differs from the taught one; give a function that makes the environment"
+        )
+
+    def _another(self) -> gymnasium.Env:
+        """An environment like the given one."""
+        if self._make is not None:
+            return self._make()
+        ways = [_from_spec, copy.deepcopy]
+        for way in reversed(ways) if self._copies else ways:
+            try:
+                return way(self._given)
+            except Exception:  # noqa: S112 (environments fail in ways of their own; there is another way)
+                continue
+        raise ValueError(
+            f"another environment like {self._given} is needed to check claims, but it can neither be made from a "
+            "spec nor copied; give a function that makes it"
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = dict(self.__dict__)
+        state["_shared"] = True  # the original goes on writing to the episode
+        if not self._copies:
+            state["_env"] = None
+            state["_at"] = self._at and _NOWHERE
+        return state
+
+
+_NOWHERE = (Episode(0, None, None, None), -1)
+
+
+def faithful(env: gymnasium.Env) -> bool:
+    """Whether deep copies of an environment go on like the original. It is tried on copies; `env` is left as it is."""
+    try:
+        first = copy.deepcopy(env)
+        first.action_space.seed(0)
+        actions = [first.action_space.sample() for _ in range(_TRIAL)]
+        first.reset(seed=0)
+        _play(first, actions)
+        second = copy.deepcopy(first)
+        if second is first or second.unwrapped is first.unwrapped:
+            return False
+        # One goes first: if they shared anything, the other would notice.
+        return same(_play(first, actions), _play(second, actions))
+    except Exception:
+        return False
+
+
+def _play(env: gymnasium.Env, actions: list[Any]) -> list[Any]:
+    """What the actions give; an episode that ends is followed by another."""
+    trace = []
+    for action in actions:
+        observation, reward, terminated, truncated, _ = env.step(action)
+        trace.append((_still(observation), float(reward), bool(terminated), bool(truncated)))
+        if terminated or truncated:
+            trace.append(_still(env.reset()[0]))
+    return trace
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two nested values are equal, arrays and NaN included."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return type(one) is type(other) and one.dtype == other.dtype and np.array_equal(one, other)
+    if isinstance(one, Mapping):
+        return isinstance(other, Mapping) and one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
+    if isinstance(one, list | tuple):
+        return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other) or bool(one != one and other != other)
+
+
+def _still(value: Any) -> Any:
+    """A copy that does not change when the environment goes on."""
+    if type(value) in (int, float, str, bool) or value is None:
+        return value
+    return value.copy() if type(value) is np.ndarray else copy.deepcopy(value)
+
+
+def _from_spec(env: gymnasium.Env) -> gymnasium.Env:
+    if env.spec is None:
+        raise ValueError("it has no spec")
+    silent = {"render_mode": None} if "render_mode" in env.spec.kwargs else {}
+    return gymnasium.make(env.spec, **silent)
+
+
+def _reward_range(env: gymnasium.Env, given: tuple[float, float] | None) -> tuple[float, float]:
+    if given is None:
+        try:
+            low, high = map(float, env.get_wrapper_attr("reward_range"))
+        except (AttributeError, TypeError, ValueError):
+            return REWARD_RANGE
+        return (low, high) if np.isfinite((low, high)).all() and low <= high else REWARD_RANGE
+    low, high = map(float, given)
+    if not np.isfinite((low, high)).all() or low > high:
+        raise ValueError(f"reward_range must be two finite numbers in order, got {given!r}")
+    return low, high
