@@ -397,8 +397,10 @@ def _write(point: Point) -> str:
 
 def _ways(x: Point, point: Point) -> str:
     """The directions from one point to another, in words."""
-    words = ["raise" if b > a else "lower" if b < a else "leave" for a, b in zip(x, point, strict=True)]
-    return f"{words[0]} x1 and {words[1]} x2"
+    (a1, a2), (b1, b2) = x, point
+    way1 = "raise" if b1 > a1 else "lower" if b1 < a1 else "leave"
+    way2 = "raise" if b2 > a2 else "lower" if b2 < a2 else "leave"
+    return f"{way1} x1 and {way2} x2"
 
 
 def _with(x: Point, i: int, value: float) -> Point:
@@ -413,8 +415,10 @@ def _between(a: Point, b: Point, share: float) -> Point:
 def _inside(lab: World, point: Point) -> Point:
     """The point with six significant digits, moved into the domain."""
     (low1, low2), (high1, high2) = lab.lows, lab.highs
-    x1, x2 = float(f"{point[0]:.6g}"), float(f"{point[1]:.6g}")
-    return min(max(x1, low1), high1) + 0.0, min(max(x2, low2), high2) + 0.0  # without a negative zero
+    x1, x2 = float(f"{point[0]:.6g}") + 0.0, float(f"{point[1]:.6g}") + 0.0  # without a negative zero
+    if low1 <= x1 <= high1 and low2 <= x2 <= high2:
+        return x1, x2
+    return min(max(x1, low1), high1) + 0.0, min(max(x2, low2), high2) + 0.0
 
 
 def _corners(lab: World) -> tuple[Point, ...]:
@@ -445,7 +449,8 @@ def _avoid(point: Point, now: float, loss: float) -> Avoid:
 
 def _differ(a: float, b: float) -> bool:
     """Whether two losses differ in the six digits that phrases tell."""
-    return abs(a - b) > 1e-5 * max(abs(a), abs(b))
+    a, b, gap = abs(a), abs(b), abs(a - b)
+    return gap > 1e-5 * (a if a > b else b)
 
 
 def _newton(gradient: Sequence[float], hessian: Sequence[float]) -> Point:
