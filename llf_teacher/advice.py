@@ -58,6 +58,6 @@ class AdviceTaker(Policy):
         wrong = self._wrong.get(state, {})
         for _ in range(_TRIES):
             action = self.world.sample_action(self.rng)
-            if frozen(action) not in wrong:
+            if not wrong or frozen(self.world.legal(action)) not in wrong:  # claims have the canonical form
                 break
         return action

@@ -1,8 +1,9 @@
 """Text in: a strict grammar for actions written as text. Nothing is ever executed.
 
-An answer is one of the world's words for an action, or JSON: a number, a string with such a word, a list
-(round brackets will do), or an object whose only key is `action`. If the text has the marker `Response:`,
-the answer is what follows its last occurrence. Where the world's action is itself a text, the answer is that text.
+An answer is what the world itself reads as an action (`World.read`: its words for actions), or JSON: a number, a string
+with such a word, a list (round brackets will do), or an object whose only key is `action`. If the text has the marker
+`Response:`, the answer is what follows its last occurrence. Where the world's action is itself a text, the answer is
+that text.
 """
 
 import json
@@ -18,7 +19,6 @@ from worlds.world import World
 _MARKER = re.compile("response:", re.IGNORECASE)
 _LONGEST = 1000  # characters of an answer that is not itself a text
 _EXCERPT = 80
-_QUOTES = " \t\r\n.,;!\"'`*"
 
 
 def parse_action(text: str, world: World) -> Any:
@@ -31,11 +31,9 @@ def parse_action(text: str, world: World) -> Any:
         return legal_text(answer, world)
     if len(answer) > _LONGEST:
         return failure(text, world)
-    word = answer.strip(_QUOTES).lower()
-    if word in world.action_words:
-        return world.action_words[word]
     try:
-        return world.legal(_value(answer, world))
+        action = world.read(answer)
+        return world.legal(_value(answer, world) if action is None else action)
     except (ValueError, TypeError, OverflowError, RecursionError):
         return failure(text, world)
 
@@ -64,7 +62,8 @@ def _value(answer: str, world: World) -> Any:
             raise ValueError("the only key of an object must be `action`")
         value = value[0][1]
     if isinstance(value, str):
-        return world.action_words.get(value.strip().lower(), value)
+        action = world.read(value)
+        return value if action is None else action
     if _has_truth_value(value):
         raise ValueError("a truth value is no action")
     return value

@@ -8,6 +8,8 @@ from typing import Any, ClassVar, NamedTuple
 import gymnasium
 import numpy as np
 
+_QUOTES = " \t\r\n.,;!\"'`*"  # what may stand around a word
+
 
 class Snapshot(NamedTuple):
     """All that determines a world's future."""
@@ -69,6 +71,13 @@ class World(gymnasium.Env):
     @abstractmethod
     def sample_action(self, rng: np.random.Generator) -> Any:
         """A random legal action that an untaught student might try."""
+
+    def read(self, text: str) -> Any | None:
+        """The action that a text stands for in the world's own words; None if it is none.
+
+        By default these are `action_words`. `legal` has the last word on what it gives.
+        """
+        return self.action_words.get(text.strip(_QUOTES).lower())
 
     @abstractmethod
     def _load(self, truth: Any) -> None:

@@ -18,7 +18,8 @@ _BLANK = "..."  # a line that is yet to be written
 class TextOnly(Student):
     """Believes every sentence it understands.
 
-    It takes actions by their names, lists of them as a plan, and a line in quotes as a correction of its last text.
+    It takes actions by their names or as the `target` to go to, lists of them as a plan, and a line in quotes as a
+    correction of its last text.
     """
 
     reads = "words"
@@ -38,8 +39,9 @@ class TextOnly(Student):
             turn = self.arrive(observation)
             text = observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}"
             for claim, slots, about in self._reader.read(text):
-                if "action" in slots:
-                    action = parse_action(slots["action"], self.world)
+                named = slots.get("action") or slots.get("target")
+                if named:
+                    action = parse_action(named, self.world)
                     if type(action) is ParseFailure:
                         continue
                     if claim.kind is None:

@@ -45,6 +45,9 @@ def test_seats(entry, check):
     check(lambda **settings: entry.family.env(**entry.options, **settings))
 
 
+# A box has the units and the bounds, if any, of its world; Gymnasium would rather see actions from -1 to 1.
+@pytest.mark.filterwarnings("ignore:.*we recommend using a symmetric and normalized space:UserWarning")
+@pytest.mark.filterwarnings("ignore:.*A Box observation space (minimum|maximum) value is -?infinity:UserWarning")
 @pytest.mark.parametrize("entry", ENTRIES, ids=name)
 @pytest.mark.parametrize("text", [False, True])
 def test_gymnasium_check_env(entry, text):

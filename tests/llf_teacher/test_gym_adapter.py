@@ -1,6 +1,7 @@
 """The Gymnasium side: make, registration, StudentEnv, TeacherEnv, vector environments, text mode."""
 
 import copy
+import json
 import pickle
 
 import gymnasium
@@ -258,7 +259,7 @@ def test_vector_environments_give_the_right_text(id, text, mode):
             assert tuple(observations[key]) == tuple(each[key] for each in expected)
         world = singles[0].aec.world
         for action in some_actions(world, 4):
-            said = f"{action:d}" if text and isinstance(action, int) else action
+            said = action if isinstance(action, str) or not text else json.dumps(np.asarray(action).tolist())
             observations, rewards, *_, infos = envs.step([said, said])
             expected = [env.step(said) for env in singles]
             assert tuple(observations["feedback"]) == tuple(each[0]["feedback"] for each in expected)

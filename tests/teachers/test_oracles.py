@@ -5,6 +5,7 @@ from itertools import combinations, islice
 import networkx as nx
 import numpy as np
 import pytest
+from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -74,7 +75,9 @@ def test_values_importance_and_regret_agree(name):
 
 @on_every_environment
 def test_regret_is_zero_exactly_if_the_action_was_good(name):
+    """Of continuous actions a good one is better than before, not yet the best."""
     seen = set()
+    best = not isinstance(pupil(name).make_world().action_space, spaces.Box)
     for oracle, moment in pupil(name, turns=600).judged():
         if moment.before is None:
             continue
@@ -82,7 +85,7 @@ def test_regret_is_zero_exactly_if_the_action_was_good(name):
         kinds = {claim.kind for claim in oracle.judge(moment, frozenset((HP, HN)))}
         if HN in kinds:
             assert regret > 0
-        elif HP in kinds:
+        elif HP in kinds and best:
             assert regret == pytest.approx(0)
         seen |= kinds
     assert HN in seen
@@ -95,7 +98,8 @@ def test_an_action_that_was_not_executed_loses_all(name):
     oracle = ENVIRONMENTS[name][0].make_teacher(world).oracle
     oracle.start(world.truth, np.random.default_rng(0))
     failure = Moment(None, ParseFailure("?", ""), world.failure_reward, world.truth, False, 1, False)
-    assert oracle.regret(failure) == pytest.approx(oracle.importance(world.truth)) != 0
+    assert oracle.regret(failure) >= oracle.importance(world.truth) - 1e-9
+    assert oracle.importance(world.truth) > 0
 
 
 @on_every_environment

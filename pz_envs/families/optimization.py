@@ -1,0 +1,28 @@
+"""Optimization: find the point of least loss."""
+
+from pz_envs.family import Family
+
+FAMILY = Family(
+    name="optimization",
+    summary="find the point of least loss",
+    world="Optimization",
+    oracle="OptimizationOracle",
+    environments={
+        f"optimization-{loss}-v0": {"loss": loss}
+        for loss in (
+            "Bohachevsky",
+            "Booth",
+            "Matyas",
+            "McCormick",
+            "Rosenbrock",
+            "RotatedHyperEllipsoid",
+            "SixHumpCamel",
+            "ThreeHumpCamel",
+        )
+    },
+    showcase=("optimization-Booth-v0",),
+    max_cycles=10,
+    regret_unit="reward lost",
+    reward_only="nelder_mead",
+)
+env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env
