@@ -64,7 +64,7 @@ class Endpoint:
         for attempt in range(self._settings.retries + 1):
             if attempt:  # an answer came, but a broken one: the client takes no notice of these
                 time.sleep(min(2.0 ** (attempt - 2), 8.0))
-            self._check_budget()
+            self._check_budget(prices)
             reply = self._post(request)
             text, usage = _read(reply, prices)
             if text is not None or usage.input_tokens is not None:
@@ -99,8 +99,10 @@ class Endpoint:
         text = " ".join(f"{each}" for each in (error, error.__cause__) if each)
         return f"{self.base_url} gave no answer: {type(error).__name__}: {self._clean(text)[:_EXCERPT]}{hint}"
 
-    def _check_budget(self) -> None:
+    def _check_budget(self, prices: tuple[float, float] | None) -> None:
         budget = self._settings.budget
+        if budget is not None and prices is None:
+            raise LLMError(f"a spending limit needs prices for {self.base_url}: input_price and output_price")
         if budget is not None and (spent := self._cache.spent()) >= budget:
             raise SpendingLimitError(
                 f"the spending limit of {budget:g} USD is reached: {self._settings.cache} has {spent:.6g} USD on its "

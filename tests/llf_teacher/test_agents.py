@@ -91,6 +91,23 @@ class Dies(Breaks):
         import os
         os._exit(3)
 
+class Slow(Scripted):
+    '''Still plays when another one fails.'''
+    def __init__(self, marker):
+        self.marker = marker
+    def act(self, observation, feedback):
+        import pathlib, time
+        pathlib.Path(self.marker).touch()
+        time.sleep(0.5)
+        return "north"
+
+class Impatient(Slow):
+    def act(self, observation, feedback):
+        import pathlib, time
+        while not pathlib.Path(self.marker).exists():
+            time.sleep(0.01)
+        raise KeyError("now")
+
 class Mute:
     def reset(self, docstring):
         pass
@@ -281,6 +298,16 @@ def test_what_was_played_before_a_failure_is_stored(mine, tmp_path, student, mat
             run(study("random", f"{mine}:{student}"), store, workers=1)
         assert ("raise self.problem()" in caught.value.trace) == (student != "Dies")
         assert [row["student"] for row in store.episodes()] == ["random"]
+
+
+def test_what_is_being_played_at_a_failure_is_stored_and_no_more_is_begun(mine, tmp_path):
+    students = [f"{mine}:{name}(marker={str(tmp_path / 'marker')!r})" for name in ("Slow", "Impatient")]
+    with Store(tmp_path / "s.db") as store:
+        with pytest.raises(EpisodeError, match="KeyError"):
+            run(study(*students, *(f"{mine}:Scripted(answer='{n}')" for n in range(20))), store, workers=2)
+        stored = [row["student"] for row in store.episodes()]
+    assert students[0] in stored
+    assert len(stored) < 10
 
 
 def test_the_command_line(tmp_path):

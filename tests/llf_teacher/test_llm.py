@@ -208,7 +208,10 @@ def test_a_limit_needs_to_know_the_costs():
     with ScriptedEndpoint(lambda request: Reply(200, json.dumps(body))) as server:
         with pytest.raises(LLMError, match="does not tell the tokens it used"):
             endpoint(server.url, budget=1.0).ask(REQUEST, (1, 1))
+        with pytest.raises(LLMError, match="a spending limit needs prices"):
+            endpoint(server.url, budget=1.0).ask(REQUEST)
         assert endpoint(server.url).ask(REQUEST, (1, 1)) == NORTH
+    assert len(server.requests) == 2
 
 
 def test_what_is_asked_at_the_same_time_is_paid_once(tmp_path):
