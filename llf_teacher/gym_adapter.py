@@ -213,10 +213,13 @@ class TeacherEnv(_Flat):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
+        if isinstance(student, str | Student):
+            student = parse_student(student)
+            options.setdefault("text", student.text)
         super().__init__(TEACHER, env_id, max_turns, render_mode, speech=speech, **options)
         self.observation_space = self.aec.observation_space(TEACHER)
-        if isinstance(student, str | Student):
-            student = parse_student(student).seat(self.family, self.aec.world)
+        if isinstance(student, Student):
+            student = student.seat(self.family, self.aec.world)
         self.student = student
 
     def reset(

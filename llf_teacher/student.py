@@ -5,6 +5,7 @@ plays. A policy knows the rules of the world (spaces, words), never its state, a
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -56,6 +57,8 @@ class Student(Spec):
     Policy: ClassVar[type[Policy]]
     reads: ClassVar[str]
     """What it learns from, one of `READS`; reports show it."""
+    text: ClassVar[bool] = False
+    """Whether it plays in text mode: text in, text out."""
 
     def seat(self, family: Subject, world: World) -> Policy:
         """A policy for environments like `world`; it gets a scratch copy."""
@@ -63,19 +66,35 @@ class Student(Spec):
         policy.reads = self.reads  # type: ignore[misc]
         return policy
 
+    def check(self, environment: Mapping[str, str]) -> None:
+        """Make sure, before a study begins, that it can play here; a student that needs nothing always can.
+
+        Raises:
+            ValueError: a setting is missing or not allowed.
+            ModuleNotFoundError: an extra is not installed; the message has the pip line.
+        """
+
+    def facts(self) -> dict[str, Any]:
+        """What a study's manifest has to say of it beside its spec, as JSON values."""
+        return {}
+
 
 STUDENTS = Catalogue("student", Student, students)
 """Every student by its name."""
 
 
 def parse_student(spec: str | Student) -> Student:
-    """The student that a spec string describes.
+    """The student that a spec string describes; `package.module:factory` is an agent of the user's own.
 
     Raises:
         ValueError: an unknown name or parameter, or bad syntax; the message says what is allowed.
     """
     if isinstance(spec, Student):
         return spec
+    from llf_teacher import agents
+
+    if agents.is_agent(spec):
+        return agents.parse_agent(spec)
     parsed = STUDENTS.parse(spec)
     if len(parsed) != 1:
         raise ValueError(f"student spec {spec!r} names {len(parsed)} students; allowed: one")

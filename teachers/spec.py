@@ -73,10 +73,8 @@ class Catalogue:
         if not isinstance(text, str):
             raise self._error(text)
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", SyntaxWarning)
-                node = ast.parse(text.strip(), mode="eval").body
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            node = read_expression(text)
+        except ValueError:
             raise self._error(text) from None
         parts: list[ast.expr] = []
         while isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):
@@ -85,21 +83,16 @@ class Catalogue:
         return tuple(self._one(part, text) for part in reversed([*parts, node]))
 
     def _one(self, node: ast.expr, text: str) -> Spec:
-        call = node if isinstance(node, ast.Call) else ast.Call(func=node, args=[], keywords=[])
-        if not isinstance(call.func, ast.Name) or call.args or any(keyword.arg is None for keyword in call.keywords):
+        call = read_call(node)
+        if call is None:
             raise self._error(text)
-        try:
-            values = {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
-        except (ValueError, TypeError, RecursionError, MemoryError):
-            raise self._error(text) from None
-        if len(values) < len(call.keywords):
-            raise self._error(text)
-        cls = self[call.func.id]
+        name, values = call
+        cls = self[name]
         allowed = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
         for key in values:
             if key not in allowed:
                 options = ", ".join(allowed) or "none"
-                raise ValueError(f"{self._what} {call.func.id!r} has no parameter {key!r}; allowed: {options}")
+                raise ValueError(f"{self._what} {name!r} has no parameter {key!r}; allowed: {options}")
         try:
             return cls(**values)
         except TypeError as error:
@@ -110,6 +103,32 @@ class Catalogue:
             f"bad {self._what} spec {reprlib.repr(text)}; expected names with keyword arguments, such as "
             f"`name` or `name(key=value)`, separated by `|`; names: {', '.join(self.names)}"
         )
+
+
+def read_expression(text: str) -> ast.expr:
+    """The syntax tree of an expression; nothing is evaluated.
+
+    Raises:
+        ValueError: the text is no expression.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SyntaxWarning)
+            return ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        raise ValueError(f"{reprlib.repr(text)} is no expression") from None
+
+
+def read_call(node: ast.expr) -> tuple[str, dict[str, Any]] | None:
+    """The name and the keyword arguments, literals all, of `name` or `name(key=value)`; None if it is neither."""
+    call = node if isinstance(node, ast.Call) else ast.Call(func=node, args=[], keywords=[])
+    if not isinstance(call.func, ast.Name) or call.args or any(keyword.arg is None for keyword in call.keywords):
+        return None
+    try:
+        values = {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
+    except (ValueError, TypeError, RecursionError, MemoryError):
+        return None
+    return (call.func.id, values) if len(values) == len(call.keywords) else None
 
 
 def unknown(what: str, got: str, allowed: Any) -> str:

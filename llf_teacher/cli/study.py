@@ -1,5 +1,8 @@
 """`llf study`: run feedback studies and report on them."""
 
+import os
+import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -7,7 +10,12 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from llf_teacher.cli import errors
+from llf_teacher.llm.settings import BUDGET
+
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from llf_teacher.studies.study import Study
 
 STORE, REPORT = Path("llf-study.db"), Path("llf-study.html")
@@ -44,15 +52,29 @@ def run(
     store: Store_ = STORE,
     report: Report_ = REPORT,
     workers: Workers_ = None,
+    llm_budget: Annotated[
+        float | None,
+        typer.Option(
+            "--llm-budget",
+            min=0,
+            envvar=BUDGET,
+            help="USD that LLM students may spend on this store, earlier runs included.",
+        ),
+    ] = None,
 ) -> None:
     """Run the study that FILE describes, or what is left of it, and write its report."""
     from llf_teacher.studies.study import load_study
 
-    _run(load_study(file), store, report, workers)
+    if os.getcwd() not in sys.path:  # where students `module:factory` are looked for, as with `python -m`
+        sys.path.append(os.getcwd())
+    _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"})
 
 
-def _run(study: "Study", path: Path, report: Path, workers: int | None) -> None:
+def _run(
+    study: "Study", path: Path, report: Path, workers: int | None, environment: "Mapping[str, str] | None" = None
+) -> None:
     from llf_teacher.studies.report import check_writable, write_report
+    from llf_teacher.studies.runner import EpisodeError
     from llf_teacher.studies.runner import run as play
     from llf_teacher.studies.store import Store
 
@@ -69,12 +91,20 @@ def _run(study: "Study", path: Path, report: Path, workers: int | None) -> None:
         try:
             with Progress(*columns, console=console) as progress:
                 task = progress.add_task("episodes", total=None)
-                played = play(
-                    study, store, workers, lambda done, total: progress.update(task, completed=done, total=total)
-                )
+                show = partial(progress.update, task)
+                played = play(study, store, workers, lambda done, total: show(completed=done, total=total), environment)
+        except EpisodeError as error:
+            errors.print(f"{error.trace}llf: {error}")
+            errors.print(f"What was played is in {path}; the same command goes on from there.")
+            raise typer.Exit(1) from None
         except KeyboardInterrupt:
             console.print(f"Interrupted. What was played is in {path}; the same command goes on from there.")
             raise typer.Exit(130) from None
+        for spent in store.manifest().get("llm", ()):
+            console.print(
+                f"{spent['model']}: {spent['requests']} answers paid so far, {spent['input_tokens']} tokens in, "
+                f"{spent['output_tokens']} out, {spent['usd']:.4f} USD"
+            )
         console.print(f"Played {played} episodes, stored in {path}. Writing the report ...")
         write_report(store, study, report)
     console.print(f"Report: {report.resolve()}")

@@ -9,7 +9,7 @@ import numpy as np
 from llf_teacher.registry import make
 from llf_teacher.student import entitled, parse_student
 from llf_teacher.studies.study import EpisodeSpec
-from pz_envs.tutoring import STUDENT
+from pz_envs.tutoring import STUDENT, TutoringEnv
 from teachers.atoms import Atom, Moment, ParseFailure
 from worlds.world import World
 
@@ -69,34 +69,40 @@ class Record(NamedTuple):
 
 def play(spec: EpisodeSpec) -> Record:
     """Play an episode; it stops at success, as LLF-Bench's evaluation does, unless the task is asked repeatedly."""
+    player = parse_student(spec.student)
     env = make(
         spec.id,
         teacher=spec.teacher,
         instruction_type=spec.instruction_type,
         feedback_type=spec.feedback_type,
         max_turns=spec.max_turns,
+        text=player.text,
     )
     aec, family = env.aec, env.family
     world = aec.world
-    student = parse_student(spec.student).seat(family, world)
+    student = player.seat(family, world)
     student.reset(np.random.default_rng(np.random.SeedSequence(spec.seed, spawn_key=(_STUDENT_STREAM,))))
     oracle = family.oracle_class()(world.scratch)
     observation, info = env.reset(seed=spec.seed)
     oracle.start(aec.moment.after, np.random.default_rng(spec.seed))
     lab = world.scratch()
     moments = [aec.moment]
-    rows = [_row(aec.moment, 0.0, world.describe(aec.state_now), observation, info["atoms"], moments, lab)]
+    rows = [_row(aec.moment, 0.0, _seen(aec), observation, info["atoms"], moments, lab)]
     done = False
     while not done:
         action = student.act(aec.observe(STUDENT), entitled(student, aec))
         observation, _, terminated, truncated, info = env.step(action)
         moment = aec.moment
         moments.append(moment)
-        text = world.describe(aec.state_now)
-        rows.append(_row(moment, oracle.regret(moment), text, observation, info["atoms"], moments, lab))
+        rows.append(_row(moment, oracle.regret(moment), _seen(aec), observation, info["atoms"], moments, lab))
         done = terminated or truncated or (moment.success and not family.repeated)
     env.close()
     return Record(spec, _summary(family.name, student.reads, rows), tuple(rows))
+
+
+def _seen(aec: TutoringEnv) -> str:
+    """The world as text, as the student sees it."""
+    return aec.state_now if aec.text else aec.world.describe(aec.state_now)
 
 
 def _row(

@@ -1,0 +1,195 @@
+"""Agents of the user's own in the student's seat, named by specs such as `my_package.my_module:MyAgent(size=3)`.
+
+The spec names a factory, a class or a function that takes the keyword arguments and returns an agent; it is called
+anew for each episode, in the process that plays it. Which of three protocols an agent speaks is read from its methods:
+
+    LLF-Bench   reset(docstring)           act(observation, feedback)   two arguments, or `*args`
+    Gymnasium   reset(), or none           act(observation)             one argument: the dict of three strings
+    policy      reset(rng)                 act(observation, info)       two arguments, the second named `info`
+
+Arguments with a default do not count. Agents of the first two read and write text, policies what is native to the
+world; an attribute `text` of the agent overrides this.
+"""
+
+import importlib
+import inspect
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from llf_teacher.student import READS, Policy, Student, state_of
+from teachers.spec import read_call, read_expression, unknown
+
+LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
+_SPEC = re.compile(r"\s*([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)\s*:(.*)", re.DOTALL)
+_EXPECTED = (
+    "expected reset(docstring) and act(observation, feedback), or act(observation), "
+    "or reset(rng) and act(observation, info)"
+)
+
+
+@dataclass(frozen=True)
+class Agent(Student):
+    """An agent by the factory that makes it."""
+
+    module: str
+    """Dotted name of the module."""
+    factory: str
+    """Name of the factory within it."""
+    options: tuple[tuple[str, Any], ...] = ()
+    """Keyword arguments of the factory, in the order in which they were given."""
+
+    def __str__(self) -> str:
+        options = ", ".join(f"{name}={value!r}" for name, value in self.options)
+        return f"{self.module}:{self.factory}({options})" if options else f"{self.module}:{self.factory}"
+
+    @property
+    def reads(self) -> str:  # type: ignore[override]
+        """`words`, unless the factory has an attribute `reads` that says otherwise."""
+        return getattr(self.make, "reads", "words")
+
+    @property
+    def text(self) -> bool:  # type: ignore[override]
+        """Whether the agent plays in text mode."""
+        return bool(getattr(self.agent, "text", self.protocol != POLICY))
+
+    @cached_property
+    def make(self) -> Callable[..., Any]:
+        """The factory."""
+        return getattr(importlib.import_module(self.module), self.factory)
+
+    @cached_property
+    def agent(self) -> Any:
+        """The agent, made when it is first asked for."""
+        return self.make(**dict(self.options))
+
+    @cached_property
+    def protocol(self) -> str:
+        """`LLF`, `GYMNASIUM` or `POLICY`.
+
+        Raises:
+            ValueError: the agent speaks none of them.
+        """
+        return protocol_of(self.agent, f"{self}")
+
+    class Policy(Policy):
+        """Passes on what the protocol asks for."""
+
+        def begin(self) -> None:
+            """Tell the agent that an episode begins; an instruction comes with the first turn."""
+            agent, protocol = self.spec.agent, self.spec.protocol
+            self._opening = True
+            if protocol == POLICY:
+                agent.reset(self.rng)
+            elif protocol == GYMNASIUM and hasattr(agent, "reset"):
+                agent.reset()
+
+        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+            """The agent's action."""
+            agent, protocol = self.spec.agent, self.spec.protocol
+            state = state_of(observation)
+            # Plain strings: the atoms that a teacher's utterance carries are for readers of atoms, in the info.
+            instruction, feedback = f"{observation['instruction']!s}", f"{observation['feedback']!s}"
+            opening, self._opening = self._opening, False
+            if protocol == LLF:
+                if opening:
+                    agent.reset(instruction)
+                action = agent.act(state, None if opening and not feedback else feedback)
+            elif protocol == GYMNASIUM:
+                told = instruction if opening else ""
+                action = agent.act({"observation": state, "instruction": told, "feedback": feedback})
+            else:
+                action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
+            return as_text(action) if self.spec.text else action
+
+
+def is_agent(spec: Any) -> bool:
+    """Whether a spec has the form `package.module:...`."""
+    return isinstance(spec, str) and _SPEC.match(spec) is not None
+
+
+def parse_agent(spec: str) -> Agent:
+    """The agent that a spec names. This imports its module; the factory is not called yet.
+
+    Raises:
+        ValueError: bad syntax, no such module or factory, or arguments that the factory does not take.
+    """
+    module, call = _SPEC.match(spec).groups()  # type: ignore[union-attr]
+    try:
+        parsed = read_call(read_expression(call))
+    except ValueError:
+        parsed = None
+    if parsed is None:
+        raise ValueError(
+            f"bad student spec {spec!r}; expected `package.module:factory` or `package.module:factory(key=value)`"
+        )
+    factory, options = parsed
+    try:
+        imported = importlib.import_module(module)
+    except Exception as error:  # whatever a user's module does when it is imported
+        raise ValueError(f"student {spec!r}: cannot import the module {module!r}: {error!r}") from error
+    make = getattr(imported, factory, None)
+    if not callable(make):
+        names = [name for name, value in vars(imported).items() if callable(value) and not name.startswith("_")]
+        raise ValueError(f"student {spec!r}: {unknown(f'factory in {module}', factory, sorted(names))}")
+    try:
+        inspect.signature(make).bind(**options)
+    except TypeError as error:
+        raise ValueError(f"student {spec!r}: {factory}{inspect.signature(make)} cannot be called so: {error}") from None
+    except ValueError:  # a builtin without a signature
+        pass
+    agent = Agent(module, factory, tuple(options.items()))
+    if agent.reads not in READS:
+        raise ValueError(f"student {spec!r}: reads is {agent.reads!r}; allowed: {', '.join(READS)}")
+    return agent
+
+
+def protocol_of(agent: Any, name: str) -> str:
+    """The protocol that an agent's methods show.
+
+    Raises:
+        ValueError: none; the message says what the methods are.
+    """
+    act, reset = _arguments(agent, "act"), _arguments(agent, "reset")
+    if act is not None:
+        if len(act) == 2 and act[1] == "info" and reset is not None and len(reset) == 1:
+            return POLICY
+        if act[-1:] == ["*"] or len(act) == 2:
+            if reset is not None and (len(reset) == 1 or reset[-1:] == ["*"]):
+                return LLF
+        elif len(act) == 1 and reset in (None, [], ["*"]):
+            return GYMNASIUM
+    shown = ", ".join(_show(agent, method) for method in ("reset", "act"))
+    raise ValueError(f"student {name!r} gave an agent with {shown}; {_EXPECTED}")
+
+
+def as_text(action: Any) -> str:
+    """An action as an answer in text mode: a text as it is, anything else as JSON."""
+    if not isinstance(action, str):
+        action = json.dumps(action, default=lambda item: item.tolist() if hasattr(item, "tolist") else repr(item))
+    return action.encode("utf-8", "replace").decode()  # half a character cannot be stored
+
+
+def _arguments(agent: Any, method: str) -> list[str] | None:
+    """Names of a method's required positional arguments, `*` for any number; None if it cannot be called."""
+    function = getattr(agent, method, None)
+    if not callable(function):
+        return None
+    names = []
+    for parameter in inspect.signature(function).parameters.values():
+        if parameter.kind is parameter.VAR_POSITIONAL:
+            names.append("*")
+        elif parameter.kind in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
+            if parameter.default is parameter.empty:
+                names.append(parameter.name)
+        elif parameter.kind is parameter.KEYWORD_ONLY and parameter.default is parameter.empty:
+            return None
+    return names
+
+
+def _show(agent: Any, method: str) -> str:
+    function = getattr(agent, method, None)
+    return f"{method}{inspect.signature(function)}" if callable(function) else f"no {method}"

@@ -1,0 +1,9 @@
+"""Language models behind OpenAI-compatible endpoints, paid by the token: settings, cache and ledger, client."""
+
+
+class LLMError(RuntimeError):
+    """A language model gave no answer; the message says why, and never has the key in it."""
+
+
+class SpendingLimitError(LLMError):
+    """The spending limit is reached."""

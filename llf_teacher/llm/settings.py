@@ -1,0 +1,64 @@
+"""Settings of language models: what must not be part of a student's spec, read from the environment."""
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+MODEL, BASE_URL, KEY = "LLF_LLM_MODEL", "LLF_LLM_BASE_URL", "LLF_LLM_API_KEY"
+CACHE, BUDGET, TIMEOUT, RETRIES = "LLF_LLM_CACHE", "LLF_LLM_BUDGET", "LLF_LLM_TIMEOUT", "LLF_LLM_RETRIES"
+OPENAI = "https://api.openai.com/v1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How to ask, whatever is asked."""
+
+    key: str = field(repr=False)
+    """Sent as `Authorization: Bearer`; empty: none."""
+    cache: str
+    """SQLite file of answers and spending; `:memory:` keeps them for this process."""
+    budget: float | None
+    """USD that may be spent by the cache's ledger; None: any amount."""
+    timeout: float
+    """Seconds to wait for an answer."""
+    retries: int
+    """How often to try again."""
+
+    @classmethod
+    def read(cls, base_url: str, environment: Mapping[str, str] = os.environ) -> "Settings":
+        """The settings for an endpoint.
+
+        `OPENAI_API_KEY` goes to OpenAI or to `OPENAI_BASE_URL` only, `LLF_LLM_API_KEY` to any endpoint.
+
+        Raises:
+            ValueError: a number is missing where one is expected, or the key has characters that no key has.
+        """
+        key = environment.get(KEY, "")
+        if not key and base_url in (OPENAI, environment.get("OPENAI_BASE_URL", "").rstrip("/")):
+            key = environment.get("OPENAI_API_KEY", "")
+        key = key.strip()
+        if not key.isascii() or not key.isprintable() or " " in key:
+            raise ValueError(f"the key in {KEY} or OPENAI_API_KEY must be of printable ASCII without spaces")
+        budget = environment.get(BUDGET)
+        return cls(
+            key=key,
+            cache=environment.get(CACHE) or ":memory:",
+            budget=_number(BUDGET, budget) if budget else None,
+            timeout=_number(TIMEOUT, environment.get(TIMEOUT) or "60"),
+            retries=int(_number(RETRIES, environment.get(RETRIES) or "6")),
+        )
+
+
+def default(name: str, environment: Mapping[str, str] = os.environ) -> str:
+    """A model or base URL that is set in the environment: `LLF_LLM_...`, else `OPENAI_...`, else empty."""
+    return environment.get(name) or environment.get(name.replace("LLF_LLM", "OPENAI")) or ""
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise ValueError(f"{name} must be a number of at least 0, got {text!r}")
+    return value

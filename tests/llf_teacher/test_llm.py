@@ -1,0 +1,530 @@
+"""The language-model student, with the real client, over HTTP, against an endpoint on this computer."""
+
+import collections
+import contextlib
+import itertools
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from llf_teacher.llm import LLMError, SpendingLimitError
+from llf_teacher.llm.cache import Cache
+from llf_teacher.llm.client import Endpoint
+from llf_teacher.llm.settings import Settings
+from llf_teacher.llm.testing import Reply, ScriptedEndpoint, completion
+from llf_teacher.student import parse_student
+from llf_teacher.students.llm import LLM
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.runner import manifest, run
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study, load_study
+
+KEY = "sk-very-secret-0123456789"
+REQUEST = {"model": "m", "messages": [{"role": "user", "content": "north or south?"}]}
+NORTH = "Thought: it said so.\nResponse: north"
+MOVES = ("north", "east", "west", "south")
+
+
+@pytest.fixture(autouse=True)
+def _no_settings(monkeypatch):
+    for name in ("MODEL", "BASE_URL", "API_KEY", "CACHE", "BUDGET", "TIMEOUT", "RETRIES"):
+        monkeypatch.delenv(f"LLF_LLM_{name}", raising=False)
+        monkeypatch.delenv(f"OPENAI_{name}", raising=False)
+
+
+def endpoint(url, cache=":memory:", budget=None, timeout=5.0, retries=2, key=KEY):
+    return Endpoint(url, Settings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
+
+
+def study(url, options="", **changes):
+    settings = {"ids": ["llf-gridworld-v0"], "teachers": ["oracle"], "seeds": 1, "max_turns": 4}
+    return Study(students=[f"llm(model='m', base_url='{url}'{options})"], **(settings | changes))
+
+
+def ledger(path):
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        return db.execute("SELECT input_tokens, output_tokens, usd FROM ledger").fetchall()
+
+
+def files_with(text, folder):
+    return [path.name for path in folder.rglob("*") if path.is_file() and text.encode() in path.read_bytes()]
+
+
+def test_an_answer_is_paid_once(tmp_path):
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        for _ in range(2):
+            asked = endpoint(server.url, tmp_path / "c.db")
+            assert asked.ask(REQUEST, (1.0, 10.0)) == NORTH
+            assert asked.ask(REQUEST, (1.0, 10.0)) == NORTH
+    assert len(server.requests) == 1
+    assert server.requests == [REQUEST]
+    assert server.keys == [f"Bearer {KEY}"]
+    assert ledger(tmp_path / "c.db") == [(3, 6, pytest.approx(63e-6))]
+
+
+def test_the_key_of_the_cache_is_all_of_the_request_and_not_the_secret(tmp_path):
+    with ScriptedEndpoint(lambda request: NORTH) as one, ScriptedEndpoint(lambda request: NORTH) as other:
+        cache = tmp_path / "c.db"
+        for url in (one.url, other.url):
+            for change in ({}, {"model": "n"}, {"seed": 1}, {"temperature": 0.5}, {"max_tokens": 9}):
+                endpoint(url, cache).ask(REQUEST | change)
+        endpoint(one.url, cache, key="sk-another-secret").ask(REQUEST)
+    assert len(one.requests) == len(other.requests) == 5
+
+
+FAULTS = {
+    "429": Reply(429, '{"error": {"message": "slow down"}}', (("Retry-After", "0.2"),)),
+    "500": Reply(500, "oops"),
+    "cut": Reply(200, completion(NORTH), cut=True),
+    "half a JSON": Reply(200, completion(NORTH)[:40]),
+    "no JSON": Reply(200, "<html>busy</html>"),
+    "no choices": Reply(200, '{"choices": []}'),
+    "null choices": Reply(200, '{"choices": null, "usage": null}'),
+    "a list": Reply(200, "[1]"),
+    "no message": Reply(200, '{"choices": [{"message": null}]}'),
+    "a number": Reply(200, '{"choices": [{"message": {"content": 3}}]}'),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_that_passes_is_got_over(fault):
+    replies = iter([FAULTS[fault], NORTH])
+    with ScriptedEndpoint(lambda request: next(replies)) as server:
+        assert endpoint(server.url).ask(REQUEST) == NORTH
+    assert len(server.requests) == 2
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_that_stays_is_one_error(fault):
+    with ScriptedEndpoint(lambda request: FAULTS[fault]) as server, pytest.raises(LLMError) as caught:
+        endpoint(server.url, retries=1).ask(REQUEST)
+    assert len(server.requests) == 2
+    assert server.url in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_retry_after_is_honoured():
+    times = []
+
+    def answer(request):
+        times.append(time.monotonic())
+        return NORTH if len(times) == 3 else Reply(429, "{}", (("Retry-After", "1.5"),))
+
+    with ScriptedEndpoint(answer) as server:
+        assert endpoint(server.url).ask(REQUEST) == NORTH
+    assert all(later - earlier >= 1.5 for earlier, later in itertools.pairwise(times))
+
+
+def test_a_long_wait_is_not_waited_for():
+    with (
+        ScriptedEndpoint(lambda request: Reply(429, "{}", (("Retry-After", "3600"),))) as server,
+        pytest.raises(LLMError, match="it asks to wait 3600 seconds"),
+    ):
+        endpoint(server.url).ask(REQUEST)
+    assert len(server.requests) == 1
+
+
+def test_a_slow_answer_is_asked_for_again():
+    answers = iter([1.0, 0.0])
+
+    def answer(request):
+        time.sleep(next(answers))
+        return NORTH
+
+    with ScriptedEndpoint(answer) as server:
+        assert endpoint(server.url, timeout=0.3).ask(REQUEST) == NORTH
+    assert len(server.requests) == 2
+
+
+def test_an_endpoint_that_is_always_slow():
+    def answer(request):
+        time.sleep(0.6)
+        return NORTH
+
+    with ScriptedEndpoint(answer) as server, pytest.raises(LLMError, match="timed out"):
+        endpoint(server.url, timeout=0.1, retries=1).ask(REQUEST)
+
+
+def test_nobody_is_there():
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        url = server.url
+    with pytest.raises(LLMError, match=r"gave no answer: APIConnectionError: Connection error\. .*refused"):
+        endpoint(url, retries=0).ask(REQUEST)
+
+
+def test_a_wrong_key_is_not_repeated():
+    reply = Reply(401, json.dumps({"error": {"message": f"Incorrect API key provided: {KEY}"}}))
+    with ScriptedEndpoint(lambda request: reply) as server, pytest.raises(LLMError) as caught:
+        endpoint(server.url).ask(REQUEST)
+    assert "Incorrect API key provided: ***" in str(caught.value)
+    assert "set LLF_LLM_API_KEY" in str(caught.value)
+    assert KEY not in repr(caught.value)
+    assert caught.value.__cause__ is caught.value.__context__ is None
+
+
+def test_a_reply_without_content_is_an_empty_answer():
+    """As when all tokens went into thoughts: a turn that is no action, not a fault."""
+    with ScriptedEndpoint(lambda request: Reply(200, completion(None))) as server:
+        assert endpoint(server.url).ask(REQUEST) == ""
+
+
+def test_a_reply_without_an_answer_is_on_the_ledger_if_it_was_charged(tmp_path):
+    charged = '{"choices": [], "usage": {"prompt_tokens": 5, "completion_tokens": 7}}'
+    replies = iter([Reply(200, charged), NORTH])
+    with ScriptedEndpoint(lambda request: next(replies)) as server:
+        endpoint(server.url, tmp_path / "c.db").ask(REQUEST, (1e6, 1e6))
+    assert ledger(tmp_path / "c.db") == [(5, 7, 12.0), (3, 6, 9.0)]
+
+
+def test_half_characters_do_no_harm(tmp_path):
+    with ScriptedEndpoint(lambda request: "north \ud83d") as server:
+        assert endpoint(server.url, tmp_path / "c.db").ask(REQUEST) == "north ?"
+
+
+def test_the_limit(tmp_path):
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        asked = endpoint(server.url, tmp_path / "c.db", budget=10.0)
+        prices = (1e6, 1e6)  # 9 USD a request
+        asked.ask(REQUEST, prices)
+        asked.ask(REQUEST | {"seed": 1}, prices)
+        with pytest.raises(SpendingLimitError, match=r"limit of 10 USD is reached: .*c\.db has 18 USD on its ledger"):
+            asked.ask(REQUEST | {"seed": 2}, prices)
+        assert asked.ask(REQUEST, prices) == NORTH
+        assert endpoint(server.url, tmp_path / "c.db", budget=20.0).ask(REQUEST | {"seed": 2}, prices) == NORTH
+    assert len(server.requests) == 3
+
+
+def test_a_limit_needs_to_know_the_costs():
+    body = json.loads(completion(NORTH))
+    del body["usage"]
+    with ScriptedEndpoint(lambda request: Reply(200, json.dumps(body))) as server:
+        with pytest.raises(LLMError, match="does not tell the tokens it used"):
+            endpoint(server.url, budget=1.0).ask(REQUEST, (1, 1))
+        with pytest.raises(LLMError, match="a spending limit needs prices"):
+            endpoint(server.url, budget=1.0).ask(REQUEST)
+        assert endpoint(server.url).ask(REQUEST, (1, 1)) == NORTH
+    assert len(server.requests) == 2
+
+
+def test_what_is_asked_at_the_same_time_is_paid_once(tmp_path):
+    """Several processes with one question: one asks, the others wait for the answer."""
+
+    def answer(request):
+        time.sleep(0.5)
+        return NORTH
+
+    program = (
+        "import sys; sys.path.insert(0, sys.argv[3]); from tests.llf_teacher.test_llm import REQUEST, endpoint; "
+        "print(endpoint(sys.argv[1], sys.argv[2]).ask(REQUEST))"
+    )
+    arguments = [str(tmp_path / "c.db"), str(Path(__file__).parents[2])]
+    Cache(arguments[0]).close()
+    with ScriptedEndpoint(answer) as server:
+        command = [sys.executable, "-c", program, server.url, *arguments]
+        asking = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(3)]
+        assert all("Response: north" in process.communicate()[0] for process in asking)
+    assert len(server.requests) == 1
+
+
+def test_an_episode():
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        only = next(study(server.url).episodes())
+        record = play(only)
+        assert len(server.requests) == record.episode.turns
+        play(only)
+    assert record.episode.reads == "words"
+    assert record.turns[1].action == "0"
+    last = server.requests[-1]
+    assert {name: last[name] for name in ("model", "temperature", "max_tokens")} == {
+        "model": "m",
+        "temperature": 0.0,
+        "max_tokens": 1000,
+    }
+    assert len({request["seed"] for request in server.requests}) == 1
+    assert [message["role"] for message in last["messages"]][:4] == ["system", "user", "assistant", "user"]
+    assert record.turns[0].instruction in last["messages"][0]["content"]
+    assert record.turns[-2].feedback in last["messages"][-1]["content"]
+    assert record.turns[-2].observation in last["messages"][-1]["content"]
+
+
+def test_nonsense_is_a_turn():
+    answers = iter(["I would rather not.", "Response: up", "Response: 7", ""])
+    with ScriptedEndpoint(lambda request: next(answers)) as server:
+        record = play(next(study(server.url).episodes()))
+    assert record.episode.parse_failures == 4
+    assert record.turns[2].parse_failure == "Response: up"
+
+
+@pytest.mark.parametrize("history", [0, 1, 3])
+def test_the_conversation_is_bounded(history):
+    with ScriptedEndpoint(lambda request: "Response: no") as server:
+        play(next(study(server.url, f", history={history}", max_turns=6).episodes()))
+    assert [len(request["messages"]) for request in server.requests] == [2 + 2 * min(n, history) for n in range(6)]
+    assert len({request["messages"][0]["content"] for request in server.requests}) == 1
+
+
+def test_seeds_are_those_of_the_episode():
+    """The same seed asks the same under every teacher, as long as the teacher says the same."""
+    with ScriptedEndpoint(lambda request: "Response: 0") as server:
+        for spec in study(server.url, teachers=["silent", "only(kinds='r')"], max_turns=1).episodes():
+            play(spec)
+        assert len(server.requests) == 1
+        play(next(study(server.url, ", seed=False, extra={'top_k': 1}, max_tokens=None, temperature=None").episodes()))
+    assert set(server.requests[-1]) == {"model", "messages", "top_k"}
+
+
+def test_model_and_endpoint_from_the_environment(monkeypatch):
+    monkeypatch.setenv("OPENAI_BASE_URL", "http://localhost:1/v1/")
+    monkeypatch.setenv("LLF_LLM_MODEL", "mine")
+    assert str(parse_student("llm")) == "llm(model='mine', base_url='http://localhost:1/v1')"
+    monkeypatch.setenv("LLF_LLM_BASE_URL", "http://localhost:2/v1")
+    assert str(parse_student("llm(model='m')")) == "llm(model='m', base_url='http://localhost:2/v1')"
+    monkeypatch.delenv("LLF_LLM_BASE_URL")
+    monkeypatch.delenv("OPENAI_BASE_URL")
+    assert parse_student("llm").base_url == "https://api.openai.com/v1"
+    spec = "llm(model='m', base_url='http://h/v1', temperature=1, seed=False, extra={'top_k': [1, 2.5]})"
+    assert str(parse_student(spec)) == spec
+
+
+def test_whose_key_goes_where():
+    openai, ours = {"OPENAI_API_KEY": "theirs-123"}, {"LLF_LLM_API_KEY": "ours-123"}
+    assert Settings.read("http://elsewhere/v1", openai).key == ""
+    assert Settings.read("https://api.openai.com/v1", openai).key == "theirs-123"
+    assert Settings.read("http://mine/v1", openai | {"OPENAI_BASE_URL": "http://mine/v1/"}).key == "theirs-123"
+    assert Settings.read("http://elsewhere/v1", openai | ours).key == "ours-123"
+    assert "ours-123" not in repr(Settings.read("http://elsewhere/v1", ours))
+
+
+@pytest.mark.parametrize(
+    ("spec", "match"),
+    [
+        ("llm", "model must be the name of a model, got ''; or set LLF_LLM_MODEL"),
+        ("llm(model=3)", "model must be the name of a model, got 3"),
+        ("llm(model='m', base_url='localhost')", "base_url must be an address such as http"),
+        ("llm(model='m', base_url='http://[x')", "base_url must be an address such as http"),
+        ("llm(model='m', base_url='http://u:p@h/v1')", "base_url must hold no user, password or query"),
+        ("llm(model='m', base_url='http://h/v1?key=1')", "base_url must hold no user, password or query"),
+        ("llm(model='m', temperature='hot')", "temperature must be a number from 0 to 10"),
+        ("llm(model='m', max_tokens=0)", "max_tokens must be an integer from 1"),
+        ("llm(model='m', history=-1)", "history must be an integer from 0"),
+        ("llm(model='m', seed=3)", "seed must be True or False, got 3"),
+        ("llm(model='m', input_price=-1)", "input_price must be a number from 0"),
+        (
+            "llm(model='m', extra={'messages': []})",
+            "extra must be a dict of JSON values without the keys model, messages",
+        ),
+        ("llm(model='m', extra={'a': {1}})", "extra must be a dict of JSON values"),
+        ("llm(model='m', key='x')", "student 'llm' has no parameter 'key'; allowed: model, base_url"),
+    ],
+)
+def test_bad_options(spec, match):
+    with pytest.raises(ValueError, match=match) as caught:
+        parse_student(spec)
+    assert "u:p" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("environment", "match"),
+    [
+        ({"LLF_LLM_BUDGET": "lots"}, "LLF_LLM_BUDGET must be a number of at least 0, got 'lots'"),
+        ({"LLF_LLM_TIMEOUT": "-1"}, "LLF_LLM_TIMEOUT must be a number"),
+        (
+            {"LLF_LLM_BUDGET": "1"},
+            r"a spending limit needs prices: add input_price=\.\.\., output_price=\.\.\. to \"llm",
+        ),
+        ({"LLF_LLM_CACHE": "/proc/none/c.db"}, "cannot keep answers of language models in /proc/none/c.db"),
+        ({"LLF_LLM_API_KEY": "sk-sécret"}, "the key in LLF_LLM_API_KEY or OPENAI_API_KEY must be of printable ASCII"),
+    ],
+)
+def test_what_is_missing_is_said_before_anything_runs(tmp_path, environment, match):
+    with Store(tmp_path / "s.db") as store, pytest.raises(ValueError, match=match) as caught:
+        run(study("http://localhost:1/v1"), store, environment=environment)
+    assert "cret" not in str(caught.value)
+
+
+def test_the_extra_is_missing(tmp_path, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with (
+        Store(tmp_path / "s.db") as store,
+        pytest.raises(ModuleNotFoundError, match=r"run: pip install 'llf-teacher\[llm\]'"),
+    ):
+        run(study("http://localhost:1/v1"), store)
+    with pytest.raises(ModuleNotFoundError, match="need 'openai'"):
+        endpoint("http://localhost:1/v1")
+
+
+def test_prompts_are_in_the_manifest():
+    (facts,) = manifest(study("http://h/v1"))["students"].values()
+    assert set(facts["prompts"]) == {"system.j2", "turn.j2"}
+    assert "Response: <the action" in facts["prompts"]["system.j2"]["text"]
+    assert len(facts["prompts"]["turn.j2"]["sha256"]) == 64
+    assert LLM(model="m").facts() == facts
+
+
+# --- whole studies, by the command line ---
+
+STUDY = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "silent"]
+students = ["llm(model='m', base_url='{url}', input_price=1000, output_price=1000)"]
+feedback_types = ["fp+r"]
+seeds = 25
+max_turns = 5
+"""
+
+
+def wanderer(delay=0.0):
+    """A model that is the same to the same request, and slow enough to be interrupted."""
+
+    def answer(request):
+        time.sleep(delay)
+        turn = len(request["messages"]) // 2
+        return f"Thought: let me see.\nResponse: {MOVES[(request['seed'] + turn) % 4]}"
+
+    return answer
+
+
+def llf(folder, *options, popen=False, **environment):
+    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2", *options]
+    surroundings = os.environ | {"LLF_LLM_API_KEY": KEY} | environment
+    if popen:
+        null = subprocess.DEVNULL
+        return subprocess.Popen(command, cwd=folder, env=surroundings, stdout=null, stderr=null, start_new_session=True)
+    return subprocess.run(command, cwd=folder, env=surroundings, capture_output=True, text=True, check=False)
+
+
+def hits(server):
+    return collections.Counter(json.dumps(request, sort_keys=True) for request in server.requests)
+
+
+def cached(path):
+    """What the cache holds, as the server sees requests."""
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        requests = [json.loads(row[0]) for row in db.execute("SELECT request FROM answer")]
+    for request in requests:
+        del request["base_url"]
+    return {json.dumps(request, sort_keys=True) for request in requests}
+
+
+def episodes(path):
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        return [db.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall() for table in ("episode", "turn")]
+
+
+def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
+    """What is in the cache at the kill is never asked for again; what was under way, one request a worker, may be."""
+    workers = 2
+    with ScriptedEndpoint(wanderer(0.02)) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
+        process = llf(tmp_path, "--store", "s.db", popen=True)
+        while process.poll() is None and len(server.requests) < 100:
+            time.sleep(0.005)
+        os.killpg(process.pid, signal.SIGKILL)  # the workers, too
+        process.wait()
+        time.sleep(0.2)  # the server notices
+        before, kept = hits(server), cached(tmp_path / "s.llm.db")
+        assert kept
+        assert set(before.values()) == {1}
+        assert kept <= set(before)
+        assert len(before) - len(kept) <= workers
+        done = len(episodes(tmp_path / "s.db")[0])
+        assert done < 50
+
+        result = llf(tmp_path, "--store", "s.db", "--report", "r.html")
+        assert result.returncode == 0, result.stderr
+        assert f"Played {50 - done} episodes" in result.stderr
+        after = hits(server)
+        assert all(after[request] == 1 for request in kept)
+        assert sum(after.values()) == len(after) + sum(after[request] - 1 for request in set(before) - kept)
+        assert sum(after.values()) <= len(after) + workers
+        assert cached(tmp_path / "s.llm.db") == set(after)
+
+        asked = len(server.requests)
+        with Store(tmp_path / "whole.db") as store:
+            environment = {"LLF_LLM_CACHE": str(tmp_path / "s.llm.db")}
+            assert run(load_study(tmp_path / "study.toml"), store, workers, environment=environment) == 50
+        assert len(server.requests) == asked, "a study from the cache asks nothing"
+    assert episodes(tmp_path / "whole.db") == episodes(tmp_path / "s.db")
+    assert len(episodes(tmp_path / "s.db")[0]) == 50
+    assert set(server.keys) == {f"Bearer {KEY}"}
+    assert files_with(KEY, tmp_path) == []
+    assert f"m: {len(after)} answers paid so far" in result.stderr
+    report = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Answers of language models that were paid for" in report
+    assert f"<td>{len(after)}</td>" in report
+    assert "Prompt system.j2" in report
+
+
+def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
+    with ScriptedEndpoint(wanderer()) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
+        stopped = llf(tmp_path, "--llm-budget", "5")
+        assert stopped.returncode == 1
+        assert "llf: the spending limit of 5 USD is reached" in stopped.stderr
+        assert "raise --llm-budget to go on" in stopped.stderr
+        assert "Traceback" not in stopped.stderr
+        spent = [usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")]
+        assert sum(spent) >= 5 > sum(spent[:-2]), "exceeded by the requests under way only"
+        played = len(episodes(tmp_path / "llf-study.db")[0])
+        assert 0 < played < 10
+
+        again = llf(tmp_path, LLF_LLM_BUDGET="5")
+        assert again.returncode == 1
+        assert len(spent) == len(server.requests)
+        played = len(episodes(tmp_path / "llf-study.db")[0])
+        finished = llf(tmp_path, "--llm-budget", "1000")
+        assert finished.returncode == 0, finished.stderr
+        assert f"Played {10 - played} episodes" in finished.stderr
+    assert set(hits(server).values()) == {1}
+
+
+def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):
+    reply = Reply(400, json.dumps({"error": {"message": f"no such model for {KEY}"}}))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
+        result = llf(tmp_path)
+    assert result.returncode == 1
+    assert "failed: http://127.0.0.1" in result.stderr
+    assert "no such model for ***" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert KEY not in result.stderr + result.stdout
+    assert files_with(KEY, tmp_path) == []
+
+
+def test_a_model_that_repeats_the_key(tmp_path):
+    """It cannot know the key, but an endpoint could."""
+    with ScriptedEndpoint(lambda request: f"Thought: {KEY}\nResponse: {KEY}") as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 1"))
+        result = llf(tmp_path, OPENAI_LOG="debug")
+    assert result.returncode == 0, result.stderr
+    assert files_with("***", tmp_path)
+    assert KEY not in result.stderr + result.stdout
+    assert files_with(KEY, tmp_path) == []
+
+
+def test_a_slow_endpoint_serves_several_workers_at_once(tmp_path):
+    """`--workers` is the number of requests under way."""
+    under_way, most, lock = [0], [0], threading.Lock()
+
+    def answer(request):
+        with lock:
+            under_way[0] += 1
+            most[0] = max(most[0], under_way[0])
+        time.sleep(0.1)
+        with lock:
+            under_way[0] -= 1
+        return NORTH
+
+    with ScriptedEndpoint(answer) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
+        result = llf(tmp_path, "--workers", "4")
+    assert result.returncode == 0
+    assert 2 <= most[0] <= 4
