@@ -23,8 +23,8 @@ seeds = 2
 """
 
 
-def install(folder, source=SOURCE, entry_points=None):
-    """Put a package and its metadata in place, as an installer would, without a network and a build."""
+def put_in_place(folder, entry_points, source=SOURCE):
+    """Put a package in place as an installer would, with metadata that name other entry points."""
     project = tomllib.loads((source / "pyproject.toml").read_text())["project"]
     for package in (path for path in source.iterdir() if path.is_dir() and (path / "__init__.py").exists()):
         shutil.copytree(package, folder / package.name, ignore=shutil.ignore_patterns("__pycache__"))
@@ -33,7 +33,6 @@ def install(folder, source=SOURCE, entry_points=None):
     (dist_info / "METADATA").write_text(
         f"Metadata-Version: 2.1\nName: {project['name']}\nVersion: {project['version']}\n"
     )
-    entry_points = entry_points or project["entry-points"][PLUGINS]
     lines = [f"[{PLUGINS}]", *(f"{name} = {value}" for name, value in entry_points.items())]
     (dist_info / "entry_points.txt").write_text("\n".join(lines))
 
@@ -46,8 +45,13 @@ def run(folder, *arguments, cwd=None):
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
+    """A folder into which pip has installed the package, from a copy, since building leaves files behind."""
+    source = shutil.copytree(SOURCE, tmp_path_factory.mktemp("source") / "package")
     folder = tmp_path_factory.mktemp("site")
-    install(folder)
+    offline = ("--no-deps", "--no-index", "--no-build-isolation", "--disable-pip-version-check")
+    command = [sys.executable, "-m", "pip", "install", *offline, "--target", str(folder), str(source)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
     return folder
 
 
@@ -170,7 +174,7 @@ FAMILY = replace(FAMILY, {})
 
 def test_a_broken_plugin_is_left_out_with_a_warning(tmp_path):
     site = tmp_path / "site"
-    install(site, entry_points={name: value for name, (value, _) in BROKEN.items()} | {"a_good": GOOD})
+    put_in_place(site, {name: value for name, (value, _) in BROKEN.items()} | {"a_good": GOOD})
     broken = site / "llf_broken"
     broken.mkdir()
     (broken / "__init__.py").touch()
