@@ -6,7 +6,6 @@ may be given natively or as text, and the attributes and methods that LLF-Bench'
 """
 
 import copy
-import json
 from collections.abc import Iterable
 from typing import Any
 
@@ -15,6 +14,7 @@ import numpy as np
 from gymnasium import spaces
 
 import llf_teacher
+from llf_teacher.agents import as_text
 from llf_teacher.gym_adapter import StudentEnv
 from llf_teacher.registry import supported_types
 from teachers.feedback import parse_kinds
@@ -150,18 +150,6 @@ class LLFEnv(LLFWrapper):
         plan = self._oracle.plan(self._student.aec.moment.after, 1)
         expert = plan[0] if plan else None
         return info | {"expert_action": int(expert) if isinstance(expert, int) else expert}
-
-
-def as_text(action: Any) -> str:
-    """An action as the text that stands for it."""
-    if isinstance(action, str):
-        return action
-    if isinstance(action, np.ndarray | np.generic):
-        action = action.tolist()
-    try:
-        return json.dumps(action)
-    except (TypeError, ValueError):
-        return str(action)
 
 
 class TextWrapper(LLFWrapper):
