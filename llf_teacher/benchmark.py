@@ -1,5 +1,6 @@
 """Benchmarks: all that is compared is measured in the same run, in turns, and the medians are shown."""
 
+import importlib.util
 import statistics
 import subprocess
 import sys
@@ -97,7 +98,16 @@ def steps() -> Table:
 
 
 def seats() -> Table:
-    """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe."""
+    """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe.
+
+    Raises:
+        ModuleNotFoundError: pygame is not installed, which tictactoe needs; the message has the pip line.
+    """
+    if importlib.util.find_spec("pygame") is None:
+        raise ModuleNotFoundError(
+            "PettingZoo's tictactoe needs 'pygame', which is not installed; run: pip install 'llf-teacher[test]'",
+            name="pygame",
+        )
     runs = {
         "tictactoe-v3": _turns(
             pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped,
