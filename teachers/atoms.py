@@ -83,6 +83,10 @@ class Claim:
         """Well-formed, plausible claims that might be false where this one is true, for teachers that err."""
         return ()
 
+    def coarser(self, moment: Moment, lab: World) -> Sequence["Claim"]:
+        """Claims of the same kind that this one implies, saying less, the vaguest first, for teachers that hint."""
+        return ()
+
 
 class Atom(NamedTuple):
     """A claim as it was said."""
