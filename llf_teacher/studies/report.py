@@ -23,7 +23,7 @@ from llf_teacher.studies.statistics import Difference, Estimate
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Grid, Study
 from pz_envs.family import Family, all_families
-from teachers.atoms import KINDS
+from teachers.atoms import KINDS, Label
 
 REFERENCE = "silent"
 """The teacher that others are compared with."""
@@ -35,6 +35,12 @@ _KIND_NAMES = {
     "fp": "future positive: what to do",
     "fn": "future negative: what to avoid",
     None: "instruction or notice",
+}
+_MARKS = {
+    Label.TRUTHFUL: "✓ true",
+    Label.LATE: "✓ true, late",
+    Label.PLACEBO: "✓ true, placebo",
+    Label.DISTORTED: "✗ false",
 }
 
 
@@ -289,6 +295,7 @@ def render(store: Store, study: Study) -> str:
         shades=SHADES,
         kinds=KINDS,
         kind_names=_KIND_NAMES,
+        marks=_MARKS,
         reference=REFERENCE,
         turns=lambda episode: _turns(store, episode),
     )
