@@ -152,6 +152,8 @@ class Family(Subject):
     """Turns of the student after which an episode is truncated."""
     repeated: bool = False
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
+    slow: bool = False
+    """Whether the simulator is so slow that the quickstart study plays only some of its episodes."""
     regret_unit: str
     """What regret counts, as in "extra moves"."""
     reward_only: str

@@ -21,9 +21,9 @@ from llf_teacher.studies import statistics
 from llf_teacher.studies.plots import SHADES, curve_plot, dot_plot
 from llf_teacher.studies.statistics import Difference, Estimate
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.study import Grid, Study
 from pz_envs.family import Family, all_families
-from teachers.atoms import KINDS
+from teachers.atoms import KINDS, Label
 
 REFERENCE = "silent"
 """The teacher that others are compared with."""
@@ -35,6 +35,12 @@ _KIND_NAMES = {
     "fp": "future positive: what to do",
     "fn": "future negative: what to avoid",
     None: "instruction or notice",
+}
+_MARKS = {
+    Label.TRUTHFUL: "✓ true",
+    Label.LATE: "✓ true, late",
+    Label.PLACEBO: "✓ true, placebo",
+    Label.DISTORTED: "✗ false",
 }
 
 
@@ -73,15 +79,20 @@ class Section:
     feedback_type: str
     ids: tuple[str, ...]
     """Environments that have been played at all."""
-    study: Study
+    grid: Grid
+    """The teachers, students and seeds that the study has for them."""
     cells: Mapping[tuple[str, str], Cell]
     """By teacher and student; one without a complete seed is missing."""
     episodes: tuple[Played, ...]
 
+    part: int
+    """Counts the sections of the same family and types from 0: environments with other grids are told apart."""
+
     @property
     def anchor(self) -> str:
         """The section's id within the page."""
-        return f"{self.family.name}-{self.instruction_type}-{self.feedback_type}".replace("+", "-")
+        name = f"{self.family.name}-{self.instruction_type}-{self.feedback_type}".replace("+", "-")
+        return f"{name}-{self.part}" if self.part else name
 
     @property
     def digits(self) -> int:
@@ -119,7 +130,7 @@ class Section:
     @property
     def dots(self) -> str:
         """Plot of success and regret, as SVG."""
-        names = self.study.teachers, self.study.students
+        names = self.grid.teachers, self.grid.students
         return dot_plot(*names, self.success, self.regret, self.family.regret_unit, f"{self.anchor}-d")
 
     @property
@@ -128,17 +139,17 @@ class Section:
         panels = {
             label(student): {
                 teacher: statistics.mean_band(self.cells[teacher, student].curves)
-                for teacher in self.study.teachers
+                for teacher in self.grid.teachers
                 if (teacher, student) in self.cells
             }
-            for student in self.study.students
+            for student in self.grid.students
         }
-        return curve_plot(panels, self.study.teachers, self.family.regret_unit, f"{self.anchor}-c")
+        return curve_plot(panels, self.grid.teachers, self.family.regret_unit, f"{self.anchor}-c")
 
     @cached_property
     def reader(self) -> str:
         """The student to look at closely: one who reads words if any, else atoms, else any."""
-        played = [student for student in self.study.students if any(e.row["student"] == student for e in self.episodes)]
+        played = [student for student in self.grid.students if any(e.row["student"] == student for e in self.episodes)]
         return min(played, key=lambda student: (*_TAUGHT, reads(student)).index(reads(student)))
 
     @cached_property
@@ -147,7 +158,7 @@ class Section:
         hold least. If all are truthful, the second is the one with whom regret is greatest; if one has played, it.
         """  # noqa: D205
         ranks = {}
-        for teacher in self.study.teachers:
+        for teacher in self.grid.teachers:
             taught = [e for e in self.episodes if (e.row["teacher"], e.row["student"]) == (teacher, self.reader)]
             if taught:
                 ranks[teacher] = (share_held(taught), -np.mean([episode.curve[-1] for episode in taught]))
@@ -203,16 +214,24 @@ def share_held(episodes: Iterable[Played]) -> float | None:
 def to_toml(study: Study) -> str:
     """The study as a file for `llf study run`."""
     values = study.as_dict()
-    if values["seeds"] == list(range(len(values["seeds"]))):
-        values["seeds"] = len(values["seeds"])
+    fewer = values.pop("fewer")
+    lines = _assignments(values)
+    for pattern, lists in fewer.items():
+        lines += ["", f"[fewer.{json.dumps(pattern)}]", *_assignments(lists)]
+    return "\n".join(lines) + "\n"
+
+
+def _assignments(values: Mapping[str, Any]) -> list[str]:
     lines = []
     for name, value in values.items():
-        if isinstance(value, list) and len(value) > 1:
+        if name == "seeds" and value == list(range(len(value))):
+            lines.append(f"{name} = {len(value)}")
+        elif isinstance(value, list) and len(value) > 1:
             items = "".join(f"    {json.dumps(item)},\n" for item in value)
             lines.append(f"{name} = [\n{items}]")
         elif value is not None:
             lines.append(f"{name} = {json.dumps(value)}")
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def check_writable(path: Path) -> None:
@@ -276,6 +295,7 @@ def render(store: Store, study: Study) -> str:
         shades=SHADES,
         kinds=KINDS,
         kind_names=_KIND_NAMES,
+        marks=_MARKS,
         reference=REFERENCE,
         turns=lambda episode: _turns(store, episode),
     )
@@ -296,23 +316,25 @@ def _sections(study: Study, episodes: Sequence[Played]) -> Iterator[Section]:
     for family, (instruction_type, feedback_type) in product(all_families(), pairs):
         group = (family.name, instruction_type, feedback_type)
         mine = [e for e in episodes if (e.row["family"], e.row["instruction_type"], e.row["feedback_type"]) == group]
-        if not mine:
-            continue
-        ids = tuple(id for id in study.ids if any(episode.row["id"] == id for episode in mine))
-        cells = {}
-        for teacher, student in product(study.teachers, study.students):
-            cell = _cell([e for e in mine if (e.row["teacher"], e.row["student"]) == (teacher, student)], ids)
-            if cell.seeds:
-                cells[teacher, student] = cell
-        yield Section(
-            family=family,
-            instruction_type=instruction_type,
-            feedback_type=feedback_type,
-            ids=ids,
-            study=study,
-            cells=cells,
-            episodes=tuple(mine),
-        )
+        ids = [id for id in study.ids if any(episode.row["id"] == id for episode in mine)]
+        for part, grid in enumerate(dict.fromkeys(map(study.grid, ids))):
+            alike = tuple(id for id in ids if study.grid(id) == grid)
+            played = [episode for episode in mine if episode.row["id"] in alike]
+            cells = {}
+            for teacher, student in product(grid.teachers, grid.students):
+                cell = _cell([e for e in played if (e.row["teacher"], e.row["student"]) == (teacher, student)], alike)
+                if cell.seeds:
+                    cells[teacher, student] = cell
+            yield Section(
+                family=family,
+                instruction_type=instruction_type,
+                feedback_type=feedback_type,
+                ids=alike,
+                grid=grid,
+                part=part,
+                cells=cells,
+                episodes=tuple(played),
+            )
 
 
 def _cell(episodes: Iterable[Played], ids: Sequence[str]) -> Cell:

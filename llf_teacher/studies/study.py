@@ -4,8 +4,9 @@ import hashlib
 import itertools
 import json
 import tomllib
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field, fields
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,9 +38,17 @@ class EpisodeSpec(NamedTuple):
         return hashlib.sha256(json.dumps(self._asdict(), sort_keys=True).encode()).hexdigest()[:32]
 
 
+class Grid(NamedTuple):
+    """What is crossed with one another for an id."""
+
+    teachers: tuple[str, ...]
+    students: tuple[str, ...]
+    seeds: tuple[int, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The full cross of its lists. Specs are kept in their canonical form.
+    """The full cross of its lists, but for the ids that have `fewer`. Specs are kept in their canonical form.
 
     Raises:
         ValueError: one error that lists all that is not allowed.
@@ -54,34 +63,19 @@ class Study:
     """The seeds, each at least 0; a number n stands for 0 to n - 1."""
     max_turns: int | None = None
     """Turns after which episodes are truncated; None: each family's."""
+    fewer: Mapping[str, Mapping[str, tuple[Any, ...]]] = field(default_factory=dict)
+    """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
+    are slow. Where several patterns fit an id, the first counts.
+    """
 
     def __post_init__(self) -> None:
         problems: list[str] = []
         set_ = object.__setattr__
-        if isinstance(self.seeds, int) and not isinstance(self.seeds, bool):
-            set_(self, "seeds", tuple(range(self.seeds)))
-        checks: dict[str, Callable[[Any], Any]] = {
-            "ids": lambda id: entry(id).id,
-            "teachers": lambda spec: str(parse_personality(spec)),
-            "students": lambda spec: str(parse_student(spec)),
-            "feedback_types": format_kinds,
-            "instruction_types": str,
-            "seeds": _seed,
-        }
-        for name, check in checks.items():
-            values = getattr(self, name)
-            if not isinstance(values, list | tuple) or not values:
-                problems.append(f"{name} must be a non-empty list, got {values!r}")
-                continue
-            canonical = []
-            for value in values:
-                try:
-                    canonical.append(check(value))
-                except ValueError as error:
-                    problems.append(f"{name}: {error}")
-            set_(self, name, tuple(dict.fromkeys(canonical)))
+        for name, check in _CHECKS.items():
+            set_(self, name, _listed(name, getattr(self, name), check, problems))
         if self.max_turns is not None and (not isinstance(self.max_turns, int) or self.max_turns < 1):
             problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
+        set_(self, "fewer", self._shortened(problems))
         if not problems:
             for id, type_ in itertools.product(self.ids, self.instruction_types):
                 if type_ not in (allowed := supported_types(id)[0]):
@@ -91,16 +85,45 @@ class Study:
         if problems:
             raise ValueError("; ".join(problems))
 
+    def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
+        """`fewer` in canonical form; what is wrong with it is added to the problems."""
+        if not isinstance(self.fewer, Mapping) or not all(isinstance(v, Mapping) for v in self.fewer.values()):
+            problems.append(f"fewer must be a table of tables, got {self.fewer!r}")
+            return {}
+        shortened = {}
+        for pattern, lists in self.fewer.items():
+            where = f"fewer.{json.dumps(pattern)}"
+            if not any(fnmatchcase(id, pattern) for id in self.ids):
+                problems.append(f"{where} fits none of the ids")
+            problems += [f"{where}: {unknown('key', name, Grid._fields)}" for name in lists if name not in Grid._fields]
+            shortened[pattern] = {
+                name: _listed(f"{where}: {name}", lists[name], _CHECKS[name], problems)
+                for name in Grid._fields
+                if name in lists
+            }
+            for name, values in shortened[pattern].items():
+                extra = [value for value in values if value not in getattr(self, name)]
+                if extra:
+                    problems.append(f"{where}: {name} must be some of the study's, got also {extra}")
+        return shortened
+
+    def grid(self, id: str) -> "Grid":
+        """The lists that are crossed for an id of the study."""
+        lists = next((lists for pattern, lists in self.fewer.items() if fnmatchcase(id, pattern)), {})
+        return Grid(**{name: lists.get(name, getattr(self, name)) for name in Grid._fields})
+
     def episodes(self) -> Iterator[EpisodeSpec]:
         """Every episode, seeds innermost."""
-        grid = (self.ids, self.instruction_types, self.feedback_types, self.teachers, self.students, self.seeds)
-        for id, instruction_type, feedback_type, teacher, student, seed in itertools.product(*grid):
+        for id, instruction_type, feedback_type in itertools.product(
+            self.ids, self.instruction_types, self.feedback_types
+        ):
             family = entry(id).family
             max_turns = self.max_turns or family.max_cycles
             version = llf_teacher.__version__
             if family.version:
                 version = f"{version}+{family.distribution}-{family.version}"
-            yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version)
+            for teacher, student, seed in itertools.product(*self.grid(id)):
+                yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version)
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""
@@ -111,6 +134,32 @@ def _seed(value: Any) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
         raise ValueError(f"a seed must be an integer of at least 0, got {value!r}")
     return value
+
+
+_CHECKS: dict[str, Callable[[Any], Any]] = {
+    "ids": lambda id: entry(id).id,
+    "teachers": lambda spec: str(parse_personality(spec)),
+    "students": lambda spec: str(parse_student(spec)),
+    "feedback_types": format_kinds,
+    "instruction_types": str,
+    "seeds": _seed,
+}
+
+
+def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[str]) -> tuple[Any, ...]:
+    """The values in canonical form, without repetitions; what is wrong with them is added to the problems."""
+    if check is _seed and isinstance(values, int) and not isinstance(values, bool):
+        values = tuple(range(values))
+    if not isinstance(values, list | tuple) or not values:
+        problems.append(f"{name} must be a non-empty list, got {values!r}")
+        return ()
+    canonical = []
+    for value in values:
+        try:
+            canonical.append(check(value))
+        except ValueError as error:
+            problems.append(f"{name}: {error}")
+    return tuple(dict.fromkeys(canonical))
 
 
 def load_study(path: Path) -> Study:
@@ -150,4 +199,14 @@ def quickstart() -> Study:
         ),
         students=("random", "reward_only", "text_only", "obedient", "oracle"),
         seeds=tuple(range(10)),
+        fewer={
+            PREFIX + name: {
+                "teachers": ("oracle", "placebo", "silent"),
+                "students": ("random", "obedient"),
+                "seeds": tuple(range(3)),
+            }
+            for family in all_families()
+            if family.slow
+            for name in family.showcase
+        },
     )

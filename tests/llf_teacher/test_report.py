@@ -228,6 +228,27 @@ def test_environments_of_a_family_are_averaged_and_types_kept_apart(store):
     assert html.count('100 %<span class="interval">[100, 100]</span>') >= 2  # two seeds, not four episodes
 
 
+def test_environments_with_other_grids_are_kept_apart(store):
+    study = Study(
+        ids=("llf-bandits-BanditTwoArmedHighLowFixed-v0", "llf-bandits-BanditTwoArmedDeterministicFixed-v0"),
+        teachers=("oracle", "silent"),
+        students=("obedient", "random"),
+        seeds=2,
+        max_turns=2,
+        fewer={"*HighLow*": {"students": ("obedient",), "seeds": 1}},
+    )
+    fill(store, [play(spec) for spec in study.episodes()])
+    html = render(store, study)
+    assert "incomplete" not in html
+    assert {"bandits-b-a", "bandits-b-a-1"} <= set(parsed(html).ids)
+    first, second = (html.split(f'id="bandits-b-a{part}"')[1].split("</section>")[0] for part in ("", "-1"))
+    assert "HighLow" in first
+    assert "1 seed" in first
+    assert "<code>random</code>" not in first
+    assert "Deterministic" in second
+    assert "<code>random</code>" in second
+
+
 def test_nothing_played_is_an_error(store, tmp_path):
     with pytest.raises(ValueError, match=r"s\.db holds no episode of this study; run it first"):
         write_report(store, STUDY, tmp_path / "r.html")
@@ -261,7 +282,14 @@ def test_path_is_checked_beforehand(tmp_path):
         check_writable(tmp_path / "no" / "r.html")
 
 
-@pytest.mark.parametrize("extra", [{}, {"seeds": (3, 5), "max_turns": 4, "feedback_types": ("r+hp", "n")}])
+@pytest.mark.parametrize(
+    "extra",
+    [
+        {},
+        {"seeds": (3, 5), "max_turns": 4, "feedback_types": ("r+hp", "n")},
+        {"fewer": {"llf-*": {"teachers": ("oracle",), "seeds": 2}}},
+    ],
+)
 def test_definition_round_trips(extra):
     study = Study(**{**STUDY.as_dict(), **extra})
     assert Study(**tomllib.loads(to_toml(study))) == study

@@ -81,11 +81,26 @@ def test_the_quickstart_covers_what_it_promises():
         ({"seeds": [-1]}, "a seed must be an integer of at least 0, got -1"),
         ({"seeds": True}, "seeds must be"),
         ({"max_turns": 0}, "max_turns must be an integer of at least 1"),
+        ({"fewer": ["llf-*"]}, "fewer must be a table of tables"),
+        ({"fewer": {"llf-poem-*": {}}}, r'fewer\."llf-poem-\*" fits none of the ids'),
+        ({"fewer": {"*": {"turns": 3}}}, r'fewer\."\*": unknown key \'turns\''),
+        ({"fewer": {"*": {"seeds": [0, 99]}}}, r"seeds must be some of the study's, got also \[99\]"),
+        ({"fewer": {"*": {"teachers": ["orakle"]}}}, "teachers: unknown personality 'orakle'"),
     ],
 )
 def test_a_bad_study_is_refused(changes, match):
     with pytest.raises(ValueError, match=match):
         small(**changes)
+
+
+def test_fewer_episodes_where_a_pattern_fits():
+    study = small(fewer={"llf-grid*": {"teachers": ["oracle"], "seeds": 1}})
+    slow = [spec for spec in study.episodes() if spec.id == "llf-gridworld-v0"]
+    assert {(spec.teacher, spec.seed) for spec in slow} == {("oracle", 0)}
+    assert {spec.student for spec in slow} == set(study.students)
+    rest = [spec for spec in small().episodes() if spec.id != "llf-gridworld-v0"]
+    assert [spec for spec in study.episodes() if spec.id != "llf-gridworld-v0"] == rest
+    assert Study(**study.as_dict()) == study
 
 
 def test_one_error_lists_everything():
@@ -250,5 +265,6 @@ def test_an_episode_is_written_whole_or_not_at_all(tmp_path):
 def test_atoms_are_stored_typed(tmp_path):
     record = play(next(small().episodes()))
     atom = json.loads(record.turns[1].atoms)[0]
-    assert set(atom) == {"kind", "claim", "fields", "text", "about_turn", "holds"}
+    assert set(atom) == {"kind", "claim", "fields", "text", "about_turn", "holds", "label"}
     assert atom["holds"] is True
+    assert atom["label"] == "truthful"
