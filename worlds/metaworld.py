@@ -75,10 +75,14 @@ TASKS = (
 )
 """metaworld's tasks."""
 CONTROLS = ("absolute", "relative", "teacher_event")
-LONGEST = 20
-"""Most low-level steps of a turn."""
+LONGEST, LONGEST_BY_EVENT = 15, 20
+"""Most low-level steps of a turn, the latter with `control="teacher_event"`."""
 SHORTEST = 3
 """Fewest low-level steps of a turn that does not solve the task."""
+TRAVEL = 0.05
+"""So far from where it began, in metres along an axis, the hand ends a turn."""
+ARRIVED = 1e-4
+"""A target is reached when the hand is so close to it along each axis, in metres."""
 REACH = 2.0
 """Bound of the coordinates of a target, in metres."""
 NEW_AIM, NEW_GRIP = 0.03, 0.3
@@ -162,6 +166,7 @@ class MetaWorld(World):
         self.task, self.relative = task, control == "relative"
         self.script = Script(task)
         self._event = control == "teacher_event"
+        self.longest = LONGEST_BY_EVENT if self._event else LONGEST
         shapes = {"hand": 3, "gripper": 1, "object": 3, "object_rotation": 4}
         if task in _TWO_OBJECTS:
             shapes |= {"second_object": 3, "second_rotation": 4}
@@ -226,16 +231,19 @@ class MetaWorld(World):
     ) -> tuple[tuple[float, ...], float, bool]:
         """The low-level steps of a turn: the last observation, its reward, and whether one of them solved the task.
 
-        STOP
+        A turn ends with the step that solves the task. Else it has at least 3 steps, and ends when the hand has arrived
+        or is more than 5 cm along an axis from where the turn began, or after 15 steps: a student is asked again before
+        the hand has gone far. With `control="teacher_event"` it ends when the hand has arrived or the scripted policy
+        aims at something else than at the turn's beginning, or after 20 steps.
         """
         aim = self.script.aim(truth.observation)
         gain = aim.gain if self.options["gain"] is None else self.options["gain"]
         target, seen = np.array(self.target(truth, action)), np.array(truth.observation)
-        hand = seen[:3]
+        start = hand = seen[:3]
         step = simulator.env.step
         command = np.empty(4)
         command[3] = action[3]
-        for count in range(1, LONGEST + 1):
+        for count in range(1, self.longest + 1):
             command[:3] = np.minimum(np.maximum(gain * (target - hand), -1.0), 1.0)
             seen, reward, _, _, info = step(command)
             hand = seen[:3]
@@ -244,15 +252,16 @@ class MetaWorld(World):
             solved = bool(info["success"])
             if solved and not truth.solved:
                 break
-            if count >= SHORTEST and self._ends(aim, target, seen):
+            if count >= SHORTEST and self._ends(aim, start, target, seen):
                 break
         return tuple(seen.tolist()), float(reward), solved
 
-    def _ends(self, aim: "Aim", target: np.ndarray, seen: np.ndarray) -> bool:
-        if np.abs(target - seen[:3]).max() < 1e-4:
+    def _ends(self, aim: "Aim", start: np.ndarray, target: np.ndarray, seen: np.ndarray) -> bool:
+        hand = seen[:3]
+        if np.abs(target - hand).max() < ARRIVED:
             return True
         if not self._event:
-            return False
+            return bool(np.abs(hand - start).max() > TRAVEL)
         now = self.script.aim(tuple(seen.tolist()))
         moved = max(abs(a - b) for a, b in zip(now.target, aim.target, strict=True))
         return moved > NEW_AIM or abs(now.grip - aim.grip) > NEW_GRIP

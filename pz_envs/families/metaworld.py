@@ -1,0 +1,26 @@
+"""Meta-World: a robot's hand over a table, with 50 tasks."""
+
+from pz_envs.family import Family
+
+_TASKS = """
+    assembly basketball bin-picking box-close button-press button-press-topdown button-press-topdown-wall
+    button-press-wall coffee-button coffee-pull coffee-push dial-turn disassemble door-close door-lock door-open
+    door-unlock drawer-close drawer-open faucet-close faucet-open hammer hand-insert handle-press handle-press-side
+    handle-pull handle-pull-side lever-pull peg-insert-side peg-unplug-side pick-out-of-hole pick-place pick-place-wall
+    plate-slide plate-slide-back plate-slide-back-side plate-slide-side push push-back push-wall reach reach-wall
+    shelf-place soccer stick-pull stick-push sweep sweep-into window-close window-open
+"""
+
+FAMILY = Family(
+    name="metaworld",
+    summary="move a robot's hand by target poses",
+    world="MetaWorld",
+    oracle="MetaWorldOracle",
+    environments={f"metaworld-{task}-v3": {"task": f"{task}-v3"} for task in _TASKS.split()},
+    showcase=("metaworld-reach-v3", "metaworld-drawer-open-v3", "metaworld-pick-place-v3"),
+    max_cycles=30,
+    slow=True,
+    regret_unit="metres off the advised target",
+    reward_only="nelder_mead",
+)
+env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env
