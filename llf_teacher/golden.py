@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from llf_teacher.registry import ids, make
+from llf_teacher.registry import entries, make
 from llf_teacher.studies.episode import as_dict, to_json
 from teachers.atoms import Atom, Moment
 
@@ -53,10 +53,10 @@ def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Momen
 
 
 def write(folder: Path, which: tuple[str, ...] = ()) -> list[Path]:
-    """Write transcripts of the given environments, or of all; the files written."""
+    """Write transcripts of the given environments, or of all that are sampled; the files written."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for id in which or ids():
+    for id in which or [entry.id for entry in entries().values() if entry.sampled]:
         path = folder / f"{id}.txt"
         path.write_text(transcript(id), encoding="utf-8")
         paths.append(path)

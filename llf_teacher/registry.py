@@ -25,13 +25,15 @@ class Entry(NamedTuple):
     family: Family
     options: dict[str, Any]
     """The world's options."""
+    sampled: bool
+    """Whether there is a golden transcript of it, and the default tests play it."""
 
 
 @cache
 def entries() -> dict[str, Entry]:
     """Every environment by its id, in sorted order."""
     found = [
-        Entry(f"{PREFIX}{name}", family, dict(options))
+        Entry(f"{PREFIX}{name}", family, dict(options), name in (family.sampled or family.environments))
         for family in all_families()
         for name, options in family.environments.items()
     ]
@@ -62,7 +64,7 @@ def register_all() -> None:
 
     The environments check the order of calls themselves, so that no wrapper hides their attributes.
     """
-    for id, _, _ in entries().values():
+    for id in entries():
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
             gymnasium.register(
                 name,

@@ -154,6 +154,8 @@ class Family(Subject):
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
     slow: bool = False
     """Whether the simulator is so slow that the quickstart study plays only some of its episodes."""
+    sampled: tuple[str, ...] = ()
+    """The environments of which there are golden transcripts, and which the default tests play; none stands for all."""
     regret_unit: str
     """What regret counts, as in "extra moves"."""
     reward_only: str
@@ -246,7 +248,7 @@ def _check_plugin(family: Family, others: list[Family]) -> None:
     for name in family.environments:
         if not _ENVIRONMENT.fullmatch(name):
             raise ValueError(f"environment {name!r} must be named as in 'name-v0'")
-    for name in family.showcase:
+    for name in (*family.showcase, *family.sampled):
         if name not in family.environments:
             raise ValueError(f"showcase {name!r} is none of its environments")
     for other in others:

@@ -367,7 +367,7 @@ class Simulator:
 
         self._mujoco = mujoco
         base = ALL_V3_ENVIRONMENTS[task]
-        cheap = type(base.__name__, (_Cheap, base), {})
+        cheap = type(base.__name__, (_Cheap, base), _rebound(base))
         env = self.env = cheap.__new__(cheap)  # constructed by metaworld's own code
         env.__dict__.update(base().__dict__)
         # As metaworld's MT1 sets its environments: tasks are given, and the goal can be seen.
@@ -563,6 +563,94 @@ class _Cheap:
         observation = np.minimum(np.maximum(observation, low), high)
         reward, info = self.evaluate_state(observation, action)
         return observation, reward, False, False, info
+
+
+def _rebound(base: type) -> dict[str, Any]:
+    """The methods of metaworld's classes that use scipy's rotations or metaworld's tolerances, with cheaper ones."""
+    from metaworld.utils import reward_utils
+
+    cheap = {"Rotation": _Rotation, "reward_utils": _Tolerances(reward_utils)}
+    methods: dict[str, Any] = {}
+    for cls in reversed(base.__mro__):
+        for name, value in vars(cls).items():
+            methods.pop(name, None)
+            if isinstance(value, types.FunctionType) and cheap.keys() & set(value.__code__.co_names):
+                bound = types.FunctionType(
+                    value.__code__, value.__globals__ | cheap, name, value.__defaults__, value.__closure__
+                )
+                bound.__kwdefaults__ = value.__kwdefaults__
+                methods[name] = bound
+    return methods
+
+
+class _Rotation:
+    """`scipy.spatial.transform.Rotation`, as far as metaworld's observations need it: a matrix to a quaternion."""
+
+    def __init__(self, quaternion: np.ndarray) -> None:
+        self._quaternion = quaternion
+
+    @staticmethod
+    def from_matrix(matrix: np.ndarray) -> Any:
+        """The arithmetic of scipy in scipy's order (Markley 2008); what is not quite a rotation is left to scipy."""
+        rows = (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+        if not _is_rotation(rows):
+            from scipy.spatial.transform import Rotation
+
+            return Rotation.from_matrix(matrix)
+        trace = a + e + i
+        greatest = max(a, e, i, trace)
+        if greatest == a:
+            x, y, z, w = 1 - trace + 2 * a, d + b, g + c, h - f
+        elif greatest == e:
+            x, y, z, w = d + b, 1 - trace + 2 * e, h + f, c - g
+        elif greatest == i:
+            x, y, z, w = g + c, h + f, 1 - trace + 2 * i, d - b
+        else:
+            x, y, z, w = h - f, c - g, d - b, 1 + trace
+        norm = math.sqrt(x * x + y * y + z * z + w * w)
+        return _Rotation(np.array((x / norm, y / norm, z / norm, w / norm)))
+
+    def as_quat(self) -> np.ndarray:
+        """x, y, z, w."""
+        return self._quaternion
+
+
+def _is_rotation(rows: Any) -> bool:
+    """Whether scipy takes a matrix for a rotation, with a margin to its own test."""
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    return (
+        max(abs(a * d + b * e + c * f), abs(a * g + b * h + c * i), abs(d * g + e * h + f * i)) < 1e-13
+        and max(abs(a * a + b * b + c * c - 1), abs(d * d + e * e + f * f - 1), abs(g * g + h * h + i * i - 1)) < 1e-6
+        and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.5
+    )
+
+
+class _Tolerances:
+    """`metaworld.utils.reward_utils` with a cheaper `tolerance` for the common case."""
+
+    def __init__(self, module: Any) -> None:
+        self._module = module
+        self.hamacher_product = module.hamacher_product
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._module, name)
+
+    def tolerance(
+        self, x: Any, bounds: Any = (0.0, 0.0), margin: Any = 0.0, sigmoid: str = "gaussian", **more: Any
+    ) -> Any:
+        """1 within the bounds, less outside; the same arithmetic on plain floats."""
+        low, high = bounds
+        if not (sigmoid == "long_tail" and margin > 0 and low <= high and type(x) in _FLOATS and not more):
+            return self._module.tolerance(x, bounds, margin, sigmoid, **more)
+        x = float(x)
+        if low <= x <= high:
+            return 1.0
+        distance = float((low - x if x < low else x - high) / margin) * _LONG_TAIL
+        return 1 / (distance**2 + 1)  # by pow, as NumPy does it with scalars
+
+
+_FLOATS = (float, np.float64)
+_LONG_TAIL = math.sqrt(1 / 0.1 - 1)
 
 
 class _Simulators(threading.local):

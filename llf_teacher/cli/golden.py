@@ -13,7 +13,7 @@ def add_to(app: typer.Typer) -> None:
 
 def golden(
     folder: Annotated[Path, typer.Argument(help="Where the transcripts go, one file an environment.")],
-    id: Annotated[list[str] | None, typer.Argument(help="Environments; all by default.")] = None,
+    id: Annotated[list[str] | None, typer.Argument(help="Environments; by default all, or a family's samples.")] = None,
 ) -> None:
     """Write a transcript of a short episode of each environment, as text."""
     from llf_teacher.golden import write

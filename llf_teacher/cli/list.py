@@ -24,7 +24,7 @@ def list_() -> None:
     console = Console(highlight=False)
     console.print("[bold]Environments[/]")
     for family in all_families():
-        ids = [id for id, its_family, _ in entries().values() if its_family is family]
+        ids = [id for id, its_family, *_ in entries().values() if its_family is family]
         instructions, feedback = (" ".join(types) for types in supported_types(ids[0]))
         console.print(f"\n[bold]{family.name}[/]: {family.summary}")
         console.print(f"  {family.max_cycles} turns, instructions {instructions}, feedback {feedback}")

@@ -24,7 +24,7 @@ BANDIT = "llf-bandits-BanditTenArmedRandomFixed-v0"
 HAIKU = "llf-poem-Haiku-v0"
 
 
-@pytest.mark.parametrize("id", llf_teacher.ids())
+@pytest.mark.parametrize("id", IDS)
 def test_all_ways_to_make_lead_to_the_same_environment(id):
     def opening(env):
         return plain(env.reset(seed=11)[0])

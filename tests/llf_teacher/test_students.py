@@ -13,8 +13,8 @@ from pz_envs.family import all_families
 from pz_envs.tutoring import STUDENT
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
-BANDITS = [id for id, (_, family, _) in entries().items() if family.oracle == "BanditOracle"]
-POEMS = [id for id, (_, family, _) in entries().items() if family.oracle == "PoemOracle"]
+BANDITS = [id for id, (_, family, *_) in entries().items() if family.oracle == "BanditOracle"]
+POEMS = [id for id, (_, family, *_) in entries().items() if family.oracle == "PoemOracle"]
 
 
 def episode(id, student, seed, teacher="oracle", instruction_type="b"):
@@ -45,12 +45,12 @@ def test_poems_succeed_within_thirty_turns(id, student):
         assert episode(id, student, seed).episode.first_success <= 30
 
 
-@pytest.mark.parametrize("id", llf_teacher.ids())
+@pytest.mark.parametrize("id", IDS)
 def test_complete_instructions_suffice_and_basic_ones_do_not(id):
     """With `c` and no feedback an obedient student reaches the oracle's return, with `b` it does not."""
 
     def mean_return(student, instruction_type, teacher="silent"):
-        records = [episode(id, student, seed, teacher, instruction_type) for seed in range(20)]
+        records = [episode(id, student, seed, teacher, instruction_type) for seed in range(fewer(entry(id).family, 20))]
         return np.mean([record.episode.total_reward for record in records])
 
     best = mean_return("oracle", "b")
@@ -62,7 +62,7 @@ def test_complete_instructions_suffice_and_basic_ones_do_not(id):
 @pytest.mark.parametrize("id", SHOWCASE)
 def test_learning_from_rewards_beats_chance(id):
     def regret(student):
-        return np.mean([episode(id, student, seed, "silent").episode.regret for seed in range(150)])
+        return np.mean([episode(id, student, seed, "silent").episode.regret for seed in range(fewer(entry(id).family, 150))])
 
     assert regret("oracle") == 0 < regret("reward_only") < regret("random")
 
@@ -100,14 +100,14 @@ def test_students_see_what_they_are_entitled_to(id, student):
     assert env.aec.world.legal(policy.act(env.aec.observe(STUDENT), info)) is not None
 
 
-@pytest.mark.parametrize("id", llf_teacher.ids())
+@pytest.mark.parametrize("id", IDS)
 @pytest.mark.parametrize("teacher", ["oracle", "mistake(eps=0.5)", "placebo", "retry_only", "delayed(turns=2)"])
 def test_reading_recovers_every_sentence(id, teacher):
     """A reader of words hears exactly the claims that were said, in order, with the turn they are about."""
     env = llf_teacher.make(id, teacher=teacher, instruction_type="p")
     reader = Reader(env.teacher.voice)
     rng = np.random.default_rng(0)
-    for seed in range(8):
+    for seed in range(fewer(env.family, 8)):
         observation, info = env.reset(seed=seed)
         done = False
         while not done:
