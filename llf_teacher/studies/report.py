@@ -16,7 +16,7 @@ import jinja2
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.student import parse_student
+from llf_teacher.student import TAUGHT, parse_student
 from llf_teacher.studies import statistics
 from llf_teacher.studies.plots import SHADES, curve_plot, dot_plot
 from llf_teacher.studies.statistics import Difference, Estimate
@@ -27,7 +27,6 @@ from teachers.atoms import KINDS, Label
 
 REFERENCE = "silent"
 """The teacher that others are compared with."""
-_TAUGHT = ("words", "atoms")  # what a student reads whom a teacher can reach
 _KIND_NAMES = {
     "r": "reward",
     "hp": "hindsight positive: what was good",
@@ -118,7 +117,7 @@ class Section:
         found = {}
         for (teacher, student), cell in self.cells.items():
             other = self.cells.get((REFERENCE, student))
-            if teacher == REFERENCE or other is None or reads(student) not in _TAUGHT:
+            if teacher == REFERENCE or other is None or reads(student) not in TAUGHT:
                 continue
             seeds = [seed for seed in cell.seeds if seed in other.seeds]
             if seeds:
@@ -150,7 +149,7 @@ class Section:
     def reader(self) -> str:
         """The student to look at closely: one who reads words if any, else atoms, else any."""
         played = [student for student in self.grid.students if any(e.row["student"] == student for e in self.episodes)]
-        return min(played, key=lambda student: (*_TAUGHT, reads(student)).index(reads(student)))
+        return min(played, key=lambda student: (*TAUGHT, reads(student)).index(reads(student)))
 
     @cached_property
     def contrast(self) -> tuple[str, ...]:
@@ -296,6 +295,7 @@ def render(store: Store, study: Study) -> str:
         kinds=KINDS,
         kind_names=_KIND_NAMES,
         marks=_MARKS,
+        taught=TAUGHT,
         reference=REFERENCE,
         turns=lambda episode: _turns(store, episode),
     )
