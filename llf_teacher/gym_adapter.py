@@ -37,7 +37,7 @@ class _Flat(gymnasium.Env):
         if isinstance(env_id, Subject):
             self.env_id, self.family = env_id.name, env_id
         else:
-            self.env_id, self.family, options = entry(env_id)
+            self.env_id, self.family, options, _ = entry(env_id)
         self.aec = self.family.raw_env(max_cycles=max_turns, render_mode=render_mode, **{**options, **settings})
         self.render_mode = render_mode
         self.action_space = self.aec.action_space(seat)
@@ -113,7 +113,9 @@ class StudentEnv(_Flat):
         **options: Any,
     ) -> None:
         if visual:
-            raise ValueError(f"visual=True is not supported by {env_id}: its world has no images; allowed: False")
+            if not (env_id if isinstance(env_id, Subject) else entry(env_id).family).visual:
+                raise ValueError(f"visual=True is not supported by {env_id}: its world has no images; allowed: False")
+            options["visual"] = True
         super().__init__(STUDENT, env_id, max_turns, render_mode, text=text, **options)
         if isinstance(teacher, str | Personality):
             teacher = self.family.make_teacher(

@@ -1,5 +1,6 @@
 """The environments by their ids: Gymnasium registration and `make`."""
 
+import warnings
 from collections.abc import Iterable
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -40,18 +41,32 @@ def entries() -> dict[str, Entry]:
     return {entry.id: entry for entry in sorted(found, key=lambda entry: entry.id)}
 
 
+@cache
+def _aliases() -> dict[str, Entry]:
+    """What further names stand for."""
+    return {
+        f"{PREFIX}{alias}": entries()[PREFIX + name]
+        for family in all_families()
+        for alias, name in family.aliases.items()
+    }
+
+
 def ids() -> tuple[str, ...]:
     """The ids of every environment."""
     return tuple(entries())
 
 
 def entry(id: str) -> Entry:
-    """The environment of an id or of its alias `verbal-...`.
+    """The environment of an id, of its alias `verbal-...`, or of another alias, which warns if there is reason to.
 
     Raises:
         ValueError: there is none; the message names the nearest ids.
     """
     name = PREFIX + id.removeprefix(ALIAS) if isinstance(id, str) and id.startswith(ALIAS) else id
+    if name in _aliases():
+        found = _aliases()[name]
+        warnings.warn(f"{id} stands for {found.id}: {found.family.alias_warning}", UserWarning, stacklevel=3)
+        return found
     if name not in entries():
         from teachers.spec import unknown
 
@@ -64,7 +79,7 @@ def register_all() -> None:
 
     The environments check the order of calls themselves, so that no wrapper hides their attributes.
     """
-    for id in entries():
+    for id in (*entries(), *_aliases()):
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
             gymnasium.register(
                 name,

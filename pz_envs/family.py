@@ -41,6 +41,8 @@ class Subject(ABC):
     """What regret counts, as in "extra moves"."""
     reward_only: str
     """Spec of the student that suits the subject and learns from rewards alone."""
+    visual: bool = False
+    """Whether its worlds have an option `visual` that adds images to the observation."""
 
     @abstractmethod
     def make_world(self, **options: Any) -> "World":
@@ -160,6 +162,12 @@ class Family(Subject):
     """What regret counts, as in "extra moves"."""
     reward_only: str
     """Spec of the student that suits the family and learns from rewards alone."""
+    visual: bool = False
+    """Whether its worlds have an option `visual` that adds images to the observation."""
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    """Further names, each with the environment that it stands for."""
+    alias_warning: str = ""
+    """What users of an alias are warned of."""
     extra: str = field(default="")
     """The extra of the distribution that the world needs, if the core does not do."""
     distribution: str = "llf-teacher"

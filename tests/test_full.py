@@ -15,7 +15,10 @@ pytestmark = pytest.mark.full
 def test_every_claim_of_ten_thousand_turns_holds(entry, instruction_type):
     family = entry.family
     pupil = Pupil(
-        lambda: family.make_world(**entry.options), family.make_teacher, max_turns=family.max_cycles, turns=10_000
+        lambda: family.make_world(**entry.options),
+        family.make_teacher,
+        max_turns=family.max_cycles,
+        turns=100 if family.slow else 10_000,
     )
     false = [
         atom
@@ -25,7 +28,9 @@ def test_every_claim_of_ten_thousand_turns_holds(entry, instruction_type):
     assert not false
 
 
-@pytest.mark.parametrize("entry", entries().values(), ids=lambda entry: entry.id)
+@pytest.mark.parametrize(
+    "entry", [entry for entry in entries().values() if not entry.family.slow], ids=lambda entry: entry.id
+)
 @pytest.mark.parametrize("student", ["obedient", "text_only", "oracle"])
 def test_students_who_know_succeed_on_a_thousand_seeds(entry, student):
     specs = [

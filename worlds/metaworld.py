@@ -87,7 +87,7 @@ REACH = 2.0
 """Bound of the coordinates of a target, in metres."""
 NEW_AIM, NEW_GRIP = 0.03, 0.3
 """Changes of advice that end a turn under `control="teacher_event"`: metres along an axis, and of the grip."""
-_SPARE = 8  # simulators that a thread keeps
+_SPARE = 4  # simulators that a thread keeps
 _PASSING = ("curr_path_length", "_prev_obs", "_target_to_obj_init")  # what metaworld changes in a step, in Python
 _SOLVER = ("model", "data", "mujoco_renderer", "_np_random", "_np_random_seed", "_views")
 _TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # where students try out targets

@@ -18,8 +18,12 @@ FAMILY = Family(
     oracle="MetaWorldOracle",
     environments={f"metaworld-{task}-v3": {"task": f"{task}-v3"} for task in _TASKS.split()},
     showcase=("metaworld-reach-v3", "metaworld-drawer-open-v3", "metaworld-pick-place-v3"),
+    visual=True,
+    aliases={f"metaworld-{task}-v2": f"metaworld-{task}-v3" for task in _TASKS.split()},
+    alias_warning="the tasks are those of Meta-World v3, whose rewards differ from v2's",
     max_cycles=30,
     slow=True,
+    sampled=tuple(f"metaworld-{task}-v3" for task in ("door-lock", "drawer-open", "pick-place", "reach", "stick-push")),
     regret_unit="metres off the advised target",
     reward_only="nelder_mead",
 )

@@ -3,6 +3,8 @@
 import math
 from collections.abc import Sequence, Set
 
+import numpy as np
+
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
 from teachers.common import Syntax, TryAgain
 from teachers.oracle import Oracle
@@ -403,7 +405,7 @@ def _hand(truth: Truth) -> Place:
 
 
 def _origin(world: World) -> str:
-    return "from where the hand is" if world.relative else "from the middle of the robot's edge of the table"
+    return "from where the hand is" if world.relative else "from a fixed point of the table"
 
 
 def _reach(truth: Truth, world: World) -> tuple[Place, Place]:
@@ -515,12 +517,20 @@ def _close(said: tuple[float, float], measured: tuple[float, float]) -> bool:
 class MetaWorldOracle(Oracle):
     """Advises what metaworld's scripted policy aims at now, and judges an action by what it aimed at before."""
 
+    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+        """Forget the last episode."""
+        super().start(truth, rng)
+        self._aims: list[tuple[Truth, Aim]] = []
+        self._warned: tuple[Truth | None, tuple[Avoid, ...]] = (None, ())
+
     def _aim(self, truth: Truth) -> Aim:
-        """What the policy aims at; the advice of one turn is the measure of the next."""
-        if truth is not getattr(self, "_asked", None):
-            self._asked, self._before = truth, getattr(self, "_asked", None)
-            self._aims = self.lab.script.aim(truth.observation), getattr(self, "_aims", (None,))[0]
-        return self._aims[0]
+        """What the policy aims at; the advice of one turn is the measure of the next, so two are remembered."""
+        for known, aim in self._aims:
+            if known is truth:
+                return aim
+        aim = self.lab.script.aim(truth.observation)
+        self._aims = [*self._aims[-1:], (truth, aim)]
+        return aim
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         lab = self.lab
@@ -545,8 +555,8 @@ class MetaWorldOracle(Oracle):
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         """A whole roll-out of the advice; nothing where that does not solve the task."""
-        actions = self.plan(truth, _TURNS)
-        if not actions or not self.lab.truth.solved:
+        actions, solved = self._followed(truth, _TURNS)
+        if not solved:
             return ()
         return (Solution(actions=actions, listing=", ".join(map(_compact, actions)), count=len(actions)),)
 
@@ -600,11 +610,11 @@ class MetaWorldOracle(Oracle):
             action = _advised(self._aim(truth), truth, self.lab)
             claims.append(Aiming(action=action, target=_write(action)))
         if FN in kinds:
-            warning = self._warning(truth)
-            if warning:
-                claims.append(warning)
+            if truth is not self._warned[0]:
+                self._warned = truth, self._warnings(truth)
+            claims += self._warned[1]
 
-    def _warning(self, truth: Truth) -> Avoid | None:
+    def _warnings(self, truth: Truth) -> tuple[Avoid, ...]:
         """A pose away from where the hand is wanted, which the simulator shows to lose ground."""
         aim, hand = self._aim(truth), _hand(truth)
         far = math.dist(hand, aim.target)
@@ -614,8 +624,8 @@ class MetaWorldOracle(Oracle):
             action = _advised(aim._replace(target=tuple(place)), truth, self.lab)
             before, after = self._trial(truth, action)
             if after - before >= _NOTABLE and not self.lab.truth.solved:
-                return Avoid(action=action, target=_write(action), before=before, after=after)
-        return None
+                return (Avoid(action=action, target=_write(action), before=before, after=after),)
+        return ()
 
     def importance(self, truth: Truth) -> float:
         """How far the hand is from where it is wanted, in metres, at most 1; 0 once the task is solved."""
@@ -623,15 +633,19 @@ class MetaWorldOracle(Oracle):
 
     def plan(self, truth: Truth, n: int) -> tuple[Pose, ...]:
         """The advice of the next turns, if each is followed, until the task is solved."""
+        if n == 1 and not truth.solved:
+            return (_advised(self._aim(truth), truth, self.lab),)
+        return self._followed(truth, n)[0]
+
+    def _followed(self, truth: Truth, n: int) -> tuple[tuple[Pose, ...], bool]:
+        """At most `n` pieces of advice, each followed in a copy of the simulator; whether the last solves the task."""
         lab, actions = self.lab, []
-        now = truth
-        while not now.solved and len(actions) < n:
-            actions.append(_advised(lab.script.aim(now.observation), now, lab))
-            if len(actions) < n or n == _TURNS:
-                lab.restore(now)
-                lab.advance(actions[-1])
-                now = lab.truth
-        return tuple(actions)
+        lab.restore(truth)
+        while not truth.solved and len(actions) < n:
+            actions.append(_advised(lab.script.aim(truth.observation), truth, lab))
+            lab.advance(actions[-1])
+            truth = lab.truth
+        return tuple(actions), truth.solved
 
     def regret(self, moment: Moment) -> float:
         """How far the target was from the advised one, in metres, and a tenth of how much the grip was off.

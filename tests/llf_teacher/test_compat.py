@@ -6,12 +6,12 @@ import re
 import numpy as np
 import pytest
 from gymnasium import spaces
+from sampling import IDS
 
 import llf_teacher
 import llf_teacher.compat as llfbench
 
-IDS = llf_teacher.ids()
-DISCRETE = [id for id in IDS if isinstance(llf_teacher.make(id).action_space, spaces.Discrete)]
+DISCRETE = [id for id in llf_teacher.ids() if isinstance(llf_teacher.make(id).action_space, spaces.Discrete)]
 GRID = "llf-gridworld-v0"
 
 

@@ -10,6 +10,7 @@ import pettingzoo
 import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
+from sampling import IDS
 
 import llf_teacher
 from llf_teacher.registry import PREFIX, entry

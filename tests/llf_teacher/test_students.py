@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sampling import IDS, fewer
 
 import llf_teacher
 from llf_teacher.reading import Reader
@@ -62,7 +63,9 @@ def test_complete_instructions_suffice_and_basic_ones_do_not(id):
 @pytest.mark.parametrize("id", SHOWCASE)
 def test_learning_from_rewards_beats_chance(id):
     def regret(student):
-        return np.mean([episode(id, student, seed, "silent").episode.regret for seed in range(fewer(entry(id).family, 150))])
+        return np.mean(
+            [episode(id, student, seed, "silent").episode.regret for seed in range(fewer(entry(id).family, 150))]
+        )
 
     assert regret("oracle") == 0 < regret("reward_only") < regret("random")
 

@@ -8,6 +8,7 @@ import pytest
 from gymnasium import spaces
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sampling import fewer
 
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, KINDS, Moment, ParseFailure
@@ -23,7 +24,13 @@ from worlds.poem import Truth as Form
 ENVIRONMENTS = {
     name: (family, dict(options)) for family in all_families() for name, options in family.environments.items()
 }
-on_every_environment = pytest.mark.parametrize("name", ENVIRONMENTS)
+on_every_environment = pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name in (family.sampled or (name,)) else pytest.mark.full)
+        for name, (family, _) in ENVIRONMENTS.items()
+    ],
+)
 NORTH, EAST, WEST, SOUTH = DIRECTIONS
 SUBSETS = [frozenset(chosen) for size in range(6) for chosen in combinations(KINDS, size)]
 
@@ -38,6 +45,7 @@ SQUARE = Layout(
 
 def pupil(name, turns=150):
     family, options = ENVIRONMENTS[name]
+    turns = fewer(family, turns)
     return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles, turns=turns)
 
 
@@ -106,7 +114,7 @@ def test_an_action_that_was_not_executed_loses_all(name):
 def test_plans_are_optimal_and_solve_the_task(name):
     world = pupil(name).make_world()
     oracle = ENVIRONMENTS[name][0].make_teacher(world).oracle
-    for seed in range(10):
+    for seed in range(fewer(ENVIRONMENTS[name][0], 10)):
         world.reset(seed=seed)
         oracle.start(world.truth, np.random.default_rng(seed))
         plan = oracle.plan(world.truth, 100)
@@ -147,7 +155,7 @@ def test_instructions_hold(name, instruction_type):
     family, _ = ENVIRONMENTS[name]
     world = pupil(name).make_world()
     lab = world.scratch()
-    for seed in range(15):
+    for seed in range(fewer(family, 15)):
         world.reset(seed=seed)
         oracle = family.make_teacher(world).oracle
         oracle.start(world.truth, np.random.default_rng(seed))
