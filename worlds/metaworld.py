@@ -7,13 +7,16 @@ the same task in a thread.
 
 import json
 import math
+import pickle
 import sys
 import threading
 import types
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from numbers import Real
 from typing import Any, ClassVar, NamedTuple
 
+import gymnasium
 import numpy as np
 from gymnasium import spaces
 
@@ -182,6 +185,7 @@ class MetaWorld(World):
             f"[x, y, z, grip] with x, y and z from {-REACH:g} to {REACH:g}, {count}, and grip from -1 to 1"
         )
         self._truth: Truth | None = None
+        self._watch: Callable[[np.ndarray], None] | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -218,16 +222,17 @@ class MetaWorld(World):
         """Drive the hand towards the target until the turn ends."""
         simulator, truth = _simulator(self.task), self._truth
         simulator.load(truth)
-        images: list[np.ndarray] | None = [] if self.options["video"] else None
-        observation, reward, solved = self._turn(simulator, truth, action, images)
+        video: list[np.ndarray] = []
+        watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
+        observation, reward, solved = self._turn(simulator, truth, action, watch)
         self._truth = simulator.truth(observation, truth.solved or solved)
         info: dict[str, Any] = {"success": self._truth.solved}
-        if images is not None:
-            info["video"] = images
+        if video:
+            info["video"] = video
         return self._observe(), reward, False, False, info
 
     def _turn(
-        self, simulator: "Simulator", truth: Truth, action: Pose, images: list[np.ndarray] | None
+        self, simulator: "Simulator", truth: Truth, action: Pose, watch: Callable[[np.ndarray], None] | None
     ) -> tuple[tuple[float, ...], float, bool]:
         """The low-level steps of a turn: the last observation, its reward, and whether one of them solved the task.
 
@@ -247,8 +252,8 @@ class MetaWorld(World):
             command[:3] = np.minimum(np.maximum(gain * (target - hand), -1.0), 1.0)
             seen, reward, _, _, info = step(command)
             hand = seen[:3]
-            if images is not None:
-                images.append(simulator.image())
+            if watch:
+                watch(command)
             solved = bool(info["success"])
             if solved and not truth.solved:
                 break
@@ -291,6 +296,18 @@ class MetaWorld(World):
         simulator = _simulator(self.task)
         simulator.load(self._truth)
         return simulator.image()
+
+    def original(self, actions: Sequence[Any]) -> gymnasium.Env:
+        """The environment of metaworld, which takes the low-level steps of these turns and nothing else."""
+        world = type(self)(**self.options)
+        world.reset(seed=0)
+        turns: list[list[np.ndarray]] = []
+        world._watch = lambda command: turns[-1].append(command.copy())
+        variation = world.truth.episode.variation
+        for action in actions:
+            turns.append([])
+            world.step(action)
+        return _Original(self.task, variation, turns)
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth
@@ -359,7 +376,7 @@ class Script:
 
 
 class Simulator:
-    """metaworld's environment of a task, with cheaper steps; worlds of one thread take turns to use it."""
+    """The environment of metaworld of a task, with cheaper steps; worlds of one thread take turns to use it."""
 
     def __init__(self, task: str) -> None:
         import mujoco
@@ -477,6 +494,32 @@ class Simulator:
 
 def _thawed(value: Any) -> Any:
     return np.array(value) if isinstance(value, tuple) else value
+
+
+class _Original(gymnasium.Env):
+    """The environment of metaworld as it comes; a step is the low-level steps of the next turn."""
+
+    def __init__(self, task: str, variation: Sequence[float], turns: list[list[np.ndarray]]) -> None:
+        from metaworld.env_dict import ALL_V3_ENVIRONMENTS
+        from metaworld.types import Task
+
+        cls = ALL_V3_ENVIRONMENTS[task]
+        self.env = cls()
+        self.env.max_path_length = sys.maxsize
+        settings = {"env_cls": cls, "rand_vec": np.array(variation), "partially_observable": False}
+        self.env.set_task(Task(task, pickle.dumps(settings)))
+        self._turns = turns
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Begin the episode anew."""
+        self._next = iter(self._turns)
+        return self.env.reset()
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """The low-level steps of the next turn, which `action` was."""
+        for command in next(self._next):
+            result = self.env.step(command)
+        return result
 
 
 class _Cheap:

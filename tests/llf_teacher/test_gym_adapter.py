@@ -52,6 +52,24 @@ def test_specs_are_json():
     assert again.aec.world.options["num_rooms"] == 6
 
 
+@pytest.mark.parametrize("alias", ["llf-metaworld-reach-v2", "verbal-metaworld-reach-v2"])
+def test_an_older_name_warns(alias):
+    with pytest.warns(UserWarning, match="stands for llf-metaworld-reach-v3: .* rewards differ from v2's"):
+        env = llf_teacher.make(alias)
+    assert env.spec.id == "llf-metaworld-reach-v3"
+    with (
+        pytest.warns(UserWarning, match="stands for llf-metaworld-reach-v3"),
+        pytest.warns(DeprecationWarning, match="out of date"),  # Gymnasium's own
+    ):
+        assert gymnasium.make(alias).unwrapped.env_id == "llf-metaworld-reach-v3"
+    assert alias not in llf_teacher.ids()
+
+
+def test_images_are_asked_for_where_there_are_any():
+    env = llf_teacher.make("llf-metaworld-reach-v3", visual=True)
+    assert env.observation_space["observation"]["image"].shape == (240, 240, 3)
+
+
 def test_supported_types():
     for id in llf_teacher.ids():
         assert llf_teacher.supported_types(id) == (("b", "p", "c"), ("r", "hp", "hn", "fp", "fn"))

@@ -160,6 +160,18 @@ def test_success_is_latched():
     assert world.step([0, 0.4, 0.5, -1])[4]["success"]
 
 
+def test_the_original_takes_the_same_low_level_steps():
+    world = MetaWorld("door-lock-v3")
+    rng = np.random.default_rng(0)
+    actions = [world.legal(world.sample_action(rng)) for _ in range(5)]
+    original = world.original(actions)
+    original.reset()
+    world.reset(seed=0)
+    for action in actions:
+        world.step(action)
+        assert tuple(original.step(action)[0].tolist()) == world.truth.observation
+
+
 def test_relative_targets_are_absolute_ones_less_the_hand():
     absolute, relative = MetaWorld("reach-v3"), MetaWorld("reach-v3", control="relative")
     absolute.reset(seed=2)
@@ -176,7 +188,7 @@ def test_gain():
     for world in (slow, fast):
         world.reset(seed=0)
         start = np.array(world.truth.observation[:3])
-        low_level_steps(world, [*(start + (0, 0, 0.1)), 0])
+        low_level_steps(world, [start[0], start[1], start[2] + 0.1, 0])
         moved.append((world.truth.observation[2] - start[2]) / world.truth.passing[0])
     assert moved[0] < moved[1]
 
