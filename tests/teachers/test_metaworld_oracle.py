@@ -1,0 +1,194 @@
+"""Meta-World's oracle: advice that solves tasks, hindsight that never scolds who obeyed, warnings that were tried."""
+
+import numpy as np
+import pytest
+
+from llf_teacher.registry import make
+from llf_teacher.student import entitled, parse_student
+from pz_envs.tutoring import STUDENT
+from teachers.atoms import FN, FP, HN, HP, KINDS, Moment
+from teachers.oracles.metaworld import (
+    PURPOSES,
+    Aiming,
+    Avoid,
+    Distance,
+    Heading,
+    MetaWorldOracle,
+    Neared,
+    Off,
+    Right,
+    RightGrip,
+    RightPlace,
+    Solution,
+    Solved,
+    Strayed,
+    TooLoose,
+    TooTight,
+)
+from teachers.testing import Pupil, check_honesty
+from worlds.metaworld import CONTROLS, TASKS, MetaWorld
+
+SAMPLE = ("door-lock-v3", "drawer-open-v3", "pick-place-v3", "reach-v3", "stick-push-v3")
+EVERY_TASK = [pytest.param(task, marks=() if task in SAMPLE else pytest.mark.full) for task in TASKS]
+
+
+def engaged(world, seed=0):
+    world.reset(seed=seed)
+    oracle = MetaWorldOracle(world.scratch)
+    oracle.start(world.truth, np.random.default_rng(seed))
+    return oracle, Moment(None, None, 0.0, world.truth, False, 0, False)
+
+
+def played(world, action, turn=1):
+    before, action = world.truth, world.legal(action)
+    _, reward, _, _, info = world.advance(action)
+    return Moment(before, action, reward, world.truth, info["success"], turn, False)
+
+
+def advice(oracle, moment):
+    (claim,) = oracle.judge(moment, {FP})
+    return claim
+
+
+def test_every_task_has_a_purpose():
+    assert tuple(PURPOSES) == TASKS
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+@pytest.mark.parametrize("task", EVERY_TASK)
+def test_who_obeys_is_never_scolded(task, control):
+    world = MetaWorld(task, control)
+    lab = world.scratch()
+    oracle, moment = engaged(world)
+    for turn in range(1, 31):
+        claim = advice(oracle, moment)
+        assert type(claim) is Aiming
+        assert claim.holds(moment, lab)
+        assert all(round(number, 2) == number for number in claim.action)
+        moment = played(world, claim.action, turn)
+        assert oracle.judge(moment, {HN}) == ()
+        (praise,) = oracle.judge(moment, {HP})
+        assert type(praise) is (Solved if moment.success else Right)
+        assert praise.holds(moment, lab)
+        if moment.success:
+            break
+    assert oracle.regret(moment) == 0
+    if moment.success:
+        assert oracle.judge(moment, {HP, HN, FP, FN}) != ()
+        silent = played(world, claim.action, turn + 1)
+        assert oracle.judge(silent, set(KINDS[1:])) == ()
+        assert oracle.plan(silent.after, 5) == ()
+        assert oracle.importance(silent.after) == 0
+
+
+@pytest.mark.parametrize("task", EVERY_TASK)
+@pytest.mark.parametrize("control", CONTROLS)
+def test_a_complete_instruction_is_a_rollout_that_solves_the_task(task, control):
+    world = MetaWorld(task, control)
+    oracle, moment = engaged(world, 1)
+    for claim in oracle.brief(world.truth, "c"):
+        assert claim.holds(moment, world.scratch())
+        if type(claim) is Solution:
+            assert [played(world, action).success for action in claim.actions].index(True) + 1 == claim.count
+
+
+def test_hindsight_is_about_place_and_grip():
+    world = MetaWorld("drawer-open-v3")
+    lab = world.scratch()
+    oracle, moment = engaged(world)
+    x, y, z, grip = advice(oracle, moment).action
+    assert grip == -1
+    start = world.save()
+
+    def verdicts(action):
+        world.restore(start)
+        moment = played(world, action)
+        claims = oracle.judge(moment, {HP, HN})
+        assert all(claim.holds(moment, lab) for claim in claims)
+        return claims
+
+    assert [type(claim) for claim in verdicts([x, y, z, -0.9])] == [Right]
+    assert [type(claim) for claim in verdicts([x, y, z, 0.5])] == [RightPlace, TooTight]
+    assert [type(claim) for claim in verdicts([x + 0.1, y, z, -1])] == [RightGrip, Neared, Off]
+    assert verdicts([x + 0.1, y, z, -1])[-1].faults == "x was 10 cm too large"
+    hand = start.truth.observation[:3]
+    away = [2 * h - t for h, t in zip(hand, (x, y, z), strict=True)]
+    assert {Off, Strayed, TooTight} <= {type(claim) for claim in verdicts([*away, 1])}
+
+
+def test_a_gripper_that_should_be_closed():
+    world = MetaWorld("door-open-v3")
+    oracle, moment = engaged(world)
+    x, y, z, grip = advice(oracle, moment).action
+    assert grip == 1
+    assert [type(claim) for claim in oracle.judge(played(world, [x, y, z, -1]), {HN})] == [TooLoose]
+
+
+def test_advice_is_for_the_control():
+    absolute, relative = MetaWorld("reach-v3"), MetaWorld("reach-v3", "relative")
+    first, second = (advice(*engaged(world)).action for world in (absolute, relative))
+    hand = absolute.truth.observation[:3]
+    assert np.allclose(np.array(second[:3]) + hand, first[:3], atol=0.011)
+
+
+def test_hints_are_implied_by_the_advice():
+    world = MetaWorld("pick-place-v3")
+    lab = world.scratch()
+    oracle, moment = engaged(world)
+    for turn in range(1, 12):
+        claim = advice(oracle, moment)
+        hints = claim.coarser(moment, lab)
+        assert [type(hint) for hint in hints] in ([Distance, Heading], [Distance])
+        for hint in hints:
+            assert hint.holds(moment, lab)
+            assert not any(other.holds(moment, lab) for other in hint.counterparts(moment, lab))
+        moment = played(world, claim.action, turn)
+        if moment.success:
+            break
+
+
+@pytest.mark.parametrize("task", SAMPLE)
+def test_warnings_lose_ground(task):
+    world = MetaWorld(task)
+    oracle, moment = engaged(world, 2)
+    warnings = 0
+    for turn in range(1, 9):
+        for claim in oracle.judge(moment, {FN}):
+            assert type(claim) is Avoid
+            lab = world.scratch()
+            lab.restore(moment.after)
+            after = played(lab, claim.action).after
+            place = lab.script.aim(moment.after.observation).target
+            apart = [np.linalg.norm(np.subtract(t.observation[:3], place)) for t in (moment.after, after)]
+            assert apart[1] > apart[0] + 0.009
+            warnings += 1
+        moment = played(world, advice(oracle, moment).action, turn)
+        if moment.success:
+            break
+    assert warnings >= 2
+
+
+@pytest.mark.parametrize("options", [{"control": "relative"}, {"control": "teacher_event"}, {"gain": 10.0}], ids=str)
+def test_honesty_with_other_options(options):
+    from pz_envs.families.metaworld import FAMILY
+
+    check_honesty(Pupil(lambda: FAMILY.make_world(**options), FAMILY.make_teacher, max_turns=12, turns=12))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("control", "least"), [("absolute", 0.95), ("teacher_event", 0.975)])
+def test_obedient_students_succeed(control, least):
+    """All tasks, ten seeds; docs/metaworld.md has the table."""
+    won = []
+    for task in TASKS:
+        env = make(f"llf-metaworld-{task}", feedback_type="fp", control=control)
+        student = parse_student("obedient").seat(env.family, env.aec.world)
+        for seed in range(10):
+            student.reset(np.random.default_rng(seed))
+            env.reset(seed=seed)
+            while not env.aec.moment.success and not env.aec.moment.over:
+                env.step(student.act(env.aec.observe(STUDENT), entitled(student, env.aec)))
+            won.append(env.aec.moment.success)
+        if control == "teacher_event":
+            assert sum(won[-10:]) >= 6, task
+    assert np.mean(won) >= least
