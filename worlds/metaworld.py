@@ -96,6 +96,7 @@ _SOLVER = ("model", "data", "mujoco_renderer", "_np_random", "_np_random_seed", 
 _TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # where students try out targets
 _NEAR = ((-0.2, -0.2, -0.2, -1.0), (0.2, 0.2, 0.2, 1.0))
 _TWO_OBJECTS = ("hammer-v3", "stick-pull-v3", "stick-push-v3")
+_AXES = range(3)
 _CAMERA, _PIXELS = "corner2", 240
 
 
@@ -243,33 +244,30 @@ class MetaWorld(World):
         """
         aim = self.script.aim(truth.observation)
         gain = aim.gain if self.options["gain"] is None else self.options["gain"]
-        target, seen = np.array(self.target(truth, action)), np.array(truth.observation)
-        start = hand = seen[:3]
-        step = simulator.env.step
+        target, step = self.target(truth, action), simulator.env.step
+        start = hand = truth.observation[:3]
         command = np.empty(4)
         command[3] = action[3]
         for count in range(1, self.longest + 1):
-            command[:3] = np.minimum(np.maximum(gain * (target - hand), -1.0), 1.0)
+            for i in _AXES:
+                command[i] = min(max(gain * (target[i] - hand[i]), -1.0), 1.0)
             seen, reward, _, _, info = step(command)
-            hand = seen[:3]
+            hand = seen[:3].tolist()
             if watch:
                 watch(command)
             solved = bool(info["success"])
             if solved and not truth.solved:
                 break
-            if count >= SHORTEST and self._ends(aim, start, target, seen):
+            if count >= SHORTEST and (_apart(target, hand) < ARRIVED or self._ends(aim, start, seen)):
                 break
         return tuple(seen.tolist()), float(reward), solved
 
-    def _ends(self, aim: "Aim", start: np.ndarray, target: np.ndarray, seen: np.ndarray) -> bool:
-        hand = seen[:3]
-        if np.abs(target - hand).max() < ARRIVED:
-            return True
+    def _ends(self, aim: "Aim", start: Sequence[float], seen: np.ndarray) -> bool:
+        """Whether a turn ends before the hand has arrived."""
         if not self._event:
-            return bool(np.abs(hand - start).max() > TRAVEL)
+            return _apart(start, seen[:3].tolist()) > TRAVEL
         now = self.script.aim(tuple(seen.tolist()))
-        moved = max(abs(a - b) for a, b in zip(now.target, aim.target, strict=True))
-        return moved > NEW_AIM or abs(now.grip - aim.grip) > NEW_GRIP
+        return _apart(now.target, aim.target) > NEW_AIM or abs(now.grip - aim.grip) > NEW_GRIP
 
     def describe(self, observation: dict[str, Any]) -> str:
         """JSON, with numbers to a millimetre."""
@@ -322,6 +320,11 @@ class MetaWorld(World):
         if self.options["visual"]:
             observation["image"] = self._image()
         return observation
+
+
+def _apart(one: Sequence[float], other: Sequence[float]) -> float:
+    """The largest distance along an axis."""
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1]), abs(one[2] - other[2]))
 
 
 def _check(name: str, value: Any, allowed: Any) -> None:
