@@ -25,6 +25,6 @@ FAMILY = Family(
     slow=True,
     sampled=tuple(f"metaworld-{task}-v3" for task in ("door-lock", "drawer-open", "pick-place", "reach", "stick-push")),
     regret_unit="metres off the advised target",
-    reward_only="nelder_mead",
+    reward_only="nelder_mead(size=0.03)",
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env
