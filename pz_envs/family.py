@@ -58,6 +58,14 @@ class Subject(ABC):
         """The world of new seats."""
         return self.make_world(**options)
 
+    def serves(self, personality: "str | Personality") -> bool:
+        """Whether the oracle can do what a personality needs."""
+        from teachers.personality import parse_personality
+
+        oracle = self.oracle_class()
+        able = oracle if isinstance(oracle, type) else oracle(self.make_world().scratch)
+        return parse_personality(personality).needs <= able.abilities()
+
     def make_teacher(
         self,
         world: "World",

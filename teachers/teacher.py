@@ -9,7 +9,7 @@ from teachers.atoms import SILENCE, Claim, FeedbackType, Moment, ParseFailure, U
 from teachers.common import NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
-from teachers.personality import Personality, Pipeline, View, parse_personality, stages_of
+from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Draws, Paraphrase, Phrasebook, check_paraphrase
 
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
@@ -31,7 +31,7 @@ class Teacher:
         paraphrase: `"random"`, an integer or a callable `(templates, **slots) -> str`.
 
     Raises:
-        ValueError: an argument is not supported.
+        ValueError: an argument is not supported, or the personality needs what the oracle does not give.
     """
 
     def __init__(
@@ -47,6 +47,7 @@ class Teacher:
         self.oracle = oracle
         self.voice = voice
         self.personality = parse_personality(personality)
+        check_served(self.personality, oracle)
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type

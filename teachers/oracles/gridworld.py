@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence, Set
+from itertools import combinations
 from typing import NamedTuple
 
 import networkx as nx
@@ -185,6 +186,31 @@ class Go(Claim):
         """Recommend another direction."""
         return tuple(Go(action=direction) for direction in DIRECTIONS if direction != self.action)
 
+    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Three directions, then two; where there are other doors, these lead through them."""
+        doors = moment.after.layout.doors[moment.after.room]
+        others = sorted((d for d in DIRECTIONS if d != self.action), key=lambda d: doors[d] == NO_DOOR)
+        return tuple(_either((self.action, *others[:n])) for n in (2, 1))
+
+
+@claim
+class Either(Claim):
+    """True if one of these directions begins a shortest path to a treasure not yet found."""
+
+    kind = FP
+    ways: tuple[Direction, ...]
+    listing: str
+    """The directions in words, such as `north or west`."""
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Make the moves and measure by breadth-first search."""
+        named = self.listing == _either(self.ways).listing
+        return named and not moment.after.found and any(_gain(lab, moment.after, way) > 0 for way in self.ways)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """As many other directions."""
+        return tuple(_either(ways) for ways in combinations(DIRECTIONS, len(self.ways)) if ways != self.ways)
+
 
 @claim
 class Avoid(Claim):
@@ -200,6 +226,11 @@ class Avoid(Claim):
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Warn of another direction."""
         return tuple(Avoid(action=direction) for direction in DIRECTIONS if direction != self.action)
+
+
+def _either(ways: Sequence[Direction]) -> Either:
+    *rest, last = ways = tuple(sorted(ways))
+    return Either(ways=ways, listing=f"{', '.join(map(str, rest))} or {last}")
 
 
 def _step(lab: World, truth: Truth, direction: Direction) -> Truth:

@@ -16,6 +16,8 @@ class Mistake(Personality):
     """Probability of an error, 0 to 1."""
     honest = False
 
+    source = "B-Pref eps_mistake"
+
     def __post_init__(self) -> None:
         check_range("eps", self.eps, 0, 1)
 

@@ -76,7 +76,7 @@ def real_claims(name):
             if moment.turn == 0:
                 claims += oracle.brief(moment.after, "p") + oracle.brief(moment.after, "c")
             for each in claims:
-                for one in (each, *each.counterparts(moment, lab)):
+                for one in (each, *each.counterparts(moment, lab), *each.coarser(moment, lab)):
                     found.setdefault(type(one), {})[one] = None
     return {cls: tuple(islice(claims, 20)) for cls, claims in found.items()}
 
