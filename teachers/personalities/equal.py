@@ -42,8 +42,11 @@ class Equal(Personality):
             margin = self.spec.eps * self._total / self._turns
             mine, other = values[action], max(value for each, value in enumerate(values) if each != action)
             verdict = next((c for c in view.hindsight() if c.kind is (HP if mine >= other else HN)), None)
-            if verdict is None or abs(mine - other) >= margin or not any(c.kind in HINDSIGHT for c in claims):
+            if verdict is None or abs(mine - other) >= margin * _BELOW or not any(c.kind in HINDSIGHT for c in claims):
                 return claims
             same = NoDifference.on(verdict, action=action, mine=mine, other=other, margin=margin)
             at = next(i for i, claim in enumerate(claims) if claim.kind in HINDSIGHT)
             return [*claims[:at], same, *(claim for claim in claims[at:] if claim.kind not in HINDSIGHT)]
+
+
+_BELOW = 1 - 1e-9  # what equals the margin but for rounding is not below it

@@ -39,4 +39,8 @@ class Skip(Personality):
                 return claims
             self._turns, self._total = self._turns + 1, self._total + max(values) - min(values)
             earlier, self._worth = self._worth, values[view.moment.action] - min(values)
-            return () if max(earlier, self._worth) < self.spec.eps * self._total / self._turns else claims
+            margin = self.spec.eps * self._total / self._turns * _BELOW
+            return () if max(earlier, self._worth) < margin else claims
+
+
+_BELOW = 1 - 1e-9  # what equals the margin but for rounding is not below it
