@@ -19,6 +19,7 @@ from teachers.oracle import Oracle
 from teachers.personality import Personality
 from teachers.phrasebook import Paraphrase, Phrases
 from teachers.teacher import Teacher
+from teachers.voice import Voice
 from worlds.wrapped.old_gym import OldGym
 
 __all__ = ["Lesson", "OldGym", "StudentEnv", "TeacherEnv", "prompt", "teach"]
@@ -88,7 +89,8 @@ class StudentEnv(_Flat):
         teacher, instruction_type, feedback_type, voice, paraphrase, visual: see `llf_teacher.make`.
         text: text in, text out: the observation is three strings, and so is the action.
         max_turns: turns after which the episode is truncated; None: the family's.
-        privileged_info: put the teacher's `moment` into the info.
+        privileged_info: put the teacher's `moment` into the info, and `changes`, what a rewriting voice did to
+            numbers and names, if it did anything.
         render_mode: None, `ansi` or `human`.
         options: the world's.
 
@@ -103,7 +105,7 @@ class StudentEnv(_Flat):
         teacher: str | Personality | Any = "oracle",
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
-        voice: str = "plain",
+        voice: Voice = "plain",
         paraphrase: Paraphrase = "random",
         visual: bool = False,
         text: bool = False,
@@ -174,6 +176,8 @@ class StudentEnv(_Flat):
         info = self.aec.infos[STUDENT]
         if self.privileged_info:
             info["moment"] = self.aec.moment
+            if changes := getattr(self.teacher, "changes", ()):
+                info["changes"] = changes
         return info
 
     def _ask(self, moment: Moment) -> str:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from teachers.personality import Personality
     from teachers.phrasebook import Paraphrase, Phrasebook
     from teachers.teacher import Teacher
+    from teachers.voice import Voice
     from worlds.world import World
 
 PLUGINS = "llf_teacher.families"
@@ -51,7 +52,7 @@ class Subject(ABC):
         """What makes an oracle of a function that makes scratch worlds."""
 
     @abstractmethod
-    def phrasebook(self, voice: str = "plain") -> "Phrasebook":
+    def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the teachers."""
 
     def taught_world(self, **options: Any) -> "World":
@@ -73,7 +74,7 @@ class Subject(ABC):
         *,
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
-        voice: str = "plain",
+        voice: "Voice" = "plain",
         paraphrase: "Paraphrase" = "random",
     ) -> "Teacher":
         """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
@@ -93,7 +94,7 @@ class Subject(ABC):
         *,
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
-        voice: str = "plain",
+        voice: "Voice" = "plain",
         paraphrase: "Paraphrase" = "random",
         max_cycles: int | None = None,
         render_mode: str | None = None,
@@ -203,7 +204,7 @@ class Family(Subject):
         """The class of the family's oracles; errors as in `make_world`."""
         return self._load(self.oracle, "teachers.oracles")
 
-    def phrasebook(self, voice: str = "plain") -> "Phrasebook":
+    def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the family's teachers."""
         from teachers.phrasebook import load_phrasebook
 

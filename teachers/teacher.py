@@ -10,7 +10,8 @@ from teachers.common import NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
-from teachers.phrasebook import Draws, Paraphrase, Phrasebook, check_paraphrase
+from teachers.phrasebook import Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
+from teachers.voice import Change
 
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
 
@@ -144,6 +145,11 @@ class Teacher:
         if self._mix_rng is None:
             self._mix_rng = np.random.default_rng(self._mix_seed)
         return draw_kinds(self._able, self._mix_rng)
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """What a rewriting voice did to numbers and names in the last utterance; nothing with any other voice."""
+        return self.voice.changes if isinstance(self.voice, Rewriting) else ()
 
     def say(self, claims: tuple[Claim, ...], turn: int) -> Utterance:
         """Put claims into words."""
