@@ -51,10 +51,10 @@ class Oracle(ABC):
 
     @classmethod
     def abilities(cls) -> frozenset[str]:
-        """What a personality may need of it, and it has: of `ABILITIES`.
+        """What it can do, of `ABILITIES`.
 
-        A method counts as served if the class brings its own, or if it follows from `values`. `regret` and `values`
-        are those that may be refused; `hindsight`, `advice` are kinds of feedback; `hints` are coarser claims.
+        A method counts if the class brings its own, and those that follow from `values` count with these. `hindsight` is
+        to state hp and hn, `advice` to state fp, and `hints` to have fp claims with coarser ones.
         """
         own = {
             name
@@ -65,7 +65,7 @@ class Oracle(ABC):
             own |= {"importance", "plan", "regret"}
         kinds = set(cls.feedback_types)
         own |= {name for name, wanted in (("hindsight", {HP, HN}), ("advice", {FP})) if wanted <= kinds}
-        if any(claim.coarser is not Claim.coarser for claim in cls.claims()):
+        if any(claim.kind is FP and claim.coarser is not Claim.coarser for claim in cls.claims()):
             own.add("hints")
         return frozenset(own)
 
