@@ -17,6 +17,8 @@ from pettingzoo.utils import wrappers
 if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
+    from pz_envs.classroom import ClassroomEnv
+    from pz_envs.rewards import TeacherReward
     from pz_envs.tutoring import TutoringEnv
     from teachers.oracle import Oracle
     from teachers.personality import Personality
@@ -83,6 +85,7 @@ class Subject(ABC):
     def raw_env(
         self,
         *,
+        teacher: "str | Personality" = "oracle",
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
         voice: str = "plain",
@@ -93,15 +96,24 @@ class Subject(ABC):
         text: bool = False,
         cost: float = 0.01,
         budget: int | None = None,
-        teacher_reward: Any = None,
+        teacher_reward: "str | TeacherReward" = "student_reward",
+        until_success: bool = False,
         **options: Any,
     ) -> "TutoringEnv":
-        """The bare AEC environment; see `pz_envs.tutoring.TutoringEnv`. Other arguments are the world's options."""
+        """The bare AEC environment; see `pz_envs.tutoring.TutoringEnv`. Other arguments are the world's options.
+
+        With `speech="kinds"` the personality `teacher` says which claims there are to choose from.
+        """
         from pz_envs.tutoring import TutoringEnv
 
         world = self.taught_world(**options)
         tutor = self.make_teacher(
-            world, instruction_type=instruction_type, feedback_type=feedback_type, voice=voice, paraphrase=paraphrase
+            world,
+            teacher,
+            instruction_type=instruction_type,
+            feedback_type=feedback_type,
+            voice=voice,
+            paraphrase=paraphrase,
         )
         return TutoringEnv(
             world,
@@ -115,6 +127,7 @@ class Subject(ABC):
             cost=cost,
             budget=budget,
             teacher_reward=teacher_reward,
+            until_success=until_success,
         )
 
     def env(self, **kwargs: Any) -> "AECEnv":
@@ -126,6 +139,53 @@ class Subject(ABC):
         from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 
         return turn_based_aec_to_parallel(self.env(**kwargs))
+
+    def raw_classroom_env(
+        self,
+        *,
+        students: int = 8,
+        attention: int = 1,
+        speech: str = "kinds",
+        same_world: bool = False,
+        until_success: bool = True,
+        cost: float = 0.01,
+        attention_cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> "ClassroomEnv":
+        """One teacher and so many students, 1 to 64; see `pz_envs.classroom.ClassroomEnv`.
+
+        Other arguments are those of `raw_env` for each of the students, `max_cycles`, `text`, `feedback_type`, ...
+        """
+        from pz_envs.classroom import ClassroomEnv
+
+        desks = [self.raw_env(speech="kinds", until_success=until_success, **options) for _ in range(students)]
+        return ClassroomEnv(
+            desks,
+            attention=attention,
+            speech=speech,
+            same_world=same_world,
+            cost=cost,
+            attention_cost=attention_cost,
+            budget=budget,
+            render_mode=render_mode,
+        )
+
+    def classroom_env(self, **kwargs: Any) -> "AECEnv":
+        """The classroom with PettingZoo's check of the calling order."""
+        return wrappers.OrderEnforcingWrapper(self.raw_classroom_env(**kwargs))
+
+    def parallel_classroom_env(self, *, rule: str = "round_robin", **kwargs: Any) -> "ParallelEnv":
+        """The students of a classroom, who act at the same time; a scripted teacher shares out its attention by a rule.
+
+        See `pz_envs.attention.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
+        """
+        from pz_envs.attention import Attention
+        from pz_envs.parallel_seats import ParallelSeats
+        from pz_envs.tutoring import TEACHER
+
+        return ParallelSeats(self.raw_classroom_env(**kwargs), {TEACHER: Attention(rule)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,6 +267,27 @@ class Family(Subject):
             for env_type, function in (("aec", "env"), ("parallel", "parallel_env")):
                 entry_point = f"{module}:{function}"
                 register(env_type, f"llf/{environment}", entry_point=entry_point, kwargs=dict(options))
+            name, _, version = environment.rpartition("-")
+            for env_type, function in (("aec", "make_classroom"), ("parallel", "make_parallel_classroom")):
+                entry_point, kwargs = f"{__name__}:{function}", {"environment": environment}
+                register(env_type, f"llf/{name}-classroom-{version}", entry_point=entry_point, kwargs=kwargs)
+
+
+def make_classroom(environment: str, **kwargs: Any) -> "AECEnv":
+    """The classroom of an environment of some family; what PettingZoo's registry calls."""
+    family, options = _declared(environment)
+    return family.classroom_env(**options, **kwargs)
+
+
+def make_parallel_classroom(environment: str, **kwargs: Any) -> "ParallelEnv":
+    """The parallel form of `make_classroom`."""
+    family, options = _declared(environment)
+    return family.parallel_classroom_env(**options, **kwargs)
+
+
+def _declared(environment: str) -> tuple[Family, Mapping[str, Any]]:
+    family = next(family for family in all_families() if environment in family.environments)
+    return family, family.environments[environment]
 
 
 @cache

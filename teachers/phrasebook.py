@@ -136,7 +136,7 @@ class Phrasebook:
             else:
                 text = self._word(claim, draw, paraphrase)
             texts.append(text)
-            atoms.append(_new_atom(Atom, (claim, text, about)))
+            atoms.append(_new_atom(Atom, (claim, text, about, "")))
         utterance = _new_text(Utterance, " ".join(texts))
         utterance.atoms = tuple(atoms)
         return utterance
