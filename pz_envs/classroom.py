@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import seeding
-from pettingzoo import AECEnv
 
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
 from pz_envs.teacher_seat import LEGAL, PROSE, SUBSET_BITS, SUBSETS, Purse
-from pz_envs.tutoring import SPEECHES, STUDENT, TEACHER, TutoringEnv, words_space
+from pz_envs.tutoring import TutoringEnv, words_space
 from teachers.atoms import KINDS, SILENCE, Moment
 from worlds.spaces import Prose
 
@@ -20,7 +20,7 @@ SAYINGS = SUBSETS - 1
 _ATTENDED = 5  # the column of `students`
 
 
-class ClassroomEnv(AECEnv):
+class ClassroomEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0` to `student_<n - 1>`.
 
     Each student is taught in a world of its own, as in `pz_envs.tutoring.TutoringEnv`; they do not hear each other.
@@ -77,12 +77,7 @@ class ClassroomEnv(AECEnv):
         ValueError: an argument is not allowed.
     """
 
-    metadata = {  # noqa: RUF012 (PettingZoo's convention)
-        "render_modes": ["ansi", "human"],
-        "name": "classroom_v0",
-        "is_parallelizable": False,
-        "render_fps": 4,
-    }
+    metadata = {**SeatsEnv.metadata, "name": "classroom_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
     def __init__(
         self,
@@ -103,26 +98,20 @@ class ClassroomEnv(AECEnv):
             raise ValueError(
                 f"attention must be an integer from 1 to {count}, the number of students, got {attention!r}"
             )
-        if speech not in SPEECHES:
-            raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
         if attention_cost < 0:
             raise ValueError(f"attention_cost must be at least 0, got {attention_cost!r}")
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, ansi, human")
+        super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
         self.desks = tuple(desks)
         self.purse = Purse(cost, budget)
         for desk in self.desks:
             desk.purse = desk.seat.purse = self.purse
-        self.attention, self.speech, self.same_world = attention, speech, same_world
-        self.attention_cost, self.render_mode = attention_cost, render_mode
-        self.metadata = {**self.metadata, "name": f"classroom_{desks[0].metadata['name']}"}
+        self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}
         self.possible_agents = [TEACHER, *self.students]
-        self.agents: list[str] = []
         self._rng: np.random.Generator | None = None
-        self.observation_spaces: dict[str, spaces.Space] = {TEACHER: self._teachers_view()}
-        self.action_spaces: dict[str, spaces.Space] = {TEACHER: self._teachers_choice()}
+        self.observation_spaces[TEACHER] = self._teachers_view()
+        self.action_spaces[TEACHER] = self._teachers_choice()
         for student, desk in zip(self.students, self.desks, strict=True):
             self.observation_spaces[student] = desk.observation_space(STUDENT)
             self.action_spaces[student] = desk.action_space(STUDENT)
@@ -148,14 +137,6 @@ class ClassroomEnv(AECEnv):
             return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(PROSE)})
         return spaces.Discrete(1 + SAYINGS * count)
 
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The agent's observation space, the same object each time."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The agent's action space, the same object each time."""
-        return self.action_spaces[agent]
-
     @staticmethod
     def address(student: int, subset: int) -> int:
         """The teacher's action that says a subset of the kinds (1 to 31) to a student (0 to n - 1)."""
@@ -168,15 +149,9 @@ class ClassroomEnv(AECEnv):
         seeds = self._rng.integers(2**31, size=len(self.desks)).tolist()
         for desk, own in zip(self.desks, seeds, strict=True):
             desk.reset(seeds[0] if self.same_world else own, options)
-        self.agents = self.possible_agents[:]
-        self.rewards = dict.fromkeys(self.agents, 0.0)
-        self._cumulative_rewards = dict.fromkeys(self.agents, 0.0)
-        self.terminations = dict.fromkeys(self.agents, False)
-        self.truncations = dict.fromkeys(self.agents, False)
-        self.infos: dict[str, dict[str, Any]] = {
-            student: desk.infos[STUDENT] for student, desk in zip(self.students, self.desks, strict=True)
-        }
-        self._skip_agent_selection = None
+        self._open()
+        for student, desk in zip(self.students, self.desks, strict=True):
+            self.infos[student] = desk.infos[STUDENT]
         self._paid = TEACHER
         self._terminated = True
         self._class = list(range(len(self.desks)))
@@ -203,31 +178,11 @@ class ClassroomEnv(AECEnv):
             "action_mask": mask.copy() if speaks else _nobody(len(mask)),
         }
 
-    def step(self, action: Any) -> None:
-        """Let the agent whose turn it is act.
-
-        Raises:
-            ValueError: the action is outside the action space; nothing has changed.
-        """
-        agent = self.agent_selection
-        if self.terminations[agent] or self.truncations[agent]:
-            self._was_dead_step(action)
-            return
-        if agent == TEACHER:
-            self._teach(action)
-        else:
-            self._act(agent, action)
-        if self.render_mode == "human":
-            self.render()
-
-    def render(self) -> str | None:
-        """Every desk as text: returned in mode `ansi`, printed in mode `human`."""
-        text = "\n\n".join(
+    def as_text(self) -> str:
+        """Every desk."""
+        return "\n\n".join(
             f"{student}: {desk.as_text()}" for student, desk in zip(self.students, self.desks, strict=True)
         )
-        if self.render_mode == "human":
-            print(text)  # noqa: T201
-        return text if self.render_mode == "ansi" else None
 
     def close(self) -> None:
         """Close the worlds."""
@@ -235,7 +190,9 @@ class ClassroomEnv(AECEnv):
             desk.close()
 
     def _act(self, agent: str, action: Any) -> None:
-        """A student's turn."""
+        if agent == TEACHER:
+            self._teach(action)
+            return
         i = self._number[agent]
         desk = self.desks[i]
         desk.student_turn(action)

@@ -5,10 +5,11 @@ import pkgutil
 import re
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import metadata
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from pettingzoo import register
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
     from pz_envs.classroom import ClassroomEnv
+    from pz_envs.panel import PanelEnv
     from pz_envs.rewards import TeacherReward
     from pz_envs.tutoring import TutoringEnv
     from teachers.oracle import Oracle
@@ -179,13 +181,53 @@ class Subject(ABC):
     def parallel_classroom_env(self, *, rule: str = "round_robin", **kwargs: Any) -> "ParallelEnv":
         """The students of a classroom, who act at the same time; a scripted teacher shares out its attention by a rule.
 
-        See `pz_envs.attention.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
+        See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
         """
-        from pz_envs.attention import Attention
         from pz_envs.parallel_seats import ParallelSeats
+        from pz_envs.scripted import Attention
         from pz_envs.tutoring import TEACHER
 
         return ParallelSeats(self.raw_classroom_env(**kwargs), {TEACHER: Attention(rule)})
+
+    def raw_panel_env(
+        self,
+        *,
+        teachers: "Sequence[str | Personality]" = ("oracle", "oracle"),
+        speech: str = "kinds",
+        order: str = "fixed",
+        cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> "PanelEnv":
+        """Several teachers of these personalities and one student; see `pz_envs.panel.PanelEnv`.
+
+        Other arguments are those of `raw_env`, `max_cycles`, `text`, `feedback_type`, ...
+        """
+        from pz_envs.panel import PanelEnv
+
+        desk, *others = (self.raw_env(speech="kinds", teacher=teacher, **options) for teacher in teachers)
+        return PanelEnv(
+            desk,
+            [each.tutor for each in (desk, *others)],
+            speech=speech,
+            order=order,
+            cost=cost,
+            budget=budget,
+            render_mode=render_mode,
+        )
+
+    def panel_env(self, **kwargs: Any) -> "AECEnv":
+        """The panel with PettingZoo's check of the calling order."""
+        return wrappers.OrderEnforcingWrapper(self.raw_panel_env(**kwargs))
+
+    def parallel_panel_env(self, **kwargs: Any) -> "ParallelEnv":
+        """The student of a panel alone; each teacher says all that its personality would say."""
+        from pz_envs.parallel_seats import ParallelSeats
+        from pz_envs.scripted import Frank
+
+        env = self.raw_panel_env(**{**kwargs, "speech": "kinds"})
+        return ParallelSeats(env, {teacher: Frank() for teacher in env.teachers})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -268,26 +310,16 @@ class Family(Subject):
                 entry_point = f"{module}:{function}"
                 register(env_type, f"llf/{environment}", entry_point=entry_point, kwargs=dict(options))
             name, _, version = environment.rpartition("-")
-            for env_type, function in (("aec", "make_classroom"), ("parallel", "make_parallel_classroom")):
-                entry_point, kwargs = f"{__name__}:{function}", {"environment": environment}
-                register(env_type, f"llf/{name}-classroom-{version}", entry_point=entry_point, kwargs=kwargs)
+            for form, env_type in product(("classroom", "panel"), ("aec", "parallel")):
+                prefix = "parallel_" if env_type == "parallel" else ""
+                kwargs = {"environment": environment, "function": f"{prefix}{form}_env"}
+                register(env_type, f"llf/{name}-{form}-{version}", entry_point=f"{__name__}:make_seats", kwargs=kwargs)
 
 
-def make_classroom(environment: str, **kwargs: Any) -> "AECEnv":
-    """The classroom of an environment of some family; what PettingZoo's registry calls."""
-    family, options = _declared(environment)
-    return family.classroom_env(**options, **kwargs)
-
-
-def make_parallel_classroom(environment: str, **kwargs: Any) -> "ParallelEnv":
-    """The parallel form of `make_classroom`."""
-    family, options = _declared(environment)
-    return family.parallel_classroom_env(**options, **kwargs)
-
-
-def _declared(environment: str) -> tuple[Family, Mapping[str, Any]]:
+def make_seats(environment: str, function: str, **kwargs: Any) -> "AECEnv | ParallelEnv":
+    """What a function of an environment's family makes, such as `classroom_env`; PettingZoo's registry calls this."""
     family = next(family for family in all_families() if environment in family.environments)
-    return family, family.environments[environment]
+    return getattr(family, function)(**{**family.environments[environment], **kwargs})
 
 
 @cache

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import seeding
-from pettingzoo import AECEnv
 
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
+from pz_envs.seats import SPEECHES, STUDENT, TEACHER, SeatsEnv
 from pz_envs.teacher_seat import PROSE, SUBSETS, Purse, TeacherSeat, message_space, price
 from pz_envs.text_mode import legal_text, parse_action
 from teachers.atoms import FN, FP, SILENCE, Moment, ParseFailure, Utterance
@@ -18,12 +18,10 @@ from worlds.world import World
 
 __all__ = ["SPEECHES", "STUDENT", "SUBSETS", "TEACHER", "TutoringEnv"]
 
-TEACHER, STUDENT = "teacher_0", "student_0"
-SPEECHES = ("message", "kinds")
 _new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
 
 
-class TutoringEnv(AECEnv):
+class TutoringEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0`.
 
     The teacher opens; then student and teacher alternate, and the teacher has the last word: after the
@@ -70,12 +68,7 @@ class TutoringEnv(AECEnv):
         ValueError: an argument is not allowed.
     """
 
-    metadata = {  # noqa: RUF012 (PettingZoo's convention)
-        "render_modes": ["ansi", "human"],
-        "name": "tutoring_v0",
-        "is_parallelizable": False,
-        "render_fps": 4,
-    }
+    metadata = {**SeatsEnv.metadata, "name": "tutoring_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
     def __init__(
         self,
@@ -93,36 +86,26 @@ class TutoringEnv(AECEnv):
         until_success: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        if speech not in SPEECHES:
-            raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
+        super().__init__(name, speech, render_mode)
         if not isinstance(max_cycles, int) or max_cycles < 1:
             raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, ansi, human")
-        self.world, self.tutor = world, tutor
-        self.metadata = {**self.metadata, "name": f"{name}_v0"}
-        self.max_cycles, self.speech, self.text = max_cycles, speech, text
+        self.name, self.world, self.tutor = name, world, tutor
+        self.max_cycles, self.text = max_cycles, text
         self.repeated, self.until_success = repeated, until_success and not repeated
         self.purse = Purse(cost, budget)
         self.seat = TeacherSeat(tutor, self.purse, max_cycles, world.reward_range)
         self.teacher_reward = parse_teacher_reward(teacher_reward)
         self._own_reward = self.teacher_reward is not student_reward
-        self.render_mode = render_mode
         self.possible_agents = [TEACHER, STUDENT]
-        self.agents: list[str] = []
         self._texts = text or isinstance(world.action_space, spaces.Text)
-        self.observation_spaces: dict[str, spaces.Space] = {
-            STUDENT: spaces.Dict(
-                {
-                    "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
-                    "instruction": Prose(PROSE),
-                    "feedback": Prose(PROSE),
-                }
-            )
-        }
-        self.action_spaces: dict[str, spaces.Space] = {
-            STUDENT: Prose(PROSE) if text else copy.deepcopy(world.action_space)
-        }
+        self.observation_spaces[STUDENT] = spaces.Dict(
+            {
+                "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
+                "instruction": Prose(PROSE),
+                "feedback": Prose(PROSE),
+            }
+        )
+        self.action_spaces[STUDENT] = Prose(PROSE) if text else copy.deepcopy(world.action_space)
         if speech == "message":
             self.observation_spaces[TEACHER] = words_space()
             self.action_spaces[TEACHER] = message_space()
@@ -135,14 +118,6 @@ class TutoringEnv(AECEnv):
         self.state_now: Any = None
         """The world's observation as the student sees it; made anew by each action, and handed out as it is."""
 
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The agent's observation space, the same object each time."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The agent's action space, the same object each time."""
-        return self.action_spaces[agent]
-
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
         if seed is not None or self._rng is None:
@@ -153,13 +128,7 @@ class TutoringEnv(AECEnv):
             world.restore(self.start)
             self._state = world._observe()
         self._see()
-        self.agents = self.possible_agents[:]
-        self.rewards = {TEACHER: 0.0, STUDENT: 0.0}
-        self._cumulative_rewards = {TEACHER: 0.0, STUDENT: 0.0}
-        self.terminations = {TEACHER: False, STUDENT: False}
-        self.truncations = {TEACHER: False, STUDENT: False}
-        self.infos: dict[str, dict[str, Any]] = {}
-        self._skip_agent_selection = None
+        self._open()
         self.turn = self.purse.spent = 0
         self.ended = (False, False)
         self.instruction: str = SILENCE
@@ -187,18 +156,11 @@ class TutoringEnv(AECEnv):
             action = action.got
         return {"state": self.world.describe(self._state), "action": "" if action is None else f"{action}"}
 
-    def step(self, action: Any) -> None:
-        """Let the agent whose turn it is act."""
-        agent = self.agent_selection
-        if self.terminations[agent] or self.truncations[agent]:
-            self._was_dead_step(action)
-            return
+    def _act(self, agent: str, action: Any) -> None:
         if agent == STUDENT:
             self.student_turn(action)
         else:
             self.teacher_turn(action)
-        if self.render_mode == "human":
-            self.render()
 
     def student_turn(self, action: Any) -> None:
         """The student acts.
@@ -260,13 +222,6 @@ class TutoringEnv(AECEnv):
             self.truncations = {TEACHER: truncated, STUDENT: truncated}
         self.agent_selection = STUDENT
         return cost
-
-    def render(self) -> str | None:
-        """The world and the teacher's last words as text: returned in mode `ansi`, printed in mode `human`."""
-        text = self.as_text()
-        if self.render_mode == "human":
-            print(text)  # noqa: T201
-        return text if self.render_mode == "ansi" else None
 
     def as_text(self) -> str:
         """The world and the teacher's last words."""

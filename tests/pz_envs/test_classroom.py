@@ -5,9 +5,9 @@ import pettingzoo
 import pytest
 
 import llf_teacher  # noqa: F401  (registers the environments)
-from pz_envs.attention import RULES, Attention
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.scripted import RULES, Attention
 from pz_envs.testing import require_aec, require_parallel
 from pz_envs.tutoring import STUDENT, TEACHER
 from teachers.atoms import Utterance

@@ -1,4 +1,4 @@
-"""Scripted teachers of a classroom: they share out their attention by a rule, and say all that is true."""
+"""Scripted policies for the seats of teachers with `speech="kinds"`, who say all that there is to say."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,8 +9,19 @@ from pz_envs.classroom import ClassroomEnv
 from teachers.spec import unknown
 
 
+class Frank:
+    """A policy that says everything that it can, in a `TutoringEnv` or a `PanelEnv`."""
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
+        """All kinds that are available."""
+        return subset_of(observation["available"])
+
+
 class Attention:
-    """A policy for the teacher's seat of a `ClassroomEnv` with `speech="kinds"`; it reads the observation only.
+    """A policy for a `ClassroomEnv`, which shares out its attention by a rule; it reads the observation only.
 
     Args:
         rule: `round_robin`, who has waited longest; `importance`, for whom most is at stake in the next action;
@@ -40,8 +51,7 @@ class Attention:
         self._clock += 1
         student = max(waiting, key=lambda i: (self._rank(self, observation, i), -i))
         self._heard[student] = self._clock
-        subset = sum(int(bit) << kind for kind, bit in enumerate(observation["available"][student]))
-        return ClassroomEnv.address(student, subset)
+        return ClassroomEnv.address(student, subset_of(observation["available"][student]))
 
     def _waited(self, observation: dict[str, Any], student: int) -> float:
         return -self._heard.get(student, 0)
@@ -51,6 +61,11 @@ class Attention:
 
     def _chance(self, observation: dict[str, Any], student: int) -> float:
         return self.rng.random()
+
+
+def subset_of(bits: np.ndarray) -> int:
+    """The number of a subset of the kinds whose members are 1."""
+    return sum(1 << kind for kind, bit in enumerate(bits.tolist()) if bit)
 
 
 RULES: dict[str, Callable[[Attention, dict[str, Any], int], float]] = {
