@@ -27,7 +27,7 @@ from teachers.atoms import KINDS
 
 REFERENCE = "silent"
 """The teacher that others are compared with."""
-_TAUGHT = ("words", "atoms")  # what a student reads whom a teacher can reach
+_TAUGHT = ("words", "atoms", "advice")  # what a student reads whom a teacher can reach
 _KIND_NAMES = {
     "r": "reward",
     "hp": "hindsight positive: what was good",
