@@ -20,6 +20,7 @@ SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset 
 """Per subset its members, 0 or 1 a kind, shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
 """Per subset of what is true the subsets that can be said, shape (32, 32); silence always can."""
+_BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
 _BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
 
 
@@ -72,11 +73,13 @@ class TeacherSeat:
         self.low, self.high = reward_range
         self.moment: Moment
         self._claims: tuple[Claim, ...] | None = None
+        self._kinds = -1  # as a subset's number, once it has been asked for
 
     def see(self, moment: Moment) -> None:
         """Take note of what there is to speak of now."""
         self.moment = moment
         self._claims = None
+        self._kinds = -1
 
     def claims(self) -> tuple[Claim, ...]:
         """The claims of this moment, notices included; asked for once a moment, and only if somebody wants to know."""
@@ -88,22 +91,27 @@ class TeacherSeat:
 
     def available(self) -> int:
         """The kinds that can be said now, as a subset's number."""
-        available = 0
-        if self.purse.left:
+        if self._kinds < 0:
+            kinds = 0
             for claim in self.claims():
                 if claim.kind is not None:
-                    available |= _BIT[claim.kind]
-        return available
+                    kinds |= _BIT[claim.kind]
+            self._kinds = kinds
+        return self._kinds if self.purse.budget is None or self.purse.left else 0
 
     def features(self) -> tuple[float, float, float, float, float]:
         """Turn / max_cycles, the last reward, importance of the next action, share of the budget left, 1 if over."""
-        moment, oracle = self.moment, self.tutor.oracle
+        _, _, reward, after, _, turn, over = self.moment
+        oracle, purse = self.tutor.oracle, self.purse
+        importance, most = oracle.importance(after), oracle.max_importance
+        if not self.low <= reward <= self.high:
+            reward = self.low if reward < self.low else self.high
         return (
-            moment.turn / self.max_cycles,
-            min(max(moment.reward, self.low), self.high),
-            min(oracle.importance(moment.after), oracle.max_importance),
-            self.purse.share,
-            moment.over,
+            turn / self.max_cycles,
+            reward,
+            importance if importance <= most else most,
+            1.0 if purse.budget is None else purse.share,
+            over,
         )
 
     def feature_bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -126,9 +134,9 @@ class TeacherSeat:
         """What a teacher who chooses kinds sees; `acts`: whether it is its turn, else only silence is legal."""
         available = self.available()
         return {
-            "available": SUBSET_BITS[available].copy(),
+            "available": _BITS[available].copy(),
             "features": np.array(self.features(), np.float32),
-            "action_mask": LEGAL[available if acts else 0].copy(),
+            "action_mask": _MASKS[available if acts else 0].copy(),
         }
 
     def say(self, subset: Any) -> Utterance:
@@ -140,7 +148,9 @@ class TeacherSeat:
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
         if not (type(subset) is int and 0 <= subset < SUBSETS) and not _DISCRETE.contains(subset):
             raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {subset!r}")
-        said: Sequence[Claim] = [claim for claim in self.claims() if claim.kind is None or subset & _BIT[claim.kind]]
+        said: Sequence[Claim] = self.claims()
+        if subset & self._kinds != self._kinds:  # or it says all that there is, as it mostly does
+            said = [claim for claim in said if claim.kind is None or subset & _BIT[claim.kind]]
         if self.purse.budget is not None:
             said = within(self.purse.left, said, _kind)
         return self.tutor.say(tuple(said), self.moment.turn)

@@ -137,7 +137,7 @@ class TutoringEnv(SeatsEnv):
         self.infos[STUDENT] = world_info | {"atoms": ()}
         self._pass_to_teacher()
         if self.speech == "kinds" or self._own_reward:
-            self.tutor.reset(self._rng.spawn(1)[0])
+            self.tutor.begin(self._rng.bit_generator.seed_seq.spawn(1)[0])  # type: ignore[attr-defined]
             opening = self.tutor.open(self.moment)
             if self.speech == "kinds":
                 self.instruction = opening
@@ -146,7 +146,9 @@ class TutoringEnv(SeatsEnv):
     def observe(self, agent: str) -> dict[str, Any]:
         """What an agent sees now."""
         if agent == STUDENT:
-            return {"state": copy.copy(self.state_now), "instruction": self.instruction, "feedback": self.feedback}
+            state = self.state_now
+            state = state.copy() if type(state) is dict else copy.copy(state)
+            return {"state": state, "instruction": self.instruction, "feedback": self.feedback}
         return self.describe() if self.speech == "message" else self.seat.observe(self.agent_selection == TEACHER)
 
     def describe(self) -> dict[str, str]:
@@ -198,8 +200,7 @@ class TutoringEnv(SeatsEnv):
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        seat = self.seat
-        said = seat.say(action) if self.speech == "kinds" else seat.allow(action)
+        said = self.seat.say(action) if self.speech == "kinds" else self.seat.allow(action)
         self._pay(TEACHER, self.purse.pay(self.hear(said)), 0.0)
 
     def hear(self, said: str) -> int:
