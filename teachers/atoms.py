@@ -141,6 +141,8 @@ class Atom(NamedTuple):
     """The sentence, without the other atoms of the utterance."""
     about_turn: int
     """The turn of which the claim speaks; smaller than the current turn if it comes late."""
+    speaker: str = ""
+    """The seat of who said it, where several teachers speak; else empty."""
 
     @property
     def kind(self) -> FeedbackType | None:

@@ -53,8 +53,8 @@ class Oracle(ABC):
     def abilities(cls) -> frozenset[str]:
         """What it can do, of `ABILITIES`.
 
-        A method counts if the class brings its own, and those that follow from `values` count with these. `hindsight` is
-        to state hp and hn, `advice` to state fp, and `hints` to have fp claims with coarser ones.
+        A method counts if the class brings its own, and those that follow from `values` count with these. `hindsight`
+        is to state hp and hn, `advice` to state fp, and `hints` to have fp claims with coarser ones.
         """
         own = {
             name

@@ -91,12 +91,18 @@ class Phrasebook:
         problems = list(_problems(phrases, claims))
         if problems:
             raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
-        self._templates = _Templates({cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims})
+        self._set(_Templates({cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims}))
+
+    def _set(self, templates: _Templates) -> None:
+        self._templates = templates
+        # What `say` needs of them, in the form in which that takes the least time; Late has a way of its own.
+        self._compiled = {cls: [(each.pattern, each.values) for each in templates[cls]] for cls in templates}
+        self._compiled.pop(Late, None)
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
         """Both together."""
         both = object.__new__(Phrasebook)
-        both._templates = _Templates(self._templates | other._templates)
+        both._set(_Templates(self._templates | other._templates))
         return both
 
     def toned(self, tone: Tone, own: Mapping[str, list[str]], source: str) -> "Phrasebook":
@@ -138,15 +144,14 @@ class Phrasebook:
         """Put claims into words, with one draw a claim whether it is used or not."""
         atoms = []
         texts = []
-        choose = paraphrase == "random"
-        for claim, draw in zip(claims, draws.take(len(claims)), strict=True):
-            cls = claim.__class__
+        compiled = self._compiled if paraphrase == "random" else {}
+        for claim, draw in zip(claims, draws.take(len(claims)), strict=False):
             about = turn
-            if choose and cls is not Late:
-                templates = self._templates[cls]
-                template = templates[int(draw * len(templates))]
-                text = template.pattern % template.values(claim)
-            elif cls is Late:
+            wordings = compiled.get(claim.__class__)
+            if wordings is not None:
+                pattern, values = wordings[int(draw * len(wordings))]
+                text = pattern % values(claim)
+            elif isinstance(claim, Late):
                 about, said = claim.turn, claim.claim
                 # The frame gets other digits of the draw than the sentence within it.
                 text = self._word(claim, draw * 1009 % 1, paraphrase, self._word(said, draw, paraphrase))
@@ -154,7 +159,7 @@ class Phrasebook:
             else:
                 text = self._word(claim, draw, paraphrase)
             texts.append(text)
-            atoms.append(_new_atom(Atom, (claim, text, about)))
+            atoms.append(_new_atom(Atom, (claim, text, about, "")))
         utterance = _new_text(Utterance, " ".join(texts))
         utterance.atoms = tuple(atoms)
         return utterance
