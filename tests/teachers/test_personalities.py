@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from scipy.stats import binomtest, chisquare
-from shelf import pairs
+from shelf import QUICK, pairs
 
 from pz_envs.family import all_families
 from teachers.atoms import KINDS, Moment, ParseFailure
@@ -77,7 +77,7 @@ def texts(name, personality, **settings):
     return [[str(said) for said in utterances] for utterances in heard(name, personality, **settings)]
 
 
-on_every_family = pytest.mark.parametrize("name", FAMILIES)
+on_every_family = pytest.mark.parametrize("name", QUICK)
 
 
 @on_every_family
