@@ -113,7 +113,7 @@ class Solution(Claim):
 
 
 @claim
-class Solved(Claim):
+class Done(Claim):
     """True if this action solved the task, which was not solved before."""
 
     kind = HP
@@ -134,7 +134,7 @@ class Solved(Claim):
 
 
 @claim
-class Right(Claim):
+class WellAimed(Claim):
     """True if the target was within 3 cm along each axis of the place where the hand was wanted, and the grip within
     0.3 of the one that was wanted, when the action was chosen.
     """  # noqa: D205
@@ -247,7 +247,7 @@ class Off(Claim):
 
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Praise it."""
-        return (Right(action=self.action, target=self.target), RightPlace(place=_write(self.action[:3])))
+        return (WellAimed(action=self.action, target=self.target), RightPlace(place=_write(self.action[:3])))
 
 
 @claim
@@ -486,7 +486,7 @@ def _open(moment: Moment) -> bool:
     return moment.before is not None and not moment.before.solved
 
 
-def _judged(said: Right | Off | TooLoose | TooTight | Solved, moment: Moment) -> bool:
+def _judged(said: WellAimed | Off | TooLoose | TooTight | Done, moment: Moment) -> bool:
     return _open(moment) and moment.action == said.action and said.target == _write(said.action)
 
 
@@ -575,14 +575,14 @@ class MetaWorldOracle(Oracle):
         good: list[Claim] = []
         bad: list[Claim] = []
         if moment.after.solved:
-            good.append(Solved(action=action, target=target))
+            good.append(Done(action=action, target=target))
         else:
             aim = self._aim(before)
             faults = _off(self.lab.target(before, action), aim.target)
             slip = _side(action[3] - aim.grip)
             grip = round(action[3], 2)
             if not faults and not slip:
-                good.append(Right(action=action, target=target))
+                good.append(WellAimed(action=action, target=target))
             elif not faults:
                 good.append(RightPlace(place=_write(action[:3])))
             elif not slip:

@@ -12,18 +12,18 @@ from teachers.oracles.metaworld import (
     Aiming,
     Avoid,
     Distance,
+    Done,
     Heading,
     MetaWorldOracle,
     Neared,
     Off,
-    Right,
     RightGrip,
     RightPlace,
     Solution,
-    Solved,
     Strayed,
     TooLoose,
     TooTight,
+    WellAimed,
 )
 from teachers.testing import Pupil, check_honesty
 from worlds.metaworld import CONTROLS, TASKS, MetaWorld
@@ -68,7 +68,7 @@ def test_who_obeys_is_never_scolded(task, control):
         moment = played(world, claim.action, turn)
         assert oracle.judge(moment, {HN}) == ()
         (praise,) = oracle.judge(moment, {HP})
-        assert type(praise) is (Solved if moment.success else Right)
+        assert type(praise) is (Done if moment.success else WellAimed)
         assert praise.holds(moment, lab)
         if moment.success:
             break
@@ -107,7 +107,7 @@ def test_hindsight_is_about_place_and_grip():
         assert all(claim.holds(moment, lab) for claim in claims)
         return claims
 
-    assert [type(claim) for claim in verdicts([x, y, z, -0.9])] == [Right]
+    assert [type(claim) for claim in verdicts([x, y, z, -0.9])] == [WellAimed]
     assert [type(claim) for claim in verdicts([x, y, z, 0.5])] == [RightPlace, TooTight]
     assert [type(claim) for claim in verdicts([x + 0.1, y, z, -1])] == [RightGrip, Neared, Off]
     assert verdicts([x + 0.1, y, z, -1])[-1].faults == "x was 10 cm too large"
