@@ -209,14 +209,7 @@ class Movies(World):
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth
-        profile, unsaid, manner, _ = truth
-        periods, genres = np.zeros(len(PERIODS), np.int8), np.zeros(len(GENRES), np.int8)
-        if unsaid != YEAR:
-            periods[list(profile.periods)] = 1
-        if unsaid != GENRE:
-            genres[list(profile.genres)] = 1
-        kind = 0 if unsaid == TYPE else 1 + profile.series
-        self._said = kind, periods, genres, 0 if unsaid == AGE else 1 + profile.age, np.array(manner)
+        self._said = _said(*truth[:3])
 
     def _observe(self) -> dict[str, Any]:
         kind, periods, genres, age, manner = self._said
@@ -251,6 +244,20 @@ def _wishes(profile: Profile) -> dict[str, int]:
     if profile.age >= 0:
         wishes[AGE] = age_bit(profile.age)
     return wishes
+
+
+@lru_cache(maxsize=1024)
+def _said(
+    profile: Profile, unsaid: str, manner: tuple[int, int]
+) -> tuple[int, np.ndarray, np.ndarray, int, np.ndarray]:
+    """What the user says, in the order of the observation."""
+    periods, genres = np.zeros(len(PERIODS), np.int8), np.zeros(len(GENRES), np.int8)
+    if unsaid != YEAR:
+        periods[list(profile.periods)] = 1
+    if unsaid != GENRE:
+        genres[list(profile.genres)] = 1
+    kind = 0 if unsaid == TYPE else 1 + profile.series
+    return kind, periods, genres, 0 if unsaid == AGE else 1 + profile.age, np.array(manner)
 
 
 _FENCE = re.compile(r"```[a-z]*\n(.*)\n```", re.DOTALL)

@@ -52,7 +52,7 @@ class Rules(Claim):
 
     def holds(self, moment: Moment, lab: World) -> bool:
         """Offer shows of several periods and titles of several genres to users who wish for each of these alone."""
-        shows = lab.catalogue.query("SELECT title, first, last FROM title WHERE series LIMIT 20")
+        shows = lab.catalogue.query("SELECT title, first, last FROM title WHERE series LIMIT 5")
         ran = (
             _pays(lab, Profile(True, (period,)), f"{title} ({first})") == (first <= end and (last or 9999) >= begin)
             for title, first, last in shows
@@ -61,7 +61,7 @@ class Rules(Claim):
         )
         enough = (
             _pays(lab, Profile(item.series, (), (other, genre)), item.label)
-            for item in lab.catalogue.items[:20]
+            for item in lab.catalogue.items[:5]
             if item.named
             for genre, name in enumerate(GENRES)
             if name in item.genres
@@ -82,7 +82,7 @@ class AgeGroups(Claim):
         """Offer a title of each certificate to a user of each kind."""
         groups = [listing.split(", ") for listing in (self.child, self.family, self.adult)]
         for certificate in CERTIFICATES:
-            sql = "SELECT title, first, series FROM title WHERE certificate = ? LIMIT 5"
+            sql = "SELECT title, first, series FROM title WHERE certificate = ? LIMIT 1"
             for title, first, series in lab.catalogue.query(sql, certificate):
                 label = f"{title} ({first})"
                 for age, group in enumerate(groups if len(lab.catalogue.find(label)) == 1 else ()):
@@ -310,8 +310,7 @@ class NotInCatalogue(Claim):
         if _at(moment, self.item) != self.said or _exists(lab, self.said):
             return False
         name, year = _split(self.said)
-        rows = lab.catalogue.query("SELECT title, first FROM title")
-        return not any(fold(title) == fold(name) and (not year or abs(first - year) <= 1) for title, first in rows)
+        return not any(not year or abs(first - year) <= 1 for first in _years_of(lab.catalogue).get(fold(name), ()))
 
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Take it for something."""
@@ -451,16 +450,19 @@ class AvoidTrait(Claim):
     trait: str
 
     def holds(self, moment: Moment, lab: World) -> bool:
-        """Look all titles that have it up by SQL."""
-        profile, query = moment.after.profile, lab.catalogue.query
+        """Look the titles that have it, and those that meet all wishes, up by SQL."""
+        catalogue, rows = lab.catalogue, _meeting(lab.catalogue, moment.after.profile)
         if self.attribute == TYPE:
-            rows = query("SELECT id FROM title WHERE series = ?", TYPE_NAMES.index(self.trait))
-        elif self.attribute == YEAR:
+            series = TYPE_NAMES.index(self.trait)
+            some = catalogue.query("SELECT 1 FROM title WHERE series = ? LIMIT 1", series)
+            return bool(some) and not any(row[1] == series for row in rows.values())
+        if self.attribute == YEAR:
             begin, end = PERIODS[PERIOD_NAMES.index(self.trait)]
-            rows = query("SELECT id FROM title WHERE first <= ? AND coalesce(last, 9999) >= ?", end, begin)
-        else:
-            rows = query("SELECT id FROM title WHERE certificate = ?", self.trait)
-        return bool(rows) and not any(_meets_all(lab, id, profile) for (id,) in rows)
+            sql = "SELECT 1 FROM title WHERE first <= ? AND coalesce(last, 9999) >= ? LIMIT 1"
+            some = catalogue.query(sql, end, begin)
+            return bool(some) and not any(row[2] <= end and (row[3] or 9999) >= begin for row in rows.values())
+        some = catalogue.query("SELECT 1 FROM title WHERE certificate = ? LIMIT 1", self.trait)
+        return bool(some) and not any(row[4] == self.trait for row in rows.values())
 
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Warn of what is wished."""
@@ -508,6 +510,16 @@ def _item(lab: World, label: str) -> Item:
     return lab.catalogue.items[lab.catalogue.find(label)[0]]
 
 
+@lru_cache(maxsize=4)
+def _years_of(catalogue: Catalogue) -> dict[str, list[int]]:
+    """Per title, folded, the first years of the works that have it."""
+    years: dict[str, list[int]] = {}
+    for title, first in catalogue.query("SELECT title, first FROM title"):
+        years.setdefault(fold(title), []).append(first)
+    return years
+
+
+@lru_cache(maxsize=4096)
 def _alike(said: str, title: str) -> bool:
     """Whether a spelling is close to another one."""
     return SequenceMatcher(None, fold(said), fold(title)).ratio() > 0.7
@@ -528,18 +540,36 @@ def _meets(lab: World, id: int, profile: Profile, attribute: str) -> bool:
         sql = "SELECT 1 FROM title WHERE id = ? AND coalesce(last, 9999) >= ? AND first <= ?"
         return any(query(sql, id, *PERIODS[period]) for period in profile.periods)
     if attribute == GENRE:
-        sql = "SELECT 1 FROM genre WHERE title = ? AND genre = ?"
+        sql = "SELECT 1 FROM genre WHERE id = ? AND genre = ?"
         return any(query(sql, id, GENRES[genre]) for genre in profile.genres)
     return any(query("SELECT 1 FROM title WHERE id = ? AND certificate = ?", id, each) for each in AGES[profile.age])
 
 
-def _meets_all(lab: World, id: int, profile: Profile) -> bool:
-    return all(_meets(lab, id, profile, attribute) for attribute in ATTRIBUTES if profile.words(attribute))
+@lru_cache(maxsize=64)
+def _meeting(catalogue: Catalogue, profile: Profile) -> dict[int, tuple[Any, ...]]:
+    """The rows (id, series, first, last, certificate) of all works that meet all wishes, by id."""
+    periods, genres, certificates = (
+        json.dumps([list_[i] for i in chosen if i >= 0])
+        for list_, chosen in ((PERIODS, profile.periods), (GENRES, profile.genres), (AGES, (profile.age,)))
+    )
+    rows = catalogue.query(_MEETING, profile.series, periods, genres, certificates)
+    return {row[0]: row for row in rows}
+
+
+_MEETING = """
+SELECT id, series, first, last, certificate FROM title
+WHERE series = ?1
+AND (?2 = '[]' OR EXISTS (
+    SELECT 1 FROM json_each(?2)
+    WHERE first <= json_extract(value, '$[1]') AND coalesce(last, 9999) >= json_extract(value, '$[0]')))
+AND (?3 = '[]' OR EXISTS (SELECT 1 FROM genre JOIN json_each(?3) ON genre = value WHERE genre.id = title.id))
+AND (?4 = '[]' OR certificate IN (SELECT value FROM json_each(?4, '$[0]')))
+"""
 
 
 def _suits(lab: World, profile: Profile, title: str) -> bool:
     row = _row(lab, title)
-    return row is not None and _meets_all(lab, row[0], profile)
+    return row is not None and row[0] in _meeting(lab.catalogue, profile)
 
 
 def _misses(lab: World, profile: Profile, verdict: "TriedInVain | AttributeMisses") -> bool:
@@ -566,7 +596,7 @@ def _wished(lab: World, truth: Truth, attribute: str, wish: str) -> bool:
     items = [item for item in lab.catalogue.items if item.named and (item.series == series or attribute == TYPE)]
     alone = truth.profile.only(attribute)
     return bool(truth.profile.words(attribute)) and all(
-        _pays(lab, alone, item.label) == _meets_all(lab, _row(lab, item.label)[0], read)  # type: ignore[index]
+        _pays(lab, alone, item.label) == _suits(lab, read, item.label)
         for item in items[:: max(1, len(items) // _SAMPLE)]
     )
 
@@ -579,7 +609,9 @@ def _row_words(lab: World, row: tuple[Any, ...], attribute: str) -> str:
         return _years(first, last)
     if attribute == AGE:
         return certificate
-    return _genres([genre for (genre,) in lab.catalogue.query("SELECT genre FROM genre WHERE title = ?", id)])
+    return _genres(
+        [genre for (genre,) in lab.catalogue.query("SELECT genre FROM genre WHERE id = ? ORDER BY rowid", id)]
+    )
 
 
 def found_words(item: Item, attribute: str) -> str:
@@ -779,7 +811,8 @@ def _verdicts(catalogue: Catalogue, profile: Profile, place: int, said: str) -> 
     if not item.named:
         return ()
     claims: list[Claim] = []
-    if said.casefold() not in (item.label.casefold(), item.title.casefold()):
+    plain = (item.title, f"{item.title} ({item.first})")
+    if said.casefold() not in map(str.casefold, plain):
         claims.append(TakenFor(item=place, said=said, title=item.label))
     wrong = [attribute for attribute, wish in profile.wishes.items() if not item.bits & wish]
     if not wrong:

@@ -7,6 +7,7 @@ The one that ships is built from `worlds/data/catalogue.csv`; larger ones are SQ
 import csv
 import os
 import sqlite3
+import weakref
 from collections.abc import Callable, Iterable
 from functools import lru_cache
 from importlib import resources
@@ -38,9 +39,9 @@ SCHEMA = """
 CREATE TABLE title (
     id INTEGER PRIMARY KEY, title TEXT NOT NULL, series INTEGER NOT NULL,
     first INTEGER NOT NULL, last INTEGER, certificate TEXT, source TEXT NOT NULL);
-CREATE TABLE genre (title INTEGER NOT NULL REFERENCES title, genre TEXT NOT NULL);
+CREATE TABLE genre (id INTEGER NOT NULL REFERENCES title, genre TEXT NOT NULL);
 CREATE INDEX title_title ON title (title);
-CREATE INDEX genre_title ON genre (title);
+CREATE INDEX genre_id ON genre (id);
 """
 
 
@@ -111,6 +112,7 @@ class Catalogue:
         self.path = path
         # Worlds may be stepped in another thread than the one that made them; nothing is written any more.
         self._database = sqlite3.connect(":memory:", check_same_thread=False)
+        weakref.finalize(self, self._database.close)
         if path is None:
             write(self._database, shipped())
         else:
@@ -135,7 +137,7 @@ class Catalogue:
         return np.flatnonzero(fits)
 
     def query(self, sql: str, *parameters: Any) -> list[tuple[Any, ...]]:
-        """Rows of the SQLite tables `title` (id, title, series, first, last, certificate, source) and `genre`."""
+        """Rows of the tables `title` (id, title, series, first, last, certificate, source) and `genre` (id, genre)."""
         return self._database.execute(sql, parameters).fetchall()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Catalogue":
@@ -194,7 +196,7 @@ def write(database: sqlite3.Connection, entries: Iterable[Entry]) -> int:
 
 def _copy(path: str, database: sqlite3.Connection) -> None:
     try:
-        file = sqlite3.connect(f"{Path(path).as_uri()}?mode=ro", uri=True)
+        file = sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)
         try:
             file.backup(database)
         finally:
@@ -205,8 +207,8 @@ def _copy(path: str, database: sqlite3.Connection) -> None:
 
 def _entries(database: sqlite3.Connection) -> Iterable[Entry]:
     genres: dict[int, list[str]] = {}
-    for title, genre in database.execute("SELECT title, genre FROM genre ORDER BY rowid"):
-        genres.setdefault(title, []).append(genre)
+    for id, genre in database.execute("SELECT id, genre FROM genre ORDER BY rowid"):
+        genres.setdefault(id, []).append(genre)
     rows = database.execute("SELECT id, title, series, first, last, certificate, source FROM title ORDER BY id")
     for id, title, series, first, last, certificate, source in rows:
         yield Entry(title, bool(series), first, last, tuple(genres.get(id, ())), certificate, source)
