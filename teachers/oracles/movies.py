@@ -770,7 +770,8 @@ class MoviesOracle(Oracle):
 _LONGEST = MAX_TITLES + 1
 
 
-def _recommend(titles: Sequence[str], place: int, title: str) -> Recommend:
+@lru_cache(maxsize=4096)
+def _recommend(titles: tuple[str, ...], place: int, title: str) -> Recommend:
     """Advice to put a title at a place of a list; it stands alone if the list would be too long."""
     action = answer_of([*titles[:place], title, *titles[place + 1 :]])
     return Recommend(action=action if len(action) <= MAX_LENGTH else answer_of([title]), title=title)
