@@ -687,9 +687,10 @@ class MoviesOracle(Oracle):
         """Find what fits, and what is to be avoided."""
         super().start(truth, rng)
         catalogue: Catalogue = self.lab.catalogue  # type: ignore[attr-defined]
-        fitting = catalogue.fitting(truth.profile.wishes.values())
-        self._fitting = [catalogue.items[i].label for i in rng.permutation(fitting).tolist()[:_LONGEST]]
-        items = [catalogue.items[i] for i in fitting.tolist()]
+        items = [catalogue.items[i] for i in catalogue.fitting(truth.profile.wishes.values()).tolist()]
+        first, second = truth.manner  # another user hears of other titles first
+        begin = (7 * first + 31 * second) % max(1, len(items))
+        self._fitting = [item.label for item in (items[begin:] + items[:begin])[:_LONGEST]]
         self._traits = [AvoidTrait(attribute=a, trait=t) for a, t in _traits(catalogue, truth.profile, items)]
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
@@ -743,7 +744,7 @@ class MoviesOracle(Oracle):
         if FP in kinds:
             if titles and not wrong:
                 claims.append(Repeat(action=truth.answer))
-            else:
+            elif self._fitting:  # a user that was made by hand may have wishes that nothing meets
                 used = {item.label for item in items if item}
                 title = next((label for label in self._fitting if label not in used), self._fitting[0])
                 claims.append(_recommend(titles, wrong[0] if wrong else 0, title))
@@ -760,7 +761,7 @@ class MoviesOracle(Oracle):
 
     def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
         """The same list of titles that fit `n` times."""
-        return (answer_of(self._fitting[:_SHOWN]),) * n
+        return (answer_of(self._fitting[:_SHOWN]),) * n if self._fitting else ()
 
     def regret(self, moment: Moment) -> float:
         """The reward of a list that fits less the action's: 0 to 1; a turn without an action loses 1."""

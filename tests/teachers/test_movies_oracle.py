@@ -133,13 +133,16 @@ def test_an_unknown_rating_is_said_to_be_unknown(tmp_path):
     truth = Truth(Profile(False, age=0), TYPE, (0, 0), "")
     world.restore(truth)
     _, reward, _, _, _ = world.step('["Film 3"]')
-    moment = Moment(truth, '["Film 3"]', reward, world.truth, False, 1, True)
+    moment = Moment(truth, '["Film 3"]', reward, world.truth, False, 1, False)
     oracle = MoviesOracle(world.scratch)
     oracle.start(truth, np.random.default_rng(0))
     claims = oracle.judge(moment)
-    assert claims[-1] == Unrated(item=1, title="Film 3", wanted="child-friendly")
+    (unrated,) = (claim for claim in claims if type(claim) is Unrated)
+    assert unrated == Unrated(item=1, title="Film 3", wanted="child-friendly")
+    assert FP not in {claim.kind for claim in claims}  # nothing fits, so that nothing can be recommended
+    assert oracle.plan(truth, 2) == ()
     assert all(claim.holds(moment, world.scratch()) for claim in claims)
-    assert not [claim for claim in claims[-1].counterparts(moment, world) if claim.holds(moment, world)]
+    assert not [claim for claim in unrated.counterparts(moment, world) if claim.holds(moment, world)]
     plain = judged(Profile(False, (0,)), ["Film 3", "Film 30"], world=world)[2]
     assert AttributeMisses(item=2, title="Film 30", attribute=YEAR, found="2010", wanted="the 80s") in plain
 

@@ -24,8 +24,10 @@ _LONG = 12  # ... and in which two are
 @lru_cache(maxsize=8192)
 def fold(title: str) -> str:
     """A title without case, accents, punctuation and leading article."""
-    text = unicodedata.normalize("NFKD", title.casefold()).replace("&", " and ")
-    text = "".join(character for character in text if not unicodedata.combining(character))
+    text = title.casefold().replace("&", " and ")
+    if not text.isascii():
+        text = unicodedata.normalize("NFKD", text)
+        text = "".join(character for character in text if not unicodedata.combining(character))
     if last := _ARTICLE_LAST.fullmatch(text.strip()):  # "Matrix, The"
         text = last[1]
     words = " ".join(_WORD.findall(text.translate(_DROPPED)))
@@ -41,17 +43,18 @@ class Titles:
 
     def __init__(self, works: Sequence[tuple[str, int]]) -> None:
         self._works = works
+        self._keys = [fold(title) for title, _ in works]
         self._by_key: dict[str, list[int]] = {}
         self._by_length: dict[int, list[str]] = {}
-        for i, (title, _) in enumerate(works):
-            self._by_key.setdefault(fold(title), []).append(i)
+        for i, key in enumerate(self._keys):
+            self._by_key.setdefault(key, []).append(i)
         for key in self._by_key:
             self._by_length.setdefault(len(key), []).append(key)
 
     def label(self, work: int) -> tuple[str, bool]:
         """What names a work: its title, with the year if others have the same; and whether that names no other."""
         title, year = self._works[work]
-        if self.find(title) == (work,):
+        if len(self._by_key[self._keys[work]]) == 1 and not _YEAR.search(title):
             return title, True
         label = f"{title} ({year})"
         return label, self.find(label) == (work,)
