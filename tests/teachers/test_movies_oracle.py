@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import llf_teacher
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.study import EpisodeSpec
 from teachers.atoms import FN, FP, HN, HP, Moment
@@ -193,3 +194,16 @@ def test_advice_leads_to_a_list_that_fits():
         moment = Moment(moment.after, advice.action, reward, world.truth, info["success"], moment.turn + 1, False)
     assert moment.success
     assert len(json.loads(moment.action)) == 4
+
+
+@pytest.mark.parametrize("answer", ['["Jaws"]', '[{"title": "jaws", "year": 1975}]', "Jaws, of course", '["Jaws"'])
+def test_text_mode_and_plain_steps_take_the_same_text(answer):
+    plain, text = llf_teacher.make(ID), llf_teacher.make(ID, text=True)
+    assert plain.reset(seed=3)[0]["feedback"] == text.reset(seed=3)[0]["feedback"]
+    for _ in range(2):
+        one, other = plain.step(answer), text.step(answer)
+        assert one[0]["feedback"] == other[0]["feedback"] != ""
+        assert plain.aec.world.describe(one[0]["observation"]) == other[0]["observation"]
+        assert one[1:4] == other[1:4]
+        assert ("parse_failure" in one[4]) == ("parse_failure" in other[4]) == (answer[0] != "[" or answer[-1] != "]")
+    assert text.step(f"Thought: a classic.\nResponse: {answer}")[0]["feedback"]
