@@ -52,7 +52,7 @@ _ENDS = ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0))
 """How far from the middle of the spot a path may end, since the car is parked before, and how straight it gets there,
 in m."""
 _STRAIGHT_ENDS = ((1.0, 2.0), (1.0, 4.0), (1.0, 6.0), (1.0, 8.0))
-_SLACK = 1e-3
+_SURE = 1e-9  # what the simulator may see otherwise
 _CUSP = 4.0  # m that a change of direction is thought to cost
 
 
@@ -273,8 +273,9 @@ def _follow(ground: Ground, car: Car, segments: list[_Segment]) -> list[tuple[in
             return None
         car = there
         actions.append(action)
-        if misfit(ground, car[0], car[1], car[2]) < ground.tolerance - _SLACK:
-            return actions
+        off_by = misfit(ground, car[0], car[1], car[2]) - ground.tolerance
+        if off_by < _SURE:
+            return actions if off_by < -_SURE else None
         if last and left <= 0 and off > 2:
             return None
     return None
@@ -300,7 +301,7 @@ def misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
     there: Car | None = car
     for pedal, wheel in actions:
         there = move(ground, there, round(pedal * 100), round(wheel * 100))
-        if there is None or misfit(ground, *there[:3]) < ground.tolerance + _SLACK:
+        if there is None or misfit(ground, *there[:3]) < ground.tolerance + _SURE:
             return False
     return True
 

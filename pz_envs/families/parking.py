@@ -11,6 +11,6 @@ FAMILY = Family(
     showcase=("highway-parking-v0",),
     max_cycles=100,
     regret_unit="turns lost",
-    reward_only="nelder_mead",
+    reward_only="run_and_tumble",
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

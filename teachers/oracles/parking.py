@@ -253,7 +253,7 @@ class Doomed(Claim):
 
 @claim
 class Strayed(Claim):
-    """True if the actions of `way` parked the car from before this action, but all but the first do not from after it."""
+    """True if the actions of `way` parked the car from before this action, but all but the first do not after it."""
 
     kind = HN
     action: Action
@@ -322,7 +322,7 @@ class Drive(Claim):
 
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Promise the same of another action."""
-        return tuple(_drive((other, *self.rest)) for other in _opposites(self.action))
+        return (_drive((_opposites(self.action)[0], *self.rest)),)
 
     def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Only the pedal, then pedal and wheel."""
@@ -439,7 +439,7 @@ class Detour(Claim):
 
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Exaggerate."""
-        return Crash(action=self.action, target=self.target), Trap(action=self.action, target=self.target)
+        return (Crash(action=self.action, target=self.target),)
 
 
 def _after(lab: World, truth: Truth, action: Action) -> Truth:
@@ -659,7 +659,8 @@ class ParkingOracle(Oracle):
             if HP in kinds:
                 claims.append(Parked(action=action))
             return
-        way, wasted = self._way(before), self._turns(after) + 1 - self._turns(before)
+        way, turns = self._way(before), self._turns(before)
+        wasted = self._turns(after) + 1 - turns
         moved = _distance(after) - _distance(before)
         far = {"action": action, "before": _distance(before), "after": _distance(after)}
         if wasted <= 0 and HP in kinds and (rest := self._way(after)):
@@ -711,9 +712,9 @@ class ParkingOracle(Oracle):
         """Actions that crash, or after which no braking helps."""
         car, ground = truth.car, self._ground(truth)
         near = 4.0 + 0.3 * abs(car.speed) + car.speed**2 / 8
-        if abs(car.x) + near < WALL_X and abs(car.y) + near < WALL_Y:
-            if not any(math.hypot(other.x - car.x, other.y - car.y) < near + 3 for other in truth.parked):
-                return
+        by_wall = abs(car.x) + near > WALL_X or abs(car.y) + near > WALL_Y
+        if not by_wall and all(math.dist((other.x, other.y), (car.x, car.y)) > near + 3 for other in truth.parked):
+            return
         for action in _EXTREMES:
             there = move(ground, car[:4], *(round(100 * share) for share in action))
             if there is None and _crashes(self.lab, truth, action):
@@ -740,4 +741,5 @@ class ParkingOracle(Oracle):
             return self.importance(moment.after)
         if before.car.crashed or self._is_parked(before):
             return 0.0
-        return max(0.0, self._turns(moment.after) + 1 - self._turns(before))
+        turns = self._turns(before)  # first, so that a way that was followed is known after it
+        return max(0.0, self._turns(moment.after) + 1 - turns)
