@@ -697,7 +697,9 @@ class ParkingOracle(Oracle):
             for i in range(2):
                 action = others[(turn + i) % 2]
                 after = move(ground, truth.car[:4], *(round(100 * share) for share in action))
-                detour = () if after is None else solve(ground, after)
+                if after is None or misfit(ground, *after[:3]) < TOLERANCE + _NEWS:
+                    continue  # it may park the car itself
+                detour = solve(ground, after)
                 if len(detour) >= len(way):
                     yield Detour(
                         action=action,

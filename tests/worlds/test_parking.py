@@ -15,7 +15,7 @@ def wild(rng, push):
     return np.clip(push + rng.normal(0, 0.4, 2), -1, 1).astype(np.float32)
 
 
-@pytest.mark.parametrize(("count", "steps"), [(0, 1600), (10, 300), (26, 100)])
+@pytest.mark.parametrize(("count", "steps"), [(0, 1800), (10, 150), (26, 50)])
 def test_results_are_highway_envs(count, steps):
     """Over 2,000 random steps, beyond crashes and parking, too."""
     theirs = gymnasium.make("highway_env:parking-v0", config={"vehicles_count": count}).unwrapped
@@ -86,7 +86,7 @@ def test_parking_takes_the_nose_and_no_crash():
     world.restore(truth._replace(car=truth.car._replace(x=x, y=y, heading=heading, crashed=True)))
     _, reward, terminated, _, info = world.step((0.0, 0.0))
     assert (terminated, info["is_success"], info["success"]) == (True, True, False)
-    assert reward < -5
+    assert reward == -5
 
 
 def test_five_hundred_steps_truncate():
