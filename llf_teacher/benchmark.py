@@ -19,6 +19,7 @@ from pz_envs.tutoring import TEACHER
 
 _ROUNDS = 7
 _STEPS = 3000
+_FEW = 40  # steps, of environments that may be slow
 
 
 def _measure(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
@@ -32,14 +33,14 @@ def _measure(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
     return {name: statistics.median(each) for name, each in times.items()}
 
 
-def _stepping(env: gymnasium.Env, actions: list[Any]) -> Callable[[], float]:
+def _stepping(env: gymnasium.Env, actions: list[Any], steps: int = _STEPS) -> Callable[[], float]:
     """Seconds per step; resets are not counted."""
 
     def run() -> float:
         env.reset(seed=0)
         spent = 0.0
         done = 0
-        while done < _STEPS:
+        while done < steps:
             begin = time.perf_counter()
             for action in actions:
                 _, _, terminated, truncated, _ = env.step(action)
@@ -94,6 +95,20 @@ def steps() -> Table:
         ratio = seconds[name] / seconds["FrozenLake-v1"]
         world = seconds[f"{name} (world)"]
         table.add_row(PREFIX + name, f"{seconds[name] * 1e6:.1f}", f"{world * 1e6:.1f}", f"{ratio:.2f}")
+    return table
+
+
+def references() -> Table:
+    """Microseconds per step of worlds that repeat another environment, and of that environment."""
+    table = _table("Worlds that repeat another environment", "environment", "step, us", "world, us", "times as fast")
+    for family in all_families():
+        if family.reference:
+            name, actions = family.showcase[0], [np.asarray(action) for action in _actions(family, _FEW)]
+            world = family.make_world(**family.environments[name])
+            runs = {"other": gymnasium.make(family.reference).unwrapped, "own": world}
+            seconds = _measure({which: _stepping(env, actions, _FEW) for which, env in runs.items()})
+            other, own = seconds["other"], seconds["own"]
+            table.add_row(family.reference, f"{other * 1e6:.0f}", f"{own * 1e6:.0f}", f"{other / own:.1f}")
     return table
 
 
