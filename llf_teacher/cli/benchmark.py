@@ -9,12 +9,13 @@ def add_to(app: typer.Typer) -> None:
 
 
 def benchmark() -> None:
-    """Measure steps of each family beside the bare world and FrozenLake, and seats beside PettingZoo's tictactoe."""
+    """Measure steps beside the bare world and FrozenLake, and every form of the seats beside PettingZoo's tictactoe."""
     from rich.console import Console
 
-    from llf_teacher.benchmark import imports, seats, steps
+    from llf_teacher.benchmark import forms, imports, seats, steps
 
     console = Console()
     console.print(steps())
     console.print(seats())
+    console.print(forms())
     console.print(imports())
