@@ -9,7 +9,7 @@ def add_to(app: typer.Typer) -> None:
 
 
 def benchmark() -> None:
-    """Measure steps of families beside their worlds, FrozenLake and what they repeat, and all seats beside tictactoe."""
+    """Measure steps of families beside their worlds, FrozenLake and what they repeat, and seats beside tictactoe."""
     from rich.console import Console
 
     from llf_teacher.benchmark import forms, imports, references, seats, steps
