@@ -63,9 +63,7 @@ def names(ids: list[str]) -> dict[str, str]:
     Ids without a position, such as the agent's, keep their own name and a space. So does ALFWorld.
     """
     parts = {id: id.split("_bar_", 1) for id in ids}
-    bases = {
-        id: base[0] + ("basin" if "basin" in id else "") if len(base) > 1 else "" for id, base in parts.items()
-    }
+    bases = {id: base[0] + ("basin" if "basin" in id else "") if len(base) > 1 else "" for id, base in parts.items()}
     left = Counter(base for base in bases.values() if base)
     called = {}
     for id in sorted(ids):

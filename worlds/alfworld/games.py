@@ -8,7 +8,7 @@ and the goals in PDDL and English.
 import json
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -31,8 +31,8 @@ TASKS = (
 )
 """The six types of tasks, named as in ALFRED."""
 CHANGING = frozenset(
-    "atlocation objectatlocation opened inreceptacle checked holds holdsany isclean ishot iscool ison istoggled"
-    " issliced".split()
+    {"atlocation", "objectatlocation", "inreceptacle", "opened", "checked", "holds", "holdsany"}
+    | {"isclean", "ishot", "iscool", "ison", "istoggled", "issliced"}
 )
 """The predicates that actions change."""
 APPLIANCES = {
@@ -235,13 +235,13 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
     """
     draws = iter(rng.random(_DRAWS).tolist())
 
-    def pick(options: "tuple[_T, ...] | list[_T]") -> _T:
+    def pick(options: Sequence[_T]) -> _T:
         return options[int(next(draws) * len(options))]
 
     task = task or pick(TASKS)
     here = plan(pick(_plans(task, split)))
-    target, destination, lamp = errand = pick(_errands(here.number, task))
-    lying = _strew(here, task, errand, pick)
+    target, destination, lamp = pick(_errands(here.number, task))
+    lying = _strew(here, task, target, destination, pick)
     x, z = pick(here.points)
     taken = {each.location for each in here.receptacles}
     start = _location(x, z, 90 * pick(range(4)), 30)
@@ -266,11 +266,8 @@ class _Lying(NamedTuple):
     holder: Receptacle
 
 
-def _strew(
-    here: Plan, task: str, errand: tuple[str, str, str], pick: "Callable[[Any], Any]"
-) -> tuple[_Lying, ...]:
+def _strew(here: Plan, task: str, target: str, destination: str, pick: Callable[[Any], Any]) -> tuple[_Lying, ...]:
     """Put one to three objects of each type into receptacles that may hold them; the goal is not reached by it."""
-    target, destination, lamp = errand
     barred = {destination, APPLIANCES.get(task, ("",))[0]}
     least = 2 if task == "pick_two_obj_and_place" else 1
     lying: dict[str, _Lying] = {}

@@ -83,7 +83,9 @@ class StockEngine:
             ]
             self._signs = _STATE.search(self._sas)[1].split("\n")  # type: ignore[index]
             if len(self._signs) != len(self._variables):
-                raise RuntimeError(f"{len(self._variables)} variables, but {len(self._signs)} values in the translation")
+                raise RuntimeError(
+                    f"{len(self._variables)} variables, but {len(self._signs)} values in the translation"
+                )
         self.load(game.start)
 
     @property
