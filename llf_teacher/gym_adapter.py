@@ -133,7 +133,8 @@ class StudentEnv(_Flat):
         self.privileged_info = privileged_info
         # A built-in teacher reads its moment only, and keeps to the feedback type: it is asked directly.
         self._speak = teacher.speak if isinstance(teacher, Teacher) else self._ask
-        self._kinds = parse_kinds(feedback_type)
+        self.kinds = parse_kinds(feedback_type)
+        """The kinds of feedback that were asked for."""
         seat = self.aec.observation_space(STUDENT)
         self.observation_space = spaces.Dict(
             {"observation": seat["state"], "instruction": seat["instruction"], "feedback": seat["feedback"]}
@@ -182,8 +183,8 @@ class StudentEnv(_Flat):
         """
         said = self.teacher.act(self.aec.observe(TEACHER), self.aec.infos[TEACHER])
         if type(said) is Utterance:
-            return Utterance.of([atom for atom in said.atoms if atom.kind is None or atom.kind in self._kinds])
-        return said if self._kinds or moment.turn == 0 else SILENCE
+            return Utterance.of([atom for atom in said.atoms if atom.kind is None or atom.kind in self.kinds])
+        return said if self.kinds or moment.turn == 0 else SILENCE
 
 
 class TeacherEnv(_Flat):

@@ -16,7 +16,9 @@ from pz_envs.tutoring import STUDENT, TutoringEnv
 from teachers.spec import Catalogue, Spec
 from worlds.world import World
 
-READS = ("nothing", "reward", "words", "atoms", "truth")
+READS = ("nothing", "reward", "words", "atoms", "atoms and reward", "truth")
+TAUGHT = ("words", "atoms", "atoms and reward")
+"""What a student reads whom a teacher can reach."""
 
 
 class Policy(ABC):
@@ -109,7 +111,7 @@ def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
     reads = getattr(policy, "reads", "atoms")
     if reads in ("nothing", "reward", "words"):
         del info["atoms"]
-    if reads == "reward":
+    if reads in ("reward", "atoms and reward"):
         info["reward"] = aec.moment.reward
     elif reads == "truth":
         info["moment"] = aec.moment

@@ -27,6 +27,21 @@ KINDS = tuple(FeedbackType)
 R, HP, HN, FP, FN = KINDS
 
 
+class Label(StrEnum):
+    """What a check in the simulator makes of something that was said. Students never see it."""
+
+    TRUTHFUL = "truthful"
+    """The claim holds."""
+    DISTORTED = "distorted"
+    """The claim does not hold."""
+    PLACEBO = "placebo"
+    """The claim holds, and has nothing to do with the task."""
+    LATE = "late"
+    """The claim holds of an earlier turn."""
+    UNCHECKED = "unchecked"
+    """Text without a claim."""
+
+
 class ParseFailure(NamedTuple):
     """A student's text that is no action. The world did not step; the turn counts."""
 
@@ -71,6 +86,8 @@ class Claim:
     __slots__ = ()
     kind: ClassVar[FeedbackType | None] = None
     """The kind of feedback; None for the parts of an instruction and for notices of the environment."""
+    placebo: ClassVar[bool] = False
+    """Whether it has nothing to do with the task, however true."""
 
     def holds(self, moment: Moment, lab: World) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.
@@ -101,6 +118,14 @@ class Atom(NamedTuple):
     def kind(self) -> FeedbackType | None:
         """The claim's kind."""
         return self.claim.kind
+
+    def label(self, moments: Sequence[Moment], lab: World) -> Label:
+        """What the simulator says of it, given the moments of the episode up to the one in which it was said."""
+        if not self.claim.holds(moments[self.about_turn], lab):
+            return Label.DISTORTED
+        if self.claim.placebo:
+            return Label.PLACEBO
+        return Label.TRUTHFUL if self.about_turn == moments[-1].turn else Label.LATE
 
 
 class Utterance(str):

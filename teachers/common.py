@@ -60,6 +60,7 @@ class Truism(Claim):
 
     kind: FeedbackType
     """The kind of the claim that it stands in for: a truism has none of its own."""
+    placebo = True
     fact: str
 
     def holds(self, moment: Moment, lab: World) -> bool:

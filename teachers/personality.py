@@ -87,6 +87,10 @@ class Personality(Spec):
     """Base of all personalities: a frozen value that starts a `Stage` for each episode."""
 
     Stage: ClassVar[type[Stage]]
+    honest: ClassVar[bool] = True
+    """Whether every claim that it makes is true."""
+    reveals: ClassVar[bool] = True
+    """Whether it may tell the action to take; one that may not is audited for it."""
 
     def start(self, rng: np.random.Generator) -> Stage:
         """The stage for one episode."""
@@ -127,6 +131,16 @@ class Pipeline(Personality):
     def transparent(self) -> bool:
         """Whether every stage is."""
         return all(stage.transparent for stage in self.stages)
+
+    @property
+    def honest(self) -> bool:  # type: ignore[override]
+        """Whether every stage is."""
+        return all(stage.honest for stage in self.stages)
+
+    @property
+    def reveals(self) -> bool:  # type: ignore[override]
+        """Whether every stage may tell the action to take."""
+        return all(stage.reveals for stage in self.stages)
 
     def __str__(self) -> str:
         return " | ".join(map(str, self.stages))

@@ -50,6 +50,8 @@ class Teacher:
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
+        self.offered: tuple[Claim, ...] = ()
+        """The claims among which the personality chose last; none if it passes on everything."""
 
     @property
     def instruction_type(self) -> str:
@@ -132,7 +134,8 @@ class Teacher:
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
         self._view.see(moment, self._able)
-        said = self._stage.speak(self.oracle.judge(moment, kinds), self._view)
+        self.offered = self.oracle.judge(moment, kinds)
+        said = self._stage.speak(self.offered, self._view)
         return tuple(claim for claim in said if claim.kind in kinds)
 
     def _mix(self) -> frozenset[FeedbackType]:

@@ -8,14 +8,14 @@ from rich.console import Console
 
 app = typer.Typer(
     name="llf",
-    help="Learning from language feedback: list environments, play, run studies.",
+    help="Learning from language feedback: list environments, play, run studies, audit teachers.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
-for _name in ("benchmark", "golden", "list", "play", "study"):
+for _name in ("audit", "benchmark", "golden", "list", "play", "study"):
     import_module(f"llf_teacher.cli.{_name}").add_to(app)
 
 

@@ -2,16 +2,17 @@
 
 import dataclasses
 import json
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from llf_teacher.gym_adapter import StudentEnv
 from llf_teacher.registry import make
 from llf_teacher.student import entitled, parse_student
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.tutoring import STUDENT, TutoringEnv
-from teachers.atoms import Atom, Moment, ParseFailure
-from worlds.world import World
+from teachers.atoms import Atom, Label, Moment, ParseFailure
 
 _STUDENT_STREAM = 1  # spawn key beside the environment's own
 
@@ -34,7 +35,9 @@ class TurnRow(NamedTuple):
     instruction: str | None
     feedback: str
     atoms: str
-    """JSON: what was said, a list of objects with `kind`, `claim`, `fields`, `text`, `about_turn`, `holds`."""
+    """JSON: what was said, a list of objects with `kind`, `claim`, `fields`, `text`, `about_turn`, `holds`,
+    `label`.
+    """
 
 
 class EpisodeRow(NamedTuple):
@@ -67,8 +70,43 @@ class Record(NamedTuple):
     turns: tuple[TurnRow, ...]
 
 
+class Scene(NamedTuple):
+    """One turn as it was played; the first is the opening."""
+
+    moment: Moment
+    observation: dict[str, Any]
+    """The student's, as `StudentEnv` gives it."""
+    atoms: tuple[tuple[Atom, Label], ...]
+    """What was said, with what the simulator says of it."""
+
+
+def scenes(env: StudentEnv, student: Any, seed: int) -> Iterator[Scene]:
+    """Play an episode and check what is said; it stops at success, as LLF-Bench's evaluation does, unless the task is
+    asked repeatedly.
+
+    Args:
+        env: with a teacher in the other seat.
+        student: a policy with `reset(rng)` and `act(observation, info)`.
+        seed: of the episode, for all who take part.
+    """  # noqa: D205
+    aec = env.aec
+    lab = aec.world.scratch()
+    student.reset(np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_STUDENT_STREAM,))))
+    observation, info = env.reset(seed=seed)
+    moments = [aec.moment]
+    done = False
+    while True:
+        yield Scene(aec.moment, observation, tuple((atom, atom.label(moments, lab)) for atom in info["atoms"]))
+        if done:
+            break
+        action = student.act(aec.observe(STUDENT), entitled(student, aec))
+        observation, _, terminated, truncated, info = env.step(action)
+        moments.append(aec.moment)
+        done = terminated or truncated or (aec.moment.success and not env.family.repeated)
+
+
 def play(spec: EpisodeSpec) -> Record:
-    """Play an episode; it stops at success, as LLF-Bench's evaluation does, unless the task is asked repeatedly."""
+    """Play an episode of a study, and account for it."""
     player = parse_student(spec.student)
     env = make(
         spec.id,
@@ -78,26 +116,16 @@ def play(spec: EpisodeSpec) -> Record:
         max_turns=spec.max_turns,
         text=player.text,
     )
-    aec, family = env.aec, env.family
-    world = aec.world
-    student = player.seat(family, world)
-    student.reset(np.random.default_rng(np.random.SeedSequence(spec.seed, spawn_key=(_STUDENT_STREAM,))))
-    oracle = family.oracle_class()(world.scratch)
-    observation, info = env.reset(seed=spec.seed)
-    oracle.start(aec.moment.after, np.random.default_rng(spec.seed))
-    lab = world.scratch()
-    moments = [aec.moment]
-    rows = [_row(aec.moment, 0.0, _seen(aec), observation, info["atoms"], moments, lab)]
-    done = False
-    while not done:
-        action = student.act(aec.observe(STUDENT), entitled(student, aec))
-        observation, _, terminated, truncated, info = env.step(action)
-        moment = aec.moment
-        moments.append(moment)
-        rows.append(_row(moment, oracle.regret(moment), _seen(aec), observation, info["atoms"], moments, lab))
-        done = terminated or truncated or (moment.success and not family.repeated)
+    student = player.seat(env.family, env.aec.world)
+    oracle = env.family.oracle_class()(env.aec.world.scratch)
+    rows = []
+    for scene in scenes(env, student, spec.seed):
+        moment = scene.moment
+        if moment.turn == 0:
+            oracle.start(moment.after, np.random.default_rng(spec.seed))
+        rows.append(_row(scene, oracle.regret(moment) if moment.turn else 0.0, _seen(env.aec)))
     env.close()
-    return Record(spec, _summary(family.name, student.reads, rows), tuple(rows))
+    return Record(spec, _summary(env.family.name, student.reads, rows), tuple(rows))
 
 
 def _seen(aec: TutoringEnv) -> str:
@@ -105,15 +133,8 @@ def _seen(aec: TutoringEnv) -> str:
     return aec.state_now if aec.text else aec.world.describe(aec.state_now)
 
 
-def _row(
-    moment: Moment,
-    regret: float,
-    text: str,
-    observation: dict[str, Any],
-    atoms: tuple[Atom, ...],
-    moments: list[Moment],
-    lab: World,
-) -> TurnRow:
+def _row(scene: Scene, regret: float, text: str) -> TurnRow:
+    moment = scene.moment
     failed = moment.action if type(moment.action) is ParseFailure else None
     return TurnRow(
         turn=moment.turn,
@@ -124,13 +145,13 @@ def _row(
         regret=regret,
         success=moment.success,
         parse_failure=failed and failed.got,
-        instruction=str(observation["instruction"]) or None,
-        feedback=str(observation["feedback"]),
-        atoms=to_json([as_dict(atom, atom.claim.holds(moments[atom.about_turn], lab)) for atom in atoms]),
+        instruction=str(scene.observation["instruction"]) or None,
+        feedback=str(scene.observation["feedback"]),
+        atoms=to_json([as_dict(atom, label) for atom, label in scene.atoms]),
     )
 
 
-def as_dict(atom: Atom, holds: bool) -> dict[str, Any]:
+def as_dict(atom: Atom, label: Label) -> dict[str, Any]:
     """An atom as JSON values."""
     claim = atom.claim
     fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
@@ -140,7 +161,8 @@ def as_dict(atom: Atom, holds: bool) -> dict[str, Any]:
         "fields": fields,
         "text": atom.text,
         "about_turn": atom.about_turn,
-        "holds": holds,
+        "holds": label is not Label.DISTORTED,
+        "label": label,
     }
 
 

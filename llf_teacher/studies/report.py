@@ -16,18 +16,17 @@ import jinja2
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.student import parse_student
+from llf_teacher.student import TAUGHT, parse_student
 from llf_teacher.studies import statistics
 from llf_teacher.studies.plots import SHADES, curve_plot, dot_plot
-from llf_teacher.studies.statistics import Difference, Estimate
+from llf_teacher.studies.statistics import Difference, Estimate, Split, variance_split
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Grid, Study
 from pz_envs.family import Family, all_families
-from teachers.atoms import KINDS
+from teachers.atoms import FP, KINDS, Label
 
 REFERENCE = "silent"
 """The teacher that others are compared with."""
-_TAUGHT = ("words", "atoms")  # what a student reads whom a teacher can reach
 _KIND_NAMES = {
     "r": "reward",
     "hp": "hindsight positive: what was good",
@@ -35,6 +34,14 @@ _KIND_NAMES = {
     "fp": "future positive: what to do",
     "fn": "future negative: what to avoid",
     None: "instruction or notice",
+}
+_CURVES = 8
+"""Curves in a panel that can be told apart."""
+_MARKS = {
+    Label.TRUTHFUL: "✓ true",
+    Label.LATE: "✓ true, late",
+    Label.PLACEBO: "✓ true, placebo",
+    Label.DISTORTED: "✗ false",
 }
 
 
@@ -47,6 +54,12 @@ class Played(NamedTuple):
     """Cumulative regret after each turn, shape (max_turns,); it stays as it is after the end."""
     said: Counter[str]
     """Number of claims by kind."""
+    labels: Counter[str]
+    """Number of claims by label."""
+    advised: int
+    """Turns before which the teacher advised actions."""
+    followed: int
+    """Those of them in which the student took one."""
 
 
 class Cell(NamedTuple):
@@ -112,7 +125,7 @@ class Section:
         found = {}
         for (teacher, student), cell in self.cells.items():
             other = self.cells.get((REFERENCE, student))
-            if teacher == REFERENCE or other is None or reads(student) not in _TAUGHT:
+            if teacher == REFERENCE or other is None or reads(student) not in TAUGHT:
                 continue
             seeds = [seed for seed in cell.seeds if seed in other.seeds]
             if seeds:
@@ -133,18 +146,42 @@ class Section:
         panels = {
             label(student): {
                 teacher: statistics.mean_band(self.cells[teacher, student].curves)
-                for teacher in self.grid.teachers
+                for teacher in self.drawn
                 if (teacher, student) in self.cells
             }
             for student in self.grid.students
         }
-        return curve_plot(panels, self.grid.teachers, self.family.regret_unit, f"{self.anchor}-c")
+        return curve_plot(panels, self.drawn, self.family.regret_unit, f"{self.anchor}-c")
+
+    @cached_property
+    def drawn(self) -> tuple[str, ...]:
+        """The teachers whose curves are drawn: all, or if they are too many to be told apart, `REFERENCE` and others
+        from the one with whom the regret of `reader` is least to the one with whom it is greatest, evenly spread.
+        """  # noqa: D205
+        if len(self.grid.teachers) <= _CURVES:
+            return self.grid.teachers
+        others = [t for t in self.grid.teachers if t != REFERENCE and (t, self.reader) in self.cells]
+        ranked = sorted(others, key=lambda teacher: self.regret[teacher, self.reader].mean)
+        room = min(_CURVES - (REFERENCE in self.grid.teachers), len(ranked))
+        chosen = {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)} | {REFERENCE}
+        return tuple(teacher for teacher in self.grid.teachers if teacher in chosen)
+
+    @cached_property
+    def split(self) -> Split | None:
+        """How the variance of regret splits between teachers and students; None unless every cell has been played."""
+        pairs = [self.cells.get(pair) for pair in product(self.grid.teachers, self.grid.students)]
+        cells = [cell for cell in pairs if cell is not None]
+        seeds = set.intersection(*(set(cell.seeds) for cell in cells)) if len(cells) == len(pairs) else set()
+        if not seeds:
+            return None
+        regrets = [[r for seed, r in zip(cell.seeds, cell.regrets, strict=True) if seed in seeds] for cell in cells]
+        return variance_split(np.reshape(regrets, (len(self.grid.teachers), len(self.grid.students), len(seeds))))
 
     @cached_property
     def reader(self) -> str:
         """The student to look at closely: one who reads words if any, else atoms, else any."""
         played = [student for student in self.grid.students if any(e.row["student"] == student for e in self.episodes)]
-        return min(played, key=lambda student: (*_TAUGHT, reads(student)).index(reads(student)))
+        return min(played, key=lambda student: (*TAUGHT, reads(student)).index(reads(student)))
 
     @cached_property
     def contrast(self) -> tuple[str, ...]:
@@ -174,8 +211,12 @@ class Account(NamedTuple):
     episodes: int
     per_turn: dict[str, float]
     """Claims per turn of the student, by kind; what is said at the opening counts."""
-    held: float | None
-    """Share of claims that hold; None if there are none."""
+    labels: dict[str, float]
+    """Share of the claims by label; none if there are no claims."""
+    uptake: float | None
+    """Of the turns before which a student who can be reached was advised an action, the share in which it took one;
+    None if there are none.
+    """
     words: float
     """Words of feedback per turn of the student."""
     parse_failures: int
@@ -289,6 +330,9 @@ def render(store: Store, study: Study) -> str:
         shades=SHADES,
         kinds=KINDS,
         kind_names=_KIND_NAMES,
+        marks=_MARKS,
+        taught=TAUGHT,
+        labels=tuple(_MARKS),
         reference=REFERENCE,
         turns=lambda episode: _turns(store, episode),
     )
@@ -297,11 +341,20 @@ def render(store: Store, study: Study) -> str:
 def _played(store: Store, row: sqlite3.Row) -> Played:
     regrets = np.zeros(row["max_turns"])
     said: Counter[str] = Counter()
+    labels: Counter[str] = Counter()
+    advised = followed = 0
+    advice: list[Any] = []
     for turn in store.turns(row["key"]):
         if turn["turn"]:
             regrets[turn["turn"] - 1] = turn["regret"]
-        said.update(atom["kind"] for atom in turn["atoms"] if atom["kind"] is not None)
-    return Played(row, np.cumsum(regrets), said)
+            advised += bool(advice)
+            followed += turn["action"] in advice
+        feedback = [atom for atom in turn["atoms"] if atom["kind"] is not None]
+        said.update(atom["kind"] for atom in feedback)
+        labels.update(atom["label"] for atom in feedback)
+        current = (atom for atom in feedback if atom["kind"] == FP and atom["about_turn"] == turn["turn"])
+        advice = [atom["fields"]["action"] for atom in current if "action" in atom["fields"]]
+    return Played(row, np.cumsum(regrets), said, labels, advised, followed)
 
 
 def _sections(study: Study, episodes: Sequence[Played]) -> Iterator[Section]:
@@ -353,11 +406,15 @@ def _accounts(study: Study, episodes: Sequence[Played]) -> Iterator[Account]:
             continue
         turns = sum(episode.row["turns"] for episode in mine)
         said = sum((episode.said for episode in mine), Counter())
+        labels = sum((episode.labels for episode in mine), Counter())
+        reached = [episode for episode in mine if episode.row["reads"] in TAUGHT]
+        advised = sum(episode.advised for episode in reached)
         yield Account(
             teacher=teacher,
             episodes=len(mine),
             per_turn={kind: said[kind] / turns for kind in KINDS},
-            held=share_held(mine),
+            labels={label: labels[label] / labels.total() for label in _MARKS} if labels else {},
+            uptake=sum(episode.followed for episode in reached) / advised if advised else None,
             words=sum(episode.row["words"] for episode in mine) / turns,
             parse_failures=sum(episode.row["parse_failures"] for episode in mine),
             turns=turns,

@@ -52,6 +52,46 @@ class Difference(NamedTuple):
     """Two-sided p-value of the hypothesis that the signs of the differences are random."""
 
 
+class Split(NamedTuple):
+    """Shares of the variance of a table of teachers and students, which sum to 1."""
+
+    teachers: float
+    """Between teachers, averaged over students."""
+    students: float
+    """Between students, averaged over teachers."""
+    interaction: float
+    """What a teacher does to one student more than to another."""
+    seeds: float
+    """Between the seeds of a cell."""
+
+
+def variance_split(values: ArrayLike) -> Split | None:
+    """Sums of squares of a balanced two-way layout, as shares of their total (Fisher 1925).
+
+    Args:
+        values: shape (teachers, students, seeds).
+
+    Returns:
+        None if all values are equal.
+
+    Raises:
+        ValueError: the table is empty or of another shape.
+    """
+    table = np.asarray(values, dtype=float)
+    if table.ndim != 3 or not table.size:
+        raise ValueError(f"values must be a non-empty table of shape (teachers, students, seeds), got {table.shape}")
+    rest = table - table.mean()
+    total = float((rest**2).mean())
+    if total <= (_RELATIVE * np.abs(table).max()) ** 2:
+        return None
+    shares = []
+    for axes in ((1, 2), (0, 2), (2,)):  # each takes out what the ones before have explained
+        part = rest.mean(axis=axes, keepdims=True)
+        shares.append(float((part**2).mean()) / total)
+        rest = rest - part
+    return Split(*shares, 1 - sum(shares))
+
+
 def mean_band(values: ArrayLike, resamples: int = BAND_RESAMPLES) -> Band:
     """Mean of each column with its BCa bootstrap interval.
 

@@ -64,7 +64,7 @@ class Study:
     max_turns: int | None = None
     """Turns after which episodes are truncated; None: each family's."""
     fewer: Mapping[str, Mapping[str, tuple[Any, ...]]] = field(default_factory=dict)
-    """Per pattern of ids, as in `llf-poem-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
+    """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
     are slow. Where several patterns fit an id, the first counts.
     """
 

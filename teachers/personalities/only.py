@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from teachers.atoms import Claim
+from teachers.atoms import FP, Claim
 from teachers.feedback import MIXED, parse_kinds
 from teachers.personality import Personality, Stage, View
 
@@ -19,6 +19,11 @@ class Only(Personality):
         if not isinstance(self.kinds, str) or self.kinds == MIXED:
             raise ValueError(f"kinds must be names of kinds joined by '+', got {self.kinds!r}")
         parse_kinds(self.kinds)
+
+    @property
+    def reveals(self) -> bool:  # type: ignore[override]
+        """Whether advice is among the kinds."""
+        return FP in parse_kinds(self.kinds)
 
     class Stage(Stage):
         """Filters by kind."""

@@ -15,6 +15,8 @@ from teachers.personality import Personality, Stage, View
 class Placebo(Personality):
     """Replaces each claim by a general truth of the same kind and, on average over a few turns, the same length."""
 
+    reveals = False
+
     class Stage(Stage):
         """Carries over how many words it is behind the oracle."""
 

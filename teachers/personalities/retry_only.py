@@ -17,6 +17,8 @@ _TRY_AGAIN = (TryAgain(),)
 class RetryOnly(Personality):
     """Tells the student to try again after each action that did not solve the task."""
 
+    reveals = False
+
     class Stage(Stage):
         """Has nothing to remember."""
 

@@ -11,6 +11,8 @@ from teachers.personality import Personality, Stage, View
 class Silent(Personality):
     """Withholds everything."""
 
+    reveals = False
+
     class Stage(Stage):
         """Has nothing to remember."""
 

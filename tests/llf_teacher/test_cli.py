@@ -1,5 +1,6 @@
 """The command line, as a user meets it."""
 
+import json
 import subprocess
 import sys
 
@@ -50,6 +51,8 @@ def test_a_study_from_file_to_report(tmp_path):
         (("play", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("play", "llf-gridworld-v0", "--feedback-type", "q"), "feedback type 'q'"),
         (("golden", "folder", "nothing"), "unknown environment 'nothing'"),
+        (("audit", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
+        (("audit", "--teacher", "orakle"), "did you mean oracle"),
     ],
 )
 def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
@@ -83,6 +86,39 @@ def test_leaving(tmp_path):
     result = llf("play", "llf-gridworld-v0", cwd=tmp_path)
     assert result.returncode == 0
     assert "You left the episode" in result.stdout
+
+
+def test_audit(tmp_path):
+    teachers = ("--teacher", "oracle", "--teacher", "mistake(eps=0.5)")
+    result = llf("audit", "llf-gridworld-v0", "llf-poem-[HT]*", *teachers, "--turns", "60", cwd=tmp_path)
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert [line for line in result.stdout.splitlines() if line.startswith("llf-")] == [
+        "llf-gridworld-v0",
+        "llf-poem-Haiku-v0",
+        "llf-poem-Tanka-v0",
+    ]
+    assert "; 0 false ones of teachers that promise honesty" in " ".join(result.stdout.split())
+    assert max(map(len, result.stdout.splitlines())) <= 80
+
+
+def test_audit_as_json(tmp_path):
+    result = llf("audit", "llf-gridworld-v0", "--turns", "60", "--json", cwd=tmp_path)
+    (found,) = json.loads(result.stdout)
+    assert (found["id"], found["teacher"], found["turns"]) == ("llf-gridworld-v0", "oracle", 60)
+    assert found["held"] == 1
+    assert found["claims"]["fp"]["truthful"] >= 60
+
+
+def test_audit_catches_a_liar_who_promises_honesty(tmp_path):
+    code = (
+        "import sys, teachers.personalities.mistake as mistake; mistake.Mistake.honest = True; "
+        "from llf_teacher.cli import main; sys.argv = ['llf', 'audit', 'llf-gridworld-v0', '--turns', '30', "
+        "'--teacher', 'mistake(eps=1)']; main()"
+    )
+    result = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert result.returncode == 1
+    assert "mistake(eps=1): false" in result.stdout
+    assert "seed 0, turn" in " ".join(result.stdout.split())
 
 
 def test_golden(tmp_path):

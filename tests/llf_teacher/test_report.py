@@ -112,8 +112,10 @@ def test_numbers_are_those_of_the_episodes(html, records):
     assert f"{sum(record.episode.regret for record in mine) / 3:.1f}" in cells("Success and regret")["silent"]
     assert "100 % [44, 100]" in cells("Success and regret")["oracle"]
     assert cells("claims per turn")["oracle"].startswith("oracle 1.00 ")
-    assert "100.0 %" in cells("claims per turn")["oracle"]
-    assert cells("claims per turn")["silent"].startswith("silent 0.00 0.00 0.00 0.00 0.00 0.00 \N{EN DASH} 0.0 0 ")
+    assert " 4.00 100.0 0.0 0.0 0.0 100 % " in cells("claims per turn")["oracle"]  # all true, all followed
+    assert cells("claims per turn")["silent"].startswith(
+        "silent 0.00 0.00 0.00 0.00 0.00 0.00" + 5 * " \N{EN DASH}" + " 0.0 0 "
+    )
     changes = cells("What a teacher changes")
     assert "silent" not in changes
     assert "\N{MINUS SIGN}" in changes["oracle"]
@@ -247,6 +249,24 @@ def test_environments_with_other_grids_are_kept_apart(store):
     assert "<code>random</code>" not in first
     assert "Deterministic" in second
     assert "<code>random</code>" in second
+
+
+def test_of_many_teachers_a_few_are_drawn_from_the_best_to_the_worst(store):
+    study = Study(
+        ids=("llf-bandits-BanditTenArmedRandomFixed-v0",),
+        teachers=[*(f"mistake(eps={eps / 10})" for eps in range(1, 11)), "silent", "oracle"],
+        students=("obedient",),
+        seeds=3,
+        max_turns=8,
+    )
+    fill(store, [play(spec) for spec in study.episodes()])
+    html = render(store, study)
+    caption = re.search(r"8 of 12 teachers, from the best to the worst for <code>obedient</code>", html)
+    assert caption
+    curves = html[: caption.start()].rpartition("<svg")[2]
+    drawn = [teacher for teacher in study.teachers if f">{teacher}<" in curves]
+    assert {"oracle", "mistake(eps=1.0)", "silent"} <= set(drawn)
+    assert len(drawn) == 8
 
 
 def test_nothing_played_is_an_error(store, tmp_path):

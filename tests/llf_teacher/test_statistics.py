@@ -14,6 +14,7 @@ from llf_teacher.studies.statistics import (
     paired_difference,
     rate_interval,
     success_interval,
+    variance_split,
 )
 
 
@@ -120,3 +121,23 @@ def test_holm():
     assert holm([0.6, 0.7]) == [1, 1]
     assert holm([0.2]) == [0.2]
     assert holm([]) == []
+
+
+def test_variance_splits_into_what_made_it():
+    teachers, students = np.array([0.0, 4.0]).reshape(2, 1, 1), np.array([0.0, 1.0, 2.0]).reshape(1, 3, 1)
+    flat = np.zeros((2, 3, 5))
+    assert variance_split(flat + teachers) == pytest.approx((1, 0, 0, 0))
+    assert variance_split(flat + students) == pytest.approx((0, 1, 0, 0))
+    both = teachers.var() + students.var()
+    assert variance_split(flat + teachers + students) == pytest.approx(
+        (teachers.var() / both, students.var() / both, 0, 0)
+    )
+    crossed = flat + np.array([[1, 0, -1], [-1, 0, 1]]).reshape(2, 3, 1)
+    assert variance_split(crossed) == pytest.approx((0, 0, 1, 0))
+    assert variance_split(flat + np.arange(5) + teachers) == pytest.approx((4 / 6, 0, 0, 2 / 6))
+
+
+def test_no_variance_splits_into_nothing():
+    assert variance_split(np.full((2, 3, 4), 0.1)) is None
+    with pytest.raises(ValueError, match=r"of shape \(teachers, students, seeds\), got \(2, 3\)"):
+        variance_split(np.zeros((2, 3)))

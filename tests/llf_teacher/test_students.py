@@ -7,7 +7,7 @@ import llf_teacher
 from llf_teacher.reading import Reader
 from llf_teacher.registry import PREFIX, entries, entry
 from llf_teacher.student import entitled, parse_student
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.episode import play, scenes
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families
 from pz_envs.tutoring import STUDENT
@@ -93,8 +93,8 @@ def test_students_see_what_they_are_entitled_to(id, student):
     info = entitled(policy, env.aec)
     reads = policy.reads
     assert reads == parse_student(student).reads
-    assert ("atoms" in info) == (reads in ("atoms", "truth"))
-    assert ("reward" in info) == (reads == "reward")
+    assert ("atoms" in info) == (reads in ("atoms", "atoms and reward", "truth"))
+    assert ("reward" in info) == (reads in ("reward", "atoms and reward"))
     assert ("moment" in info) == (reads == "truth")
     assert "atoms" in env.aec.infos[STUDENT]
     assert env.aec.world.legal(policy.act(env.aec.observe(STUDENT), info)) is not None
@@ -120,6 +120,49 @@ def test_reading_recovers_every_sentence(id, teacher):
                     assert each.slots["action"] == f"{atom.claim.action}"
             observation, _, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
             done = terminated or truncated
+
+
+DISCRETE = ["llf-bandits-BanditTenArmedRandomFixed-v0", "llf-gridworld-v0"]
+
+
+def skill(id, teacher, seed, field):
+    """What the Bayesian student thinks of a teacher after an episode."""
+    env = llf_teacher.make(id, teacher=teacher)
+    policy = parse_student("bayesian").seat(env.family, env.aec.world)
+    for _ in scenes(env, policy, seed):
+        pass
+    return policy.skill[field]
+
+
+@pytest.mark.parametrize("id", DISCRETE)
+def test_the_bayesian_student_finds_liars_out(id):
+    """It does better than the obedient one with a liar, better than without a teacher, and trusts an honest one."""
+
+    def regret(student, teacher):
+        return np.mean([episode(id, student, seed, teacher).episode.regret for seed in range(25)])
+
+    for liar in ("mistake(eps=0.3)", "mistake(eps=1)"):
+        assert regret("bayesian", liar) < regret("obedient", liar)
+        assert regret("bayesian", liar) < regret("bayesian", "silent")
+    assert regret("bayesian", "oracle") < 0.25 * regret("bayesian", "silent")
+
+
+@pytest.mark.parametrize("field", range(3))
+def test_the_bayesian_student_learns_whom_to_trust(field):
+    id = DISCRETE[0] if field == 1 else DISCRETE[1]
+    honest, lying, unheard = (
+        np.mean([skill(id, teacher, seed, field) for seed in range(15)])
+        for teacher in ("oracle", "mistake(eps=1)", "silent")
+    )
+    assert lying < 0.7 < unheard < honest
+    assert unheard == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("id", ["llf-poem-Haiku-v0", "llf-optimization-Booth-v0"])
+def test_the_bayesian_student_says_where_it_cannot_play(id):
+    env = llf_teacher.make(id)
+    with pytest.raises(ValueError, match=r"weighs discrete actions.*use another student there"):
+        parse_student("bayesian").seat(env.family, env.aec.world)
 
 
 def test_reading_skips_what_it_does_not_know():

@@ -265,5 +265,6 @@ def test_an_episode_is_written_whole_or_not_at_all(tmp_path):
 def test_atoms_are_stored_typed(tmp_path):
     record = play(next(small().episodes()))
     atom = json.loads(record.turns[1].atoms)[0]
-    assert set(atom) == {"kind", "claim", "fields", "text", "about_turn", "holds"}
+    assert set(atom) == {"kind", "claim", "fields", "text", "about_turn", "holds", "label"}
     assert atom["holds"] is True
+    assert atom["label"] == "truthful"

@@ -1,0 +1,180 @@
+"""The audit: everything that a teacher says, checked against the simulator."""
+
+import itertools
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from llf_teacher.gym_adapter import StudentEnv
+from llf_teacher.registry import entry
+from llf_teacher.student import Policy, parse_student
+from llf_teacher.studies.episode import scenes
+from pz_envs.family import Subject
+from teachers.atoms import FP, Claim, FeedbackType, Label
+from teachers.personality import Personality, parse_personality
+from teachers.teacher import Teacher
+
+STUDENTS = ("random", "obedient")
+"""Who is taught in an audit: one who errs, and one who does as told."""
+_EXAMPLES = 5
+
+
+class Example(NamedTuple):
+    """Something that was said and should not have been, with where to find it."""
+
+    what: str
+    """`false` or `leak`."""
+    text: str
+    claim: str
+    student: str
+    instruction_type: str
+    seed: int
+    turn: int
+
+
+@dataclass
+class Audit:
+    """What was found of one teacher in one environment."""
+
+    id: str
+    teacher: str
+    """Its spec, or its type."""
+    honest: bool
+    """Whether it promises to tell the truth."""
+    episodes: int = 0
+    turns: int = 0
+    """Turns of students."""
+    words: int = 0
+    """Words of feedback."""
+    claims: Counter[tuple[FeedbackType | None, Label]] = field(default_factory=Counter)
+    """Number of claims by kind, None for an instruction's and for notices, and by label. Text without claims counts as
+    one that is `unchecked`, of no kind.
+    """
+    withheld: Counter[FeedbackType | None] = field(default_factory=Counter)
+    """Number of claims that the oracle offered and the personality never passed on, by kind."""
+    leaks: int = 0
+    """Claims of a kind that was not asked for, advised actions of a personality that may tell none, and actions in a
+    basic instruction, which is to leave them to be found.
+    """
+    examples: list[Example] = field(default_factory=list)
+    """The first falsehoods and leaks."""
+
+    def count(self, *labels: Label) -> int:
+        """Number of claims with one of these labels."""
+        return sum(number for (_, label), number in self.claims.items() if label in labels)
+
+    @property
+    def checked(self) -> int:
+        """Number of claims."""
+        return sum(self.claims.values()) - self.count(Label.UNCHECKED)
+
+    @property
+    def held(self) -> float | None:
+        """Share of the claims that hold; None if there are none."""
+        return 1 - self.count(Label.DISTORTED) / self.checked if self.checked else None
+
+    @property
+    def caught(self) -> bool:
+        """Whether it broke a promise: an honest one said what is false, or anyone leaked."""
+        return self.leaks > 0 or (self.honest and self.count(Label.DISTORTED) > 0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The findings as JSON values."""
+        claims: dict[str, dict[str, int]] = {}
+        for (kind, label), number in sorted(self.claims.items(), key=lambda each: (each[0][0] or "", each[0][1])):
+            claims.setdefault(kind or "none", {})[label] = number
+        return {
+            "id": self.id,
+            "teacher": self.teacher,
+            "honest": self.honest,
+            "caught": self.caught,
+            "episodes": self.episodes,
+            "turns": self.turns,
+            "words_per_turn": self.words / self.turns,
+            "claims": claims,
+            "held": self.held,
+            "withheld": {kind: self.withheld[kind] for kind in sorted(self.withheld, key=str)},
+            "leaks": self.leaks,
+            "examples": [example._asdict() for example in self.examples],
+        }
+
+
+def audit(
+    id: str | Subject,
+    teacher: Any = "oracle",
+    *,
+    turns: int = 1000,
+    students: Iterable[str] = STUDENTS,
+    instruction_types: Iterable[str] | None = None,
+    feedback_type: str | Iterable[str] = "a",
+    progress: Callable[[int], None] | None = None,
+    **settings: Any,
+) -> Audit:
+    """Let students be taught, and check every claim by its `holds`.
+
+    Args:
+        id: an id of `llf_teacher.ids()`, or a `Lesson`.
+        teacher: a spec string, a `Personality`, or any policy for the teacher's seat. What it promises is read off its
+            attributes `honest` and `reveals`, as personalities have them; one without is to be honest.
+        turns: turns of students, shared equally by all combinations of student and instruction type.
+        students: specs of students.
+        instruction_types: which instructions are given; None: all that the environment supports.
+        feedback_type: what is asked for.
+        progress: called with the number of turns so far.
+        settings: others of `StudentEnv`, and the world's options.
+
+    Raises:
+        ValueError: an argument is not supported.
+    """
+    if turns < 1:
+        raise ValueError(f"turns must be at least 1, got {turns!r}")
+    teacher = parse_personality(teacher) if isinstance(teacher, str) else teacher
+    name = str(teacher) if isinstance(teacher, Personality) else type(teacher).__name__
+    family = id if isinstance(id, Subject) else entry(id).family
+    found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
+    types = tuple(instruction_types or family.make_teacher(family.make_world()).oracle.instruction_types)
+    combinations = list(itertools.product(map(parse_student, students), types))
+    for done, (student, type_) in enumerate(combinations, 1):
+        env = StudentEnv(
+            id, teacher=teacher, instruction_type=type_, feedback_type=feedback_type, text=student.text, **settings
+        )
+        policy = student.seat(env.family, env.aec.world)
+        seed = 0
+        while (left := turns * done // len(combinations) - found.turns) > 0:
+            _watch(found, env, policy, seed, left, type_)
+            seed += 1
+            if progress:
+                progress(found.turns)
+        env.close()
+    return found
+
+
+def _watch(found: Audit, env: StudentEnv, student: Policy, seed: int, turns: int, instruction_type: str) -> None:
+    """Add an episode, or what is wanted of it, to the findings."""
+    teacher = env.teacher
+    promise = teacher.personality if isinstance(teacher, Teacher) else teacher
+    reveals = getattr(promise, "reveals", True)
+    offered: Counter[tuple[Claim, int]] = Counter()
+    said: Counter[tuple[Claim, int]] = Counter()
+    found.episodes += 1
+    for moment, observation, atoms in itertools.islice(scenes(env, student, seed), turns + 1):
+        found.turns += moment.turn > 0
+        found.words += len(observation["feedback"].split())
+        if isinstance(teacher, Teacher):
+            offered.update((claim, moment.turn) for claim in teacher.offered)
+        if not atoms and observation["feedback"]:
+            found.claims[None, Label.UNCHECKED] += 1
+        for atom, label in atoms:
+            said[atom.claim, atom.about_turn] += 1
+            kind = None if atom in getattr(observation["instruction"], "atoms", ()) else atom.kind
+            found.claims[kind, label] += 1
+            names = hasattr(atom.claim, "action") or hasattr(atom.claim, "actions")
+            leak = kind is not None and kind not in env.kinds
+            leak |= names and (not reveals if kind is FP else kind is None and instruction_type == "b")
+            found.leaks += leak
+            for fault in ["leak"] * leak + ["false"] * (label is Label.DISTORTED and found.honest):
+                if len(found.examples) < _EXAMPLES:
+                    where = (str(student.spec), instruction_type, seed, moment.turn)
+                    found.examples.append(Example(fault, atom.text, repr(atom.claim), *where))
+    found.withheld.update(claim.kind for claim, _ in (offered - said).elements())

@@ -1,0 +1,122 @@
+"""`llf audit`: check what teachers say against the simulators."""
+
+import itertools
+import json
+import math
+import multiprocessing
+import os
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import track
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from llf_teacher.audit import Audit
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("audit")(audit)
+
+
+def audit(
+    ids: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="ID", help="Environments, or patterns as in 'llf-some-*'; all by default."),
+    ] = None,
+    teacher: Annotated[list[str] | None, typer.Option(help="Personality spec; repeat it for several.")] = None,
+    turns: Annotated[int, typer.Option(min=1, help="Turns of students per environment and teacher.")] = 1000,
+    feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
+    workers: Annotated[int | None, typer.Option(min=1, help="Parallel processes; one a core by default.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Play random and obedient students and check every claim of their teachers.
+
+    Exit status 1 if a teacher that promises honesty says what is false, or if what was not asked for leaks.
+    """
+    from teachers.personality import parse_personality
+
+    specs = [str(parse_personality(spec)) for spec in teacher or ["oracle"]]
+    jobs = [(id, spec, turns, feedback_type) for id in _matching(ids) for spec in specs]
+    console = Console(stderr=True)
+    found = list(track(_audits(jobs, workers), "auditing", len(jobs), console=console, transient=True))
+    found.sort(key=lambda each: (each.id, specs.index(each.teacher)))
+    if as_json:
+        print(json.dumps([each.as_dict() for each in found], indent=2))  # noqa: T201
+    else:
+        _print(found)
+    if any(each.caught for each in found):
+        raise typer.Exit(1)
+
+
+def _matching(patterns: list[str] | None) -> list[str]:
+    from llf_teacher.registry import entry, ids
+
+    found = dict.fromkeys(ids() if patterns is None else ())
+    for pattern in patterns or ():
+        found.update(dict.fromkeys([id for id in ids() if fnmatchcase(id, pattern)] or [entry(pattern).id]))
+    return list(found)
+
+
+def _audits(jobs: list[tuple[str, str, int, str]], workers: int | None) -> Iterator["Audit"]:
+    if len(jobs) == 1:
+        yield _audit(*jobs[0])
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(workers or os.cpu_count() or 1, len(jobs)), mp_context=context) as pool:
+        futures = [pool.submit(_audit, *job) for job in jobs]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _audit(id: str, teacher: str, turns: int, feedback_type: str) -> "Audit":
+    from llf_teacher.audit import audit
+
+    return audit(id, teacher, turns=turns, feedback_type=feedback_type)
+
+
+def _print(found: list["Audit"]) -> None:
+    from teachers.atoms import KINDS, Label
+
+    console = Console(highlight=False)
+    for id, audits in itertools.groupby(found, lambda each: each.id):
+        table = Table(box=None, padding=(0, 1, 0, 0))
+        table.add_column("  teacher", width=23, overflow="fold")
+        for column, width in (*((kind, 4) for kind in KINDS), ("hold", 6), ("withheld", 8), ("words", 5), ("leaks", 5)):
+            table.add_column(column, min_width=width, justify="right")
+        for each in audits:
+            said = {kind: sum(n for (k, _), n in each.claims.items() if k == kind) for kind in KINDS}
+            table.add_row(
+                f"  [{'red' if each.caught else 'green'}]{escape(each.teacher)}[/]",
+                *(f"{said[kind]}" for kind in KINDS),
+                "-" if each.held is None else f"{math.floor(1000 * each.held) / 10:g} %",
+                f"{each.withheld.total()}",
+                f"{each.words / each.turns:.1f}",
+                f"{each.leaks}",
+            )
+        console.print(f"[bold]{id}[/]", table, sep="\n")
+    console.print(
+        "\nClaims by kind, the share that holds (the instruction's included), claims of the oracle that were", end=" "
+    )
+    console.print("withheld, words of feedback a turn, and leaks.")
+    for each in found:
+        for example in each.examples:
+            console.print(f"\n{each.id}, {each.teacher}: {example.what}", style="red", markup=False)
+            console.print(
+                f"  {example.text}\n  {example.claim}\n  student {example.student}, instruction "
+                f"{example.instruction_type}, seed {example.seed}, turn {example.turn}",
+                markup=False,
+            )
+    false = sum(each.count(Label.DISTORTED) for each in found if each.honest)
+    checked = sum(each.checked for each in found)
+    broken = "" if (honest := sum(each.honest for each in found)) == len(found) else f" ({honest} of {len(found)} are)"
+    console.print(f"\n{checked} claims checked; {false} false ones of teachers that promise honesty{broken}.")

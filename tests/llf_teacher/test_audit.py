@@ -1,0 +1,140 @@
+"""Audits find what is wrong, and nothing where nothing is."""
+
+import dataclasses
+
+import pytest
+
+import llf_teacher
+from llf_teacher.audit import audit
+from llf_teacher.registry import PREFIX
+from llf_teacher.testing import check_teacher
+from pz_envs.family import all_families
+from teachers.atoms import FP, HN, KINDS, Label, R
+from teachers.personalities.silent import Silent
+from teachers.personality import PERSONALITIES, Personality, Stage
+
+GRID = "llf-gridworld-v0"
+SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
+
+
+def few(family_id):
+    """Turns for an audit in the default tests."""
+    family = next(family for family in all_families() if PREFIX + family.showcase[0] == family_id)
+    return 36 if family.slow else 240
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+@pytest.mark.parametrize("teacher", [name for name in PERSONALITIES.names if PERSONALITIES[name]().honest])
+def test_honest_personalities_are_never_caught(id, teacher):
+    found = audit(id, teacher, turns=few(id))
+    assert not found.examples
+    assert not found.caught
+    assert found.count(Label.DISTORTED) == 0
+    assert found.turns == few(id)
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_every_lie_of_a_liar_is_seen(id):
+    found = audit(id, "mistake(eps=1)", turns=few(id))
+    assert found.count(Label.DISTORTED) > few(id)
+    assert not [label for (kind, label) in found.claims if kind is not None and label is not Label.DISTORTED]
+    assert not found.caught  # it promises nothing
+    assert found.withheld.total() >= found.count(Label.DISTORTED)
+
+
+def test_labels():
+    assert {label for (kind, label) in audit(GRID, "placebo", turns=60).claims if kind} == {Label.PLACEBO}
+    assert {label for (kind, label) in audit(GRID, "delayed(turns=1)", turns=60).claims if kind} == {Label.LATE}
+    assert {label for (kind, label) in audit(GRID, "oracle", turns=60).claims if kind} == {Label.TRUTHFUL}
+
+
+def test_what_is_withheld():
+    """By kind, what the oracle offered and the student never heard."""
+    found, everything = (audit(GRID, spec, turns=120, students=["random"]) for spec in ("only(kinds='r+fp')", "oracle"))
+    assert not everything.withheld
+    said = {kind: sum(n for (k, _), n in everything.claims.items() if k == kind) for kind in KINDS}
+    assert found.withheld == {kind: said[kind] for kind in KINDS if kind not in (R, FP)}
+
+
+def test_what_comes_late_is_not_withheld():
+    found = audit(GRID, "delayed(turns=1)", turns=20, students=["random"], instruction_types=["b"])
+    assert found.episodes == 1
+    said = sum(n for (kind, _), n in found.claims.items() if kind)
+    last = found.withheld.total()  # only what would have come after the end
+    assert 0 < last <= 5
+    assert said > 10 * last
+
+
+@dataclasses.dataclass(frozen=True)
+class Blabber(Personality):
+    """Promises not to tell the action, and tells it."""
+
+    reveals = False
+
+    class Stage(Stage):
+        """Says all."""
+
+        def speak(self, claims, view):
+            return claims
+
+
+class Stranger:
+    """A policy of somebody's own, which passes on what a teacher says."""
+
+    def __init__(self, feedback_type="a"):
+        env = llf_teacher.make(GRID)
+        self.teacher = env.family.make_teacher(env.aec.world, feedback_type=feedback_type)
+        self.extra = ""
+
+    def reset(self, rng):
+        self.teacher.reset(rng)
+
+    def act(self, observation, info):
+        said = self.teacher.act(observation, info)
+        return f"{said}{self.extra}" if self.extra else said
+
+
+def test_an_answer_that_leaks():
+    found = audit(GRID, Blabber(), turns=60)
+    assert found.caught
+    assert found.leaks == sum(n for (kind, _), n in found.claims.items() if kind == FP)
+    assert found.examples[0].what == "leak"
+    assert not audit(GRID, Silent(), turns=60).caught
+    with pytest.raises(AssertionError, match=r"was caught in llf-gridworld-v0:\n  Example\(what='leak'"):
+        check_teacher(GRID, Blabber(), turns=60)
+
+
+def test_the_feedback_type_bounds_everyone():
+    found = audit(GRID, Stranger(), feedback_type="r+hn", turns=60)
+    assert {kind for kind, _ in found.claims} == {None, R, HN}
+    assert not found.leaks
+
+
+def test_a_policy_of_ones_own_is_checked():
+    check_teacher(GRID, Stranger(), turns=60)
+    liar = Stranger()
+    liar.teacher = llf_teacher.make(GRID, teacher="mistake(eps=1)").teacher
+    with pytest.raises(AssertionError, match="Stranger was caught in llf-gridworld-v0:\n  Example\\(what='false'"):
+        check_teacher(GRID, liar, turns=60)
+    liar.honest = False
+    check_teacher(GRID, liar, turns=60)
+
+
+def test_text_without_claims_is_unchecked():
+    talker = Stranger()
+    talker.extra = " Good luck!"
+    found = audit(GRID, talker, turns=30, instruction_types=["b"], students=["random"])
+    assert found.claims == {(None, Label.UNCHECKED): 30}
+    assert found.held is None
+    with pytest.raises(AssertionError, match="made no claim"):
+        check_teacher(GRID, talker, turns=30)
+
+
+def test_the_same_audit_finds_the_same():
+    assert audit(GRID, "mix", turns=90) == audit(GRID, "mix", turns=90)
+
+
+@pytest.mark.parametrize("settings", [{"turns": 0}, {"students": ["nobody"]}, {"instruction_types": ["z"]}])
+def test_bad_arguments(settings):
+    with pytest.raises(ValueError, match=r"turns must be|unknown student|instruction type 'z'"):
+        audit(GRID, **settings)
