@@ -19,10 +19,10 @@ NOTHING = "Nothing happens."
 """What is answered to a command that cannot be carried out."""
 USES = {
     "clean": ("sinkbasintype", "cleanable", "isclean", ""),
-    "heat": ("microwavetype", "heatable", "ishot", "iscool"),
-    "cool": ("fridgetype", "coolable", "iscool", "ishot"),
+    "heat": ("microwavetype", "heatable", "ishot", "cool"),
+    "cool": ("fridgetype", "coolable", "iscool", "heat"),
 }
-"""Per verb the type of appliance, what it is able to change, and the fact that it brings about, or ends."""
+"""Per verb the type of appliance, what it is able to change, the fact that it brings about, and the verb that it undoes."""
 KNIVES = ("knifetype", "butterknifetype")
 _HELP = (
     "Available commands:\n"
@@ -118,6 +118,8 @@ class House:
         """Per location the receptacles that are used from there."""
         for receptacle, location in self.place.items():
             self.at[location] = (*self.at.get(location, ()), receptacle)
+        self.kinds = {self.type.get(each, "") for each in self.place}
+        """Types of the receptacles that can be used."""
         self.openable = self.able.get("openable", set())
         self.ways = {f"go to {self.name[each]}": (each, location) for each, location in self.place.items()}
         self.id = {name: id for id, name in self.name.items()}
@@ -345,10 +347,13 @@ class ExactEngine:
         return f"You move the {self.house.name[each]} to the {self.house.name[receptacle]}."
 
     def _treat(self, verb: str, each: str, receptacle: str) -> str:
-        _, _, made, unmade = USES[verb]
+        _, _, made, undone = USES[verb]
         self._add(made, each)
-        if unmade:
-            self._delete(unmade, each)
+        if undone:
+            appliance, able, unmade, _ = USES[undone]
+            # The planner knows of nothing that can never become true, so that it does not become false either.
+            if (each in self.house.able_to(able) and appliance in self.house.kinds) or (unmade, each) in self._facts:
+                self._delete(unmade, each)
         return f"You {verb} the {self.house.name[each]} using the {self.house.name[receptacle]}."
 
     def _use(self, each: str) -> str:
