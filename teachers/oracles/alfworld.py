@@ -16,7 +16,7 @@ from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 from worlds.alfworld import Truth
-from worlds.alfworld.exact import NOTHING, USES, ExactEngine
+from worlds.alfworld.exact import AGENT, NOTHING, USES, ExactEngine, House
 from worlds.alfworld.games import Fact, Game
 from worlds.world import World
 
@@ -293,6 +293,73 @@ class Avoid(Claim):
         return tuple(Avoid(action=each) for each in wanted if _gain(lab, moment.after, each) > 0)[:1]
 
 
+@claim
+class Try(Claim):
+    """True if, going by what has been seen, `action` is a step forward, as `_forward` says."""
+
+    kind = FP
+    action: str
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Carry it out and look, or search the part of the house that has been seen."""
+        return not moment.after.won and _forward(lab, moment.after, self.action)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Recommend commands that show nothing."""
+        return tuple(Try(action=action) for action in ("inventory", "look", "help"))
+
+
+@claim
+class Needless(Claim):
+    """True if `action` can be carried out and, going by what has been seen, is no step forward."""
+
+    kind = FN
+    action: str
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Carry it out and look, or search the part of the house that has been seen."""
+        truth = moment.after
+        return not (truth.won or _answer(lab, truth, self.action) == NOTHING or _forward(lab, truth, self.action))
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Warn of what is right."""
+        lab.restore(moment.after)
+        wanted = [each for each in lab.commands() if each.split()[0] not in _IDLE]  # type: ignore[attr-defined]
+        return tuple(Needless(action=each) for each in wanted if _forward(lab, moment.after, each))[:1]
+
+
+@claim
+class Forward(Claim):
+    """True if, going by what had been seen, this command was a step forward."""
+
+    kind = HP
+    action: str
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Carry it out again and look, or search the part of the house that had been seen."""
+        return _made(self.action, moment) and _forward(lab, moment.before, self.action)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (NotForward(action=self.action),)
+
+
+@claim
+class NotForward(Claim):
+    """True if, going by what had been seen, this command was no step forward."""
+
+    kind = HN
+    action: str
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Carry it out again and look, or search the part of the house that had been seen."""
+        return _made(self.action, moment) and not _forward(lab, moment.before, self.action)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (Forward(action=self.action),)
+
+
 _OTHERS = 6
 
 
@@ -329,6 +396,57 @@ def _gain(lab: World, truth: Truth, command: str) -> int:
     return _distance(truth) - _distance(after)
 
 
+def seen(truth: Truth, house: House) -> frozenset[str]:
+    """The receptacles whose contents the student must have seen, to judge by the facts.
+
+    Of several receptacles at one location, of which an arrival shows but one, those that were opened or examined.
+    """
+    facts = truth.facts
+    visited = {fact[2] for fact in facts if fact[0] in ("atlocation", "not_atlocation")}
+    shown = []
+    for receptacle, location in house.place.items():
+        if location in visited:
+            if receptacle in house.openable:
+                known = ("opened", receptacle) in facts or ("not_opened", receptacle) in facts
+            else:
+                known = len(house.at[location]) == 1 or ("checked", receptacle) in facts
+            if known:
+                shown.append(receptacle)
+    return frozenset(shown)
+
+
+def _visible(truth: Truth, house: House) -> Truth:
+    """The truth without what lies in receptacles that have not been looked into."""
+    known = seen(truth, house)
+    facts = (fact for fact in truth.facts if fact[0] != "inreceptacle" or fact[2] in known)
+    return truth._replace(facts=frozenset(facts))
+
+
+def _forward(lab: World, truth: Truth, command: str) -> bool:
+    """Whether a command begins a shortest plan for the part of the house that has been seen.
+
+    If the task cannot be done with that: whether it shows what lies in a receptacle that had not been looked into, or
+    leads to one.
+    """
+    house = House(truth.game)
+    visible = _visible(truth, house)
+    try:
+        left = _distance(visible)
+    except ValueError:
+        lab.restore(truth)
+        here = lab.truth
+        lab.advance(command)
+        there = lab.truth
+        if seen(there, house) > seen(here, house):
+            return True
+        place = next(fact[2] for fact in there.facts if fact[0] == "atlocation")
+        moved = ("atlocation", AGENT, place) not in here.facts
+        return moved and not seen(there, house).issuperset(house.at.get(place, ()))
+    lab.restore(visible)
+    lab.advance(command)
+    return _distance(lab.truth) < left
+
+
 def _some(lab: World, truth: Truth, fits: Callable[[str], bool]) -> bool:
     if truth.won:
         return False
@@ -362,7 +480,8 @@ class _Search:
     def _search(self, start: frozenset[Fact]) -> int:
         engine, order = self._engine, count()
         engine.load(start)
-        queue = [(self._least(), next(order), 0, start)]
+        least = self._least()
+        queue = [(least, next(order), 0, start)] if least < _FAR else []
         best = {_essence(start): 0}
         while queue:
             _, _, spent, facts = heapq.heappop(queue)
@@ -533,26 +652,36 @@ class Planner:
         house = self.engine.house
         return tuple(each for each in ids if house.type.get(each) == f"{kind}type")
 
-    def plan(self, facts: frozenset[Fact], known: Set[str] | None = None) -> tuple[str, ...] | None:
-        """A shortest sequence of commands that does the task; None if there is none.
-
-        Args:
-            facts: the state.
-            known: the receptacles whose contents are known; None for all.
-        """
+    def plan(self, facts: frozenset[Fact]) -> tuple[str, ...] | None:
+        """A shortest sequence of commands that does the task; None if there is none."""
         engine = self.engine
         engine.load(facts)
         if engine.won():
             return ()
-        self._stored = {
-            each: receptacle
-            for receptacle, inside in engine.inside.items()
-            if known is None or receptacle in known
-            for each in inside
-        }
+        self._stored = {each: receptacle for receptacle, inside in engine.inside.items() for each in inside}
         begin = _Leg(engine.location, frozenset(), ())
         ends = self._pairs(begin) if self.game.task == "pick_two_obj_and_place" else self._singles(begin)
         return min((end.commands for end in ends), key=len, default=None)
+
+    def explore(self, truth: Truth) -> tuple[str, ...]:
+        """Commands that show what lies in a receptacle not looked into yet, likely ones and near ones first."""
+        engine = self.engine
+        house, name = engine.house, engine.house.name
+        engine.load(truth.facts)
+        known = seen(truth, house)
+        unlikely = {
+            each: (house.type.get(each, ""), f"{self.game.target}type") not in house.holds for each in house.place
+        }
+        left = [each for each in house.place if each not in known]
+        if not left:
+            return ()
+        goal = min(left, key=lambda each: (unlikely[each], house.place[each] != engine.location))
+        leg = self._go(_Leg(engine.location, frozenset(), ()), goal)
+        if goal in house.openable:
+            leg = self._reach(leg, goal)
+        elif len(house.at[leg.location]) > 1:
+            leg = leg._replace(commands=(*leg.commands, f"examine {name[goal]}"))
+        return leg.commands
 
     def _singles(self, begin: _Leg) -> Iterator[_Leg]:
         """Plans for one object: empty the hand, take, treat, put or hold under a lamp."""
@@ -643,9 +772,19 @@ class Planner:
 
 
 class AlfworldOracle(Oracle):
-    """Sees everything, what is hidden too. Regret counts commands; nothing is known of a task that cannot be done."""
+    """Sees everything, what is hidden too. Regret counts commands; nothing is known of a task that cannot be done.
+
+    With the world's option `oracle="explorer"` it judges and advises by what the student has seen, leads it to what it
+    has not seen, and gives basic instructions only; regret counts commands that are no step forward.
+    """
 
     max_importance = 8.0
+
+    def __init__(self, scratch: Callable[[], World]) -> None:
+        super().__init__(scratch)
+        self._explores = self.lab.options["oracle"] == "explorer"
+        if self._explores:
+            self.instruction_types = ("b",)
 
     def start(self, truth: Truth, rng: np.random.Generator) -> None:
         """Get a planner for the game."""
@@ -665,8 +804,35 @@ class AlfworldOracle(Oracle):
         if truth.facts not in self._plans:
             if len(self._plans) > _RECENT:
                 self._plans.clear()
-            self._plans[truth.facts] = self._planner.plan(truth.facts)
+            self._plans[truth.facts] = self._explored(truth) if self._explores else self._planner.plan(truth.facts)
         return self._plans[truth.facts]
+
+    def _explored(self, truth: Truth) -> tuple[str, ...] | None:
+        """A shortest plan by what has been seen, else the way to something else; None if all has been seen."""
+        visible = _visible(truth, self._planner.engine.house)
+        plan = self._planner.plan(visible.facts)
+        return self._planner.explore(truth) or None if plan is None else plan
+
+    def _known(self, truth: Truth) -> int | None:
+        """The length of a shortest plan by what has been seen."""
+        plan = self._planner.plan(_visible(truth, self._planner.engine.house).facts)
+        return None if plan is None else len(plan)
+
+    def _forward(self, before: Truth, command: str) -> bool:
+        """Whether a command is a step forward for an explorer."""
+        house = self._planner.engine.house
+        known = self._known(before)
+        if known is not None:
+            after = self._after(_visible(before, house), command)
+            gained = self._planner.plan(after.facts)
+            return gained is not None and len(gained) < known
+        after = self._after(before, command)
+        if seen(after, house) != seen(before, house):
+            return True
+        self._planner.engine.load(after.facts)
+        location = self._planner.engine.location
+        unseen = set(house.at.get(location, ())) - seen(after, house)
+        return bool(unseen) and ("atlocation", AGENT, location) not in before.facts
 
     def _left(self, truth: Truth) -> int | None:
         plan = self._plan(truth)
@@ -711,6 +877,8 @@ class AlfworldOracle(Oracle):
             verdict = Done(action=action)
         elif after.feedback == NOTHING:
             verdict = Refused(action=action)
+        elif self._explores:
+            verdict = Forward(action=action) if self._forward(before, action) else NotForward(action=action)
         else:
             gain = self._gain(before, after)
             if gain is not None:
@@ -725,18 +893,22 @@ class AlfworldOracle(Oracle):
         if not plan:
             return
         if FP in kinds:
-            claims.append(Do(action=plan[0]))
+            claims.append(Try(action=plan[0]) if self._explores else Do(action=plan[0]))
         if FN in kinds:
             warning = self._warning(truth, moment.turn)
             if warning is not None:
                 claims.append(warning)
 
-    def _warning(self, truth: Truth, turn: int) -> Avoid | None:
+    def _warning(self, truth: Truth, turn: int) -> Avoid | Needless | None:
         """A command to avoid: in each turn another one, of those that can be carried out."""
         self.lab.restore(truth)
         commands = self.lab.commands()  # type: ignore[attr-defined]
         for i in range(len(commands)):
             command = commands[(turn * _STRIDE + i) % len(commands)]
+            if self._explores:
+                if not self._forward(truth, command):
+                    return Needless(action=command)
+                continue
             gain = self._gain(truth, self._after(truth, command))
             if gain is not None and gain <= 0:
                 return Avoid(action=command)
@@ -746,6 +918,8 @@ class AlfworldOracle(Oracle):
         """By how many commands the worst next command puts the task off, more than the best one does."""
         if truth.won or self._left(truth) is None:
             return 0.0
+        if self._explores:
+            return 1.0
         self.lab.restore(truth)
         commands = [each for each in self.lab.commands() if _verb(each) not in _IDLE]  # type: ignore[attr-defined]
         gains = [self._gain(truth, self._after(truth, command)) for command in commands]
@@ -758,6 +932,8 @@ class AlfworldOracle(Oracle):
             return 1.0
         if moment.before.won:
             return 0.0
+        if self._explores:
+            return 0.0 if moment.success else float(not self._forward(moment.before, moment.action))
         gain = 1 if moment.success else self._gain(moment.before, moment.after)
         return 1.0 - gain if gain is not None else 0.0
 

@@ -18,6 +18,7 @@ from worlds.world import World, illegal
 package()  # a missing extra shows when the module is imported
 
 ENGINES = {"exact": ExactEngine, "textworld": StockEngine}
+ORACLES = ("planner", "explorer")
 SOURCES = ("auto", "generated", "official")
 MAX_LENGTH = 500
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f]").search  # all but white space
@@ -56,6 +57,7 @@ class Alfworld(World):
         games: `official` are the files below the folder that the environment variable ALFWORLD_DATA names, where
             `alfworld-download` puts them; `generated` are made by seed from the package's floor plans; `auto` is
             official if there are such files.
+        oracle: for oracles, what they are to advise by: `planner` all that is true, `explorer` what has been seen.
         engine: `exact`, or `textworld`, the original, which is equal and some thousand times slower.
 
     Raises:
@@ -70,14 +72,16 @@ class Alfworld(World):
         task: str = "",
         split: str = "all",
         games: str = "auto",
+        oracle: str = "planner",
         engine: str = "exact",
         *,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__(render_mode=render_mode, task=task, split=split, games=games, engine=engine)
+        super().__init__(render_mode=render_mode, task=task, split=split, games=games, oracle=oracle, engine=engine)
         _check("task", task, ("", *TASKS))
         _check("split", split, SPLITS)
         _check("games", games, SOURCES)
+        _check("oracle", oracle, ORACLES)
         _check("engine", engine, tuple(ENGINES))
         folder = os.environ.get("ALFWORLD_DATA", "") if games != "generated" else ""
         self._files = files(folder, task, split) if folder else ()

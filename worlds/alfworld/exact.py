@@ -22,7 +22,7 @@ USES = {
     "heat": ("microwavetype", "heatable", "ishot", "cool"),
     "cool": ("fridgetype", "coolable", "iscool", "heat"),
 }
-"""Per verb the type of appliance, what it is able to change, the fact that it brings about, and the verb that it undoes."""
+"""Per verb the type of appliance, what it is able to change, the fact that it brings about, the verb it undoes."""
 KNIVES = ("knifetype", "butterknifetype")
 _HELP = (
     "Available commands:\n"
@@ -352,7 +352,10 @@ class ExactEngine:
         if undone:
             appliance, able, unmade, _ = USES[undone]
             # The planner knows of nothing that can never become true, so that it does not become false either.
-            if (each in self.house.able_to(able) and appliance in self.house.kinds) or (unmade, each) in self._facts:
+            if (each in self.house.able_to(able) and appliance in self.house.kinds) or (
+                unmade,
+                each,
+            ) in self.game.start:
                 self._delete(unmade, each)
         return f"You {verb} the {self.house.name[each]} using the {self.house.name[receptacle]}."
 
