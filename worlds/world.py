@@ -1,7 +1,7 @@
 """The interface of every world: a Gymnasium environment whose state can be seen, saved and restored."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
@@ -101,6 +101,14 @@ class World(gymnasium.Env):
     def scratch(self) -> "World":
         """A new world of the same class and options, for experiments on the side. Restore before use."""
         return type(self)(**self.options)
+
+    def original(self, actions: Sequence[Any]) -> gymnasium.Env | None:
+        """For benchmarks: the environment of another package that does this world's work; None if there is none.
+
+        Args:
+            actions: what it will be stepped through after `reset(seed=0)`; a world may prepare for them.
+        """
+        return None
 
     @abstractmethod
     def _observe(self) -> Any:

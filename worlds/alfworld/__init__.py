@@ -5,6 +5,7 @@ Shridhar et al. 2021, "ALFWorld: Aligning Text and Embodied Environments for Int
 
 import os
 import re
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -144,6 +145,10 @@ class Alfworld(World):
             return commands[rng.integers(len(commands))]
         pattern, thing, place = (each[rng.integers(len(each))] for each in (_TRIED, _THINGS, _PLACES))
         return pattern.format(f"{thing} {rng.integers(1, 4)}", f"{place} {rng.integers(1, 4)}")
+
+    def original(self, actions: Sequence[Any]) -> World:
+        """The same world on TextWorld's engine."""
+        return type(self)(**self.options | {"engine": "textworld"})
 
     def __getstate__(self) -> dict[str, Any]:
         state = self.__dict__ | {"_engine": None}

@@ -215,7 +215,7 @@ def _errands(number: int, task: str) -> tuple[tuple[str, str, str], ...]:
 
 
 @cache
-def _plans(task: str, split: str) -> tuple[int, ...]:
+def plans_for(task: str, split: str) -> tuple[int, ...]:
     """The floor plans that allow tasks of a type; those of `valid_unseen` are in no other split."""
     constants = _constants()
     numbers = {
@@ -239,7 +239,7 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
         return options[int(next(draws) * len(options))]
 
     task = task or pick(TASKS)
-    here = plan(pick(_plans(task, split)))
+    here = plan(pick(plans_for(task, split)))
     target, destination, lamp = pick(_errands(here.number, task))
     lying = _strew(here, task, target, destination, pick)
     x, z = pick(here.points)
