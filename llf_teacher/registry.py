@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from llf_teacher.gym_adapter import StudentEnv
     from teachers.personality import Personality
     from teachers.phrasebook import Paraphrase
+    from teachers.voice import Voice
 
 PREFIX, ALIAS = "llf-", "verbal-"
 
@@ -79,7 +80,7 @@ def make(
     instruction_type: str = "b",
     feedback_type: str | Iterable[str] = "a",
     teacher: "str | Personality | Any" = "oracle",
-    voice: str = "plain",
+    voice: "Voice" = "plain",
     paraphrase: "Paraphrase" = "random",
     visual: bool = False,
     **options: Any,
@@ -93,7 +94,8 @@ def make(
             fn, as `"r+hp"`, a set, a list or a tuple.
         teacher: a personality's spec string, a `Personality`, a `Teacher`, or any policy with `reset(rng)` and
             `act(observation, info)` for the teacher's seat.
-        voice: the tone of the phrases.
+        voice: the tone: `plain`, `curt`, `socratic`, `warm`, the path of a voice of your own, or a function that
+            rewrites a sentence.
         paraphrase: `"random"`, an index or a callable `(templates, **slots) -> str`.
         visual: ask for images where the family has them.
         options: `text`, `max_turns`, `privileged_info`, `render_mode` of `StudentEnv`, and the world's options.

@@ -43,6 +43,12 @@ class Policy(ABC):
     def begin(self) -> None:
         """Set up what is to be remembered within the episode."""
 
+    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
+        """Take the end of an episode to heart, before the next one; arguments as in `act`.
+
+        It is called where a student has more than one episode.
+        """
+
     @abstractmethod
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """The next action.
@@ -105,7 +111,7 @@ def parse_student(spec: str | Student) -> Student:
 
 def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
     """The info that a policy may see: the seat's own, less the atoms for a reader of words, and with `reward` (of
-    its last turn) or the privileged `moment` for a policy that learns from these.
+    its last turn; with the atoms for a reader of advice) or the privileged `moment` for one that learns from these.
     """  # noqa: D205
     info = dict(aec.infos[STUDENT])
     reads = getattr(policy, "reads", "atoms")

@@ -5,10 +5,11 @@ import pkgutil
 import re
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import metadata
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from pettingzoo import register
@@ -17,11 +18,15 @@ from pettingzoo.utils import wrappers
 if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
+    from pz_envs.classroom import ClassroomEnv
+    from pz_envs.panel import PanelEnv
+    from pz_envs.rewards import TeacherReward
     from pz_envs.tutoring import TutoringEnv
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Paraphrase, Phrasebook
     from teachers.teacher import Teacher
+    from teachers.voice import Voice
     from worlds.world import World
 
 PLUGINS = "llf_teacher.families"
@@ -51,12 +56,20 @@ class Subject(ABC):
         """What makes an oracle of a function that makes scratch worlds."""
 
     @abstractmethod
-    def phrasebook(self, voice: str = "plain") -> "Phrasebook":
+    def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the teachers."""
 
     def taught_world(self, **options: Any) -> "World":
         """The world of new seats."""
         return self.make_world(**options)
+
+    def serves(self, personality: "str | Personality") -> bool:
+        """Whether the oracle can do what a personality needs."""
+        from teachers.personality import parse_personality
+
+        oracle = self.oracle_class()
+        able = oracle if isinstance(oracle, type) else oracle(self.make_world().scratch)
+        return parse_personality(personality).needs <= able.abilities()
 
     def make_teacher(
         self,
@@ -65,7 +78,7 @@ class Subject(ABC):
         *,
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
-        voice: str = "plain",
+        voice: "Voice" = "plain",
         paraphrase: "Paraphrase" = "random",
     ) -> "Teacher":
         """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
@@ -83,9 +96,10 @@ class Subject(ABC):
     def raw_env(
         self,
         *,
+        teacher: "str | Personality" = "oracle",
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
-        voice: str = "plain",
+        voice: "Voice" = "plain",
         paraphrase: "Paraphrase" = "random",
         max_cycles: int | None = None,
         render_mode: str | None = None,
@@ -93,15 +107,24 @@ class Subject(ABC):
         text: bool = False,
         cost: float = 0.01,
         budget: int | None = None,
-        teacher_reward: Any = None,
+        teacher_reward: "str | TeacherReward" = "student_reward",
+        until_success: bool = False,
         **options: Any,
     ) -> "TutoringEnv":
-        """The bare AEC environment; see `pz_envs.tutoring.TutoringEnv`. Other arguments are the world's options."""
+        """The bare AEC environment; see `pz_envs.tutoring.TutoringEnv`. Other arguments are the world's options.
+
+        With `speech="kinds"` the personality `teacher` says which claims there are to choose from.
+        """
         from pz_envs.tutoring import TutoringEnv
 
         world = self.taught_world(**options)
         tutor = self.make_teacher(
-            world, instruction_type=instruction_type, feedback_type=feedback_type, voice=voice, paraphrase=paraphrase
+            world,
+            teacher,
+            instruction_type=instruction_type,
+            feedback_type=feedback_type,
+            voice=voice,
+            paraphrase=paraphrase,
         )
         return TutoringEnv(
             world,
@@ -115,6 +138,7 @@ class Subject(ABC):
             cost=cost,
             budget=budget,
             teacher_reward=teacher_reward,
+            until_success=until_success,
         )
 
     def env(self, **kwargs: Any) -> "AECEnv":
@@ -126,6 +150,93 @@ class Subject(ABC):
         from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 
         return turn_based_aec_to_parallel(self.env(**kwargs))
+
+    def raw_classroom_env(
+        self,
+        *,
+        students: int = 8,
+        attention: int = 1,
+        speech: str = "kinds",
+        same_world: bool = False,
+        until_success: bool = True,
+        cost: float = 0.01,
+        attention_cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> "ClassroomEnv":
+        """One teacher and so many students, 1 to 64; see `pz_envs.classroom.ClassroomEnv`.
+
+        Other arguments are those of `raw_env` for each of the students, `max_cycles`, `text`, `feedback_type`, ...
+        """
+        from pz_envs.classroom import ClassroomEnv
+
+        desks = [self.raw_env(speech="kinds", until_success=until_success, **options) for _ in range(students)]
+        return ClassroomEnv(
+            desks,
+            attention=attention,
+            speech=speech,
+            same_world=same_world,
+            cost=cost,
+            attention_cost=attention_cost,
+            budget=budget,
+            render_mode=render_mode,
+        )
+
+    def classroom_env(self, **kwargs: Any) -> "AECEnv":
+        """The classroom with PettingZoo's check of the calling order."""
+        return wrappers.OrderEnforcingWrapper(self.raw_classroom_env(**kwargs))
+
+    def parallel_classroom_env(self, *, rule: str = "round_robin", **kwargs: Any) -> "ParallelEnv":
+        """The students of a classroom, who act at the same time; a scripted teacher shares out its attention by a rule.
+
+        See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
+        """
+        from pz_envs.parallel_seats import ParallelSeats
+        from pz_envs.scripted import Attention
+        from pz_envs.tutoring import TEACHER
+
+        return ParallelSeats(self.raw_classroom_env(**kwargs), {TEACHER: Attention(rule)})
+
+    def raw_panel_env(
+        self,
+        *,
+        teachers: "Sequence[str | Personality]" = ("oracle", "oracle"),
+        speech: str = "kinds",
+        order: str = "fixed",
+        cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> "PanelEnv":
+        """Several teachers of these personalities and one student; see `pz_envs.panel.PanelEnv`.
+
+        Other arguments are those of `raw_env`, `max_cycles`, `text`, `feedback_type`, ...
+        """
+        from pz_envs.panel import PanelEnv
+
+        desk, *others = (self.raw_env(speech="kinds", teacher=teacher, **options) for teacher in teachers)
+        return PanelEnv(
+            desk,
+            [each.tutor for each in (desk, *others)],
+            speech=speech,
+            order=order,
+            cost=cost,
+            budget=budget,
+            render_mode=render_mode,
+        )
+
+    def panel_env(self, **kwargs: Any) -> "AECEnv":
+        """The panel with PettingZoo's check of the calling order."""
+        return wrappers.OrderEnforcingWrapper(self.raw_panel_env(**kwargs))
+
+    def parallel_panel_env(self, **kwargs: Any) -> "ParallelEnv":
+        """The student of a panel alone; each teacher says all that its personality would say."""
+        from pz_envs.parallel_seats import ParallelSeats
+        from pz_envs.scripted import Frank
+
+        env = self.raw_panel_env(**{**kwargs, "speech": "kinds"})
+        return ParallelSeats(env, {teacher: Frank() for teacher in env.teachers})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,7 +306,7 @@ class Family(Subject):
         """The class of the family's oracles; errors as in `make_world`."""
         return self._load(self.oracle, "teachers.oracles")
 
-    def phrasebook(self, voice: str = "plain") -> "Phrasebook":
+    def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the family's teachers."""
         from teachers.phrasebook import load_phrasebook
 
@@ -209,6 +320,17 @@ class Family(Subject):
             for env_type, function in (("aec", "env"), ("parallel", "parallel_env")):
                 entry_point = f"{module}:{function}"
                 register(env_type, f"llf/{environment}", entry_point=entry_point, kwargs=dict(options))
+            name, _, version = environment.rpartition("-")
+            for form, env_type in product(("classroom", "panel"), ("aec", "parallel")):
+                prefix = "parallel_" if env_type == "parallel" else ""
+                kwargs = {"environment": environment, "function": f"{prefix}{form}_env"}
+                register(env_type, f"llf/{name}-{form}-{version}", entry_point=f"{__name__}:make_seats", kwargs=kwargs)
+
+
+def make_seats(environment: str, function: str, **kwargs: Any) -> "AECEnv | ParallelEnv":
+    """What a function of an environment's family makes, such as `classroom_env`; PettingZoo's registry calls this."""
+    family = next(family for family in all_families() if environment in family.environments)
+    return getattr(family, function)(**{**family.environments[environment], **kwargs})
 
 
 @cache

@@ -9,6 +9,7 @@ from pz_envs.family import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
 from teachers.reward_oracle import RewardOracle
+from teachers.voice import Voice
 from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld
 
@@ -94,7 +95,7 @@ class Lesson(Subject):
         """What makes oracles."""
         return self._oracle
 
-    def phrasebook(self, voice: str = "plain") -> Phrasebook:
+    def phrasebook(self, voice: Voice = "plain") -> Phrasebook:
         """The given phrases and the common ones."""
         claims = self._oracle.claims() if isinstance(self._oracle, type) and issubclass(self._oracle, Oracle) else ()
         return make_phrasebook(self._phrases, claims, voice)

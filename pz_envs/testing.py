@@ -52,11 +52,22 @@ def check_pettingzoo(make: Make) -> None:
         def parallel(aec: Make = aec) -> Any:
             return turn_based_aec_to_parallel(aec())
 
-        with expected_warnings():
-            api_test(aec(), num_cycles=60, verbose_progress=False)
-            seed_test(aec, num_cycles=40)
-            parallel_api_test(parallel(), num_cycles=40)
-            parallel_seed_test(parallel, num_cycles=40)
+        require_aec(aec)
+        require_parallel(parallel)
+
+
+def require_aec(make: Make) -> None:
+    """PettingZoo's checkers of AEC environments."""
+    with expected_warnings():
+        api_test(make(), num_cycles=60, verbose_progress=False)
+        seed_test(make, num_cycles=40)
+
+
+def require_parallel(make: Callable[..., Any]) -> None:
+    """PettingZoo's checkers of parallel environments."""
+    with expected_warnings():
+        parallel_api_test(make(), num_cycles=40)
+        parallel_seed_test(make, num_cycles=40)
 
 
 def check_turns(make: Make) -> None:

@@ -1,31 +1,27 @@
 """The two seats: a teacher and a student take turns over a world."""
 
 import copy
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import seeding
-from pettingzoo import AECEnv
 
+from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
+from pz_envs.seats import SPEECHES, STUDENT, TEACHER, SeatsEnv
+from pz_envs.teacher_seat import PROSE, SUBSETS, Purse, TeacherSeat, message_space, price
 from pz_envs.text_mode import legal_text, parse_action
-from teachers.atoms import FN, FP, KINDS, SILENCE, Claim, Moment, ParseFailure, Utterance
+from teachers.atoms import FN, FP, SILENCE, Moment, ParseFailure, Utterance
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
 from worlds.world import World
 
-TEACHER, STUDENT = "teacher_0", "student_0"
-SPEECHES = ("message", "kinds")
-SUBSETS = 2 ** len(KINDS)
-_BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
-_SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
-_LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
+__all__ = ["SPEECHES", "STUDENT", "SUBSETS", "TEACHER", "TutoringEnv"]
+
 _new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
-_PROSE = 65_536  # greatest length of a teacher's words, and of a world's description
 
 
-class TutoringEnv(AECEnv):
+class TutoringEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0`.
 
     The teacher opens; then student and teacher alternate, and the teacher has the last word: after the
@@ -50,7 +46,7 @@ class TutoringEnv(AECEnv):
         Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to
         say are not said. `reset` says the instruction itself. Info: the privileged `moment`.
 
-    Rewards: at the student's step both get the world's reward, the teacher through `teacher_reward`; at
+    Rewards: at the student's step the student gets the world's reward and the teacher its `teacher_reward`; at
     the teacher's step the teacher pays `cost` for each atom of feedback that it says, one for a text without atoms.
 
     Args:
@@ -63,19 +59,16 @@ class TutoringEnv(AECEnv):
         text: text in, text out for the student.
         cost: paid by the teacher per atom of feedback, at least 0.
         budget: atoms of feedback that the teacher may say in an episode; what exceeds it is not said. None: any number.
-        teacher_reward: the teacher's reward of a student's turn, a function of the `Moment`.
+        teacher_reward: the teacher's reward of a student's turn: `student_reward`, `student_progress`,
+            `success_minus_cost`, or a function of the `Moment` and the `Oracle`; see `pz_envs.rewards`.
+        until_success: whether success ends the episode; it does not where the task is `repeated`.
         render_mode: None, `ansi` or `human`.
 
     Raises:
         ValueError: an argument is not allowed.
     """
 
-    metadata = {  # noqa: RUF012 (PettingZoo's convention)
-        "render_modes": ["ansi", "human"],
-        "name": "tutoring_v0",
-        "is_parallelizable": False,
-        "render_fps": 4,
-    }
+    metadata = {**SeatsEnv.metadata, "name": "tutoring_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
     def __init__(
         self,
@@ -89,66 +82,41 @@ class TutoringEnv(AECEnv):
         text: bool = False,
         cost: float = 0.01,
         budget: int | None = None,
-        teacher_reward: Callable[[Moment], float] | None = None,
+        teacher_reward: str | TeacherReward = student_reward,
+        until_success: bool = False,
         render_mode: str | None = None,
     ) -> None:
-        if speech not in SPEECHES:
-            raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
+        super().__init__(name, speech, render_mode)
         if not isinstance(max_cycles, int) or max_cycles < 1:
             raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
-        if cost < 0:
-            raise ValueError(f"cost must be at least 0, got {cost!r}")
-        if budget is not None and budget < 1:
-            raise ValueError(f"budget must be None or at least 1, got {budget!r}")
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, ansi, human")
-        self.world, self.tutor = world, tutor
-        self.metadata = {**self.metadata, "name": f"{name}_v0"}
-        self.max_cycles, self.speech, self.text, self.cost, self.budget = max_cycles, speech, text, cost, budget
-        self.repeated, self.teacher_reward = repeated, teacher_reward
-        self.render_mode = render_mode
+        self.name, self.world, self.tutor = name, world, tutor
+        self.max_cycles, self.text = max_cycles, text
+        self.repeated, self.until_success = repeated, until_success and not repeated
+        self.purse = Purse(cost, budget)
+        self.seat = TeacherSeat(tutor, self.purse, max_cycles, world.reward_range)
+        self.teacher_reward = parse_teacher_reward(teacher_reward)
+        self._own_reward = self.teacher_reward is not student_reward
         self.possible_agents = [TEACHER, STUDENT]
-        self.agents: list[str] = []
         self._texts = text or isinstance(world.action_space, spaces.Text)
-        low, high = world.reward_range
-        self.observation_spaces: dict[str, spaces.Space] = {
-            STUDENT: spaces.Dict(
-                {
-                    "state": Prose(_PROSE) if text else copy.deepcopy(world.observation_space),
-                    "instruction": Prose(_PROSE),
-                    "feedback": Prose(_PROSE),
-                }
-            )
-        }
-        self.action_spaces: dict[str, spaces.Space] = {
-            STUDENT: Prose(_PROSE) if text else copy.deepcopy(world.action_space)
-        }
+        self.observation_spaces[STUDENT] = spaces.Dict(
+            {
+                "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
+                "instruction": Prose(PROSE),
+                "feedback": Prose(PROSE),
+            }
+        )
+        self.action_spaces[STUDENT] = Prose(PROSE) if text else copy.deepcopy(world.action_space)
         if speech == "message":
-            self.observation_spaces[TEACHER] = spaces.Dict({"state": Prose(_PROSE), "action": Prose(_PROSE)})
-            self.action_spaces[TEACHER] = Prose(_PROSE)
+            self.observation_spaces[TEACHER] = words_space()
+            self.action_spaces[TEACHER] = message_space()
         else:
-            self.observation_spaces[TEACHER] = spaces.Dict(
-                {
-                    "available": spaces.MultiBinary(len(KINDS)),
-                    "features": spaces.Box(
-                        np.array([0, low, 0, 0, 0], np.float32),
-                        np.array([1, high, tutor.oracle.max_importance, 1, 1], np.float32),
-                    ),
-                    "action_mask": spaces.Box(0, 1, (SUBSETS,), np.int8),
-                }
-            )
+            self.observation_spaces[TEACHER] = self.seat.kinds_space()
             self.action_spaces[TEACHER] = spaces.Discrete(SUBSETS)
+        self.start: Any = None
+        """A world's truth with which every episode begins; None: each begins as the world's reset draws it."""
         self._rng: np.random.Generator | None = None
         self.state_now: Any = None
         """The world's observation as the student sees it; made anew by each action, and handed out as it is."""
-
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The agent's observation space, the same object each time."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The agent's action space, the same object each time."""
-        return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
@@ -156,63 +124,45 @@ class TutoringEnv(AECEnv):
             self._rng, _ = seeding.np_random(seed)
         world = self.world
         self._state, world_info = world.reset(seed=int(self._rng.integers(2**31)), options=options)
+        if self.start is not None:
+            world.restore(self.start)
+            self._state = world._observe()
         self._see()
-        self.agents = self.possible_agents[:]
-        self.rewards = {TEACHER: 0.0, STUDENT: 0.0}
-        self._cumulative_rewards = {TEACHER: 0.0, STUDENT: 0.0}
-        self.terminations = {TEACHER: False, STUDENT: False}
-        self.truncations = {TEACHER: False, STUDENT: False}
-        self.infos: dict[str, dict[str, Any]] = {}
-        self._skip_agent_selection = None
-        self.turn = self.spent = 0
+        self._open()
+        self.turn = self.purse.spent = 0
         self.ended = (False, False)
         self.instruction: str = SILENCE
         self.feedback: str = SILENCE
         self.moment = Moment(None, None, 0.0, world.truth, False, 0, False)
         self.infos[STUDENT] = world_info | {"atoms": ()}
         self._pass_to_teacher()
-        if self.speech == "kinds":
-            self.tutor.reset(self._rng.spawn(1)[0])
+        if self.speech == "kinds" or self._own_reward:
+            self.tutor.begin(self._rng.bit_generator.seed_seq.spawn(1)[0])  # type: ignore[attr-defined]
             opening = self.tutor.open(self.moment)
-            self.instruction = opening
-            self.infos[STUDENT]["atoms"] = opening.atoms
+            if self.speech == "kinds":
+                self.instruction = opening
+                self.infos[STUDENT]["atoms"] = opening.atoms
 
     def observe(self, agent: str) -> dict[str, Any]:
         """What an agent sees now."""
         if agent == STUDENT:
-            return {"state": copy.copy(self.state_now), "instruction": self.instruction, "feedback": self.feedback}
-        moment = self.moment
-        if self.speech == "message":
-            action = moment.action.got if type(moment.action) is ParseFailure else moment.action
-            return {"state": self.world.describe(self._state), "action": "" if action is None else f"{action}"}
-        low, high = self.world.reward_range
-        available = self._available()
-        oracle = self.tutor.oracle
-        features = (
-            self.turn / self.max_cycles,
-            min(max(moment.reward, low), high),
-            min(oracle.importance(moment.after), oracle.max_importance),
-            self._affordable() / self.budget if self.budget else 1.0,
-            moment.over,
-        )
-        return {
-            "available": _SUBSET_BITS[available].copy(),
-            "features": np.array(features, np.float32),
-            "action_mask": _LEGAL[available].copy() if self.agent_selection == TEACHER else _LEGAL[0].copy(),
-        }
+            state = self.state_now
+            state = state.copy() if type(state) is dict else copy.copy(state)
+            return {"state": state, "instruction": self.instruction, "feedback": self.feedback}
+        return self.describe() if self.speech == "message" else self.seat.observe(self.agent_selection == TEACHER)
 
-    def step(self, action: Any) -> None:
-        """Let the agent whose turn it is act."""
-        agent = self.agent_selection
-        if self.terminations[agent] or self.truncations[agent]:
-            self._was_dead_step(action)
-            return
+    def describe(self) -> dict[str, str]:
+        """The world and the student's last action as text."""
+        action = self.moment.action
+        if type(action) is ParseFailure:
+            action = action.got
+        return {"state": self.world.describe(self._state), "action": "" if action is None else f"{action}"}
+
+    def _act(self, agent: str, action: Any) -> None:
         if agent == STUDENT:
             self.student_turn(action)
         else:
             self.teacher_turn(action)
-        if self.render_mode == "human":
-            self.render()
 
     def student_turn(self, action: Any) -> None:
         """The student acts.
@@ -233,12 +183,15 @@ class TutoringEnv(AECEnv):
         else:
             self._state, reward, terminated, truncated, info = world.advance(action)
             self._see()
+            if self.until_success and info["success"]:
+                terminated = True
             late = not terminated and (truncated or turn >= self.max_cycles)
             self.ended = (terminated, late)
             over = terminated or late
             self.moment = _new(Moment, (before, action, reward, world.truth, info["success"], turn, over))
         self.infos[STUDENT] = info
-        self._pay(STUDENT, reward if self.teacher_reward is None else self.teacher_reward(self.moment), reward)
+        own = self.teacher_reward(self.moment, self.tutor.oracle) if self._own_reward else reward
+        self._pay(STUDENT, own, reward)
         self._pass_to_teacher()
 
     def teacher_turn(self, action: Any) -> None:
@@ -247,34 +200,34 @@ class TutoringEnv(AECEnv):
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        said = self._say(action)
+        said = self.seat.say(action) if self.speech == "kinds" else self.seat.allow(action)
+        self._pay(TEACHER, self.purse.pay(self.hear(said)), 0.0)
+
+    def hear(self, said: str) -> int:
+        """Let the student hear the teacher's words, which ends a finished episode; the number of atoms to pay for."""
         atoms = said.atoms if type(said) is Utterance else ()
+        info = self.infos[STUDENT]
         if self.turn == 0 and self.speech == "message":
             self.instruction, self.feedback = _split(said, atoms)
-            price = len(self.feedback.atoms) if atoms else 0
+            cost = len(self.feedback.atoms) if atoms else 0
         else:
             self.feedback = said
             # After an executed action nothing but feedback is said.
-            plain = not atoms or self.moment.before is not None
-            price = (len(atoms) or int(said != "")) if plain else sum(atom.kind is not None for atom in atoms)
+            cost = len(atoms) if atoms and self.moment.before is not None else price(said)
             if self.turn == 0:
-                atoms = self.infos[STUDENT]["atoms"] + atoms
-        self.spent += price
-        self._pay(TEACHER, -self.cost * price, 0.0)
-        self.infos[STUDENT]["atoms"] = atoms
+                atoms = info["atoms"] + atoms
+        info["atoms"] = atoms
         terminated, truncated = self.ended
         if terminated or truncated:
             self.terminations = {TEACHER: terminated, STUDENT: terminated}
             self.truncations = {TEACHER: truncated, STUDENT: truncated}
         self.agent_selection = STUDENT
+        return cost
 
-    def render(self) -> str | None:
-        """The world and the teacher's last words as text: returned in mode `ansi`, printed in mode `human`."""
+    def as_text(self) -> str:
+        """The world and the teacher's last words."""
         words = self.feedback or self.instruction
-        text = f"{self.world.describe(self._state)}\nTeacher: {words}".lstrip("\n")
-        if self.render_mode == "human":
-            print(text)  # noqa: T201
-        return text if self.render_mode == "ansi" else None
+        return f"{self.world.describe(self._state)}\nTeacher: {words}".lstrip("\n")
 
     def close(self) -> None:
         """Close the world."""
@@ -291,47 +244,8 @@ class TutoringEnv(AECEnv):
             raise ValueError(f"the student's action must be a string, got {action!r}; the state is unchanged")
         return parse_action(action, self.world) if self.text else legal_text(action, self.world)
 
-    def _say(self, action: Any) -> str:
-        """The teacher's words, as many as the budget allows."""
-        if self.speech == "message":
-            if not self.action_spaces[TEACHER].contains(action):
-                raise ValueError(f"the teacher must say a string of at most {_PROSE} characters, got {action!r:.80}")
-            if self.budget is None or self.turn == 0:
-                return action
-            left = self._affordable()
-            if type(action) is Utterance:
-                return Utterance.of(_within(left, action.atoms, lambda atom: atom.kind))
-            return action if left else SILENCE
-        # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
-        if not (type(action) is int and 0 <= action < SUBSETS) and not self.action_spaces[TEACHER].contains(action):
-            raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {action!r}")
-        said = [claim for claim in self._claims_now() if claim.kind is None or action & _BIT[claim.kind]]
-        if self.budget is not None:
-            said = _within(self._affordable(), said, lambda claim: claim.kind)
-        return self.tutor.say(tuple(said), self.turn)
-
-    def _claims_now(self) -> tuple[Claim, ...]:
-        """The true claims of this moment; asked for once a moment, and only if somebody wants to know."""
-        if self._claims is None:
-            moment = self.moment
-            self._claims = (self.tutor.notice(moment) if moment.turn else ()) + self.tutor.judge(moment)
-        return self._claims
-
-    def _available(self) -> int:
-        """The kinds that can be said now, as a subset's number."""
-        available = 0
-        if self._affordable():
-            for claim in self._claims_now():
-                if claim.kind is not None:
-                    available |= _BIT[claim.kind]
-        return available
-
-    def _affordable(self) -> int:
-        """Atoms that the budget has left."""
-        return SUBSETS if self.budget is None else max(self.budget - self.spent, 0)
-
     def _pass_to_teacher(self) -> None:
-        self._claims: tuple[Claim, ...] | None = None
+        self.seat.see(self.moment)
         self.infos[TEACHER] = {"moment": self.moment}
         self.agent_selection = TEACHER
 
@@ -343,14 +257,9 @@ class TutoringEnv(AECEnv):
         cumulative[STUDENT] += student
 
 
-def _within(left: int, items: Any, kind: Callable[[Any], Any]) -> list[Any]:
-    """The first `left` items that are feedback, and all that are not."""
-    kept = []
-    for item in items:
-        if kind(item) is None or left > 0:
-            kept.append(item)
-            left -= kind(item) is not None
-    return kept
+def words_space() -> spaces.Dict:
+    """The space of `TutoringEnv.describe`."""
+    return spaces.Dict({"state": Prose(PROSE), "action": Prose(PROSE)})
 
 
 def _split(said: str, atoms: tuple[Any, ...]) -> tuple[str, Any]:

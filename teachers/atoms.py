@@ -1,9 +1,9 @@
 """What a teacher says: claims, atoms and utterances; and the moment of which it is said."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Any, ClassVar, NamedTuple, dataclass_transform
+from typing import Any, ClassVar, NamedTuple, Self, dataclass_transform
 
 from worlds.world import World
 
@@ -105,6 +105,34 @@ class Claim:
         return ()
 
 
+class Grounded(Claim):
+    """Base of claims that say less than another one and are true because that one is: their ground.
+
+    The ground is no field: it is in no record, and a student who reads fields does not see it.
+    """
+
+    __slots__ = ("_ground",)
+
+    @classmethod
+    def on(cls, ground: Any, **fields: Any) -> Self:
+        """A claim of these fields that rests on another claim, or on several."""
+        claim = cls(**fields)
+        object.__setattr__(claim, "_ground", ground)
+        return claim
+
+    def stands(self, moment: Moment, lab: World) -> bool:
+        """Whether the ground holds."""
+        return self._ground.holds(moment, lab)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        return _regrounded, (type(self), getattr(self, "_ground", None), {name: getattr(self, name) for name in names})
+
+
+def _regrounded(cls: type[Grounded], ground: Any, fields: dict[str, Any]) -> Grounded:
+    return cls.on(ground, **fields)
+
+
 class Atom(NamedTuple):
     """A claim as it was said."""
 
@@ -113,6 +141,8 @@ class Atom(NamedTuple):
     """The sentence, without the other atoms of the utterance."""
     about_turn: int
     """The turn of which the claim speaks; smaller than the current turn if it comes late."""
+    speaker: str = ""
+    """The seat of who said it, where several teachers speak; else empty."""
 
     @property
     def kind(self) -> FeedbackType | None:

@@ -1,8 +1,11 @@
 """Claims that belong to no family; their phrases are in `phrases/common.toml`."""
 
 from collections.abc import Sequence
+from typing import Any
 
-from teachers.atoms import HN, HP, Claim, FeedbackType, Moment, R, claim
+import numpy as np
+
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Grounded, Moment, R, claim
 from worlds.world import World
 
 
@@ -73,6 +76,153 @@ class Truism(Claim):
 
 
 @claim
+class Right(Grounded):
+    """True if the action of this turn was good: its ground, a verdict, is praise that holds, or blame that does not."""
+
+    kind = HP
+    action: Any
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Check the verdict."""
+        return _acted(self.action, moment) and self.stands(moment, lab) == (self._ground.kind is HP)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (Wrong.on(self._ground, action=self.action),)
+
+
+@claim
+class Wrong(Grounded):
+    """True if something was bad about the action of this turn: its ground, a verdict on the action, is blame that
+    holds, or praise that does not.
+    """  # noqa: D205
+
+    kind = HN
+    action: Any
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Check the verdict."""
+        return _acted(self.action, moment) and self.stands(moment, lab) == (self._ground.kind is HN)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return (Right.on(self._ground, action=self.action),)
+
+
+@claim
+class NoDifference(Grounded):
+    """True if the best other action is worth as much as the action of this turn, to within `margin`.
+
+    Its ground is the verdict on the action, which is praise if no other action is worth more.
+    """
+
+    kind = HP
+    action: Any
+    mine: float
+    """Value of the action."""
+    other: float
+    """Greatest value of another action."""
+    margin: float
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Check the verdict, and that the values agree with it."""
+        praised = (self._ground.kind is HP) == self.stands(moment, lab)
+        return (
+            _acted(self.action, moment)
+            and abs(self.mine - self.other) < self.margin
+            and praised == (self.mine >= self.other)
+        )
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Claim that it does matter: the opposite verdict."""
+        cls = Wrong if self.mine >= self.other else Right
+        return (cls.on(self._ground, action=self.action),)
+
+
+@claim
+class Paid(Claim):
+    """True if the reward for the action of this turn is so: `positive`, `negative` or `zero`."""
+
+    kind = R
+    sign: str
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Compare with the world's payment."""
+        return moment.before is not None and self.sign == sign_of(moment.reward)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The other signs that a reward of the world can have."""
+        low, high = lab.reward_range
+        signs = {"positive": high > 0, "negative": low < 0, "zero": low <= 0 <= high}
+        return tuple(Paid(sign=sign) for sign, possible in signs.items() if possible and sign != self.sign)
+
+
+@claim
+class Chance(Grounded):
+    """True if there is something good to do next: its ground, an advice, holds."""
+
+    kind = FP
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Check the advice."""
+        return self.stands(moment, lab)
+
+
+@claim
+class Trap(Grounded):
+    """True if there is something to avoid next: its ground, a warning, holds."""
+
+    kind = FN
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Check the warning."""
+        return self.stands(moment, lab)
+
+
+@claim
+class Example(Grounded):
+    """True if these actions are optimal one after the other: its ground has for each the advice to take it, which holds
+    at that point, or None if it solves the task.
+    """  # noqa: D205
+
+    kind = FP
+    action: Any
+    """The first of them."""
+    actions: tuple[Any, ...]
+    steps: str
+    """The actions as a student writes them."""
+
+    @classmethod
+    def of(cls, ground: tuple[Claim | None, ...], actions: tuple[Any, ...]) -> "Example":
+        """An example of some actions, at least one."""
+        steps = ", then ".join(f'"{action}"' if isinstance(action, str) else f"{action}" for action in actions)
+        return cls.on(ground, action=actions[0], actions=actions, steps=steps)
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Take the actions, and check the advice on the way."""
+        truth = moment.after
+        for action, advice in zip(self.actions, self._ground, strict=True):
+            if advice is not None and not advice.holds(moment._replace(after=truth), lab):
+                return False
+            lab.restore(truth)
+            solved = lab.step(action)[4]["success"]
+            if advice is None and not solved:
+                return False
+            truth = lab.truth
+        return True
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Begin with another action."""
+        first, *rest = self._ground
+        if first is None:
+            rng = np.random.default_rng(0)
+            others = [(None, lab.legal(lab.sample_action(rng))) for _ in range(_TRIES)]
+        else:
+            others = [(c, c.action) for c in first.counterparts(moment, lab) if hasattr(c, "action")]
+        return tuple(Example.of((advice, *rest), (action, *self.actions[1:])) for advice, action in others)
+
+
+@claim
 class NotUnderstood(Claim):
     """True if the student's text was no action, and `expected` is what the world understands.
 
@@ -123,6 +273,16 @@ class Late(Claim):
         return self.claim.kind
 
 
+def sign_of(reward: float) -> str:
+    """Whether a reward is `positive`, `negative` or `zero`."""
+    return "positive" if reward > 0 else "negative" if reward < 0 else "zero"
+
+
+def _acted(action: Any, moment: Moment) -> bool:
+    return moment.before is not None and np.array_equal(action, moment.action)
+
+
+_TRIES = 5
 FACTS = (
     "ice is cold",
     "a week has seven days",

@@ -8,11 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from teachers.atoms import KINDS, Claim, FeedbackType, Moment, R
+from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R
 from teachers.common import Reward
 from worlds.world import World
 
 ALL_KINDS = frozenset(KINDS)
+ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
+"""What an oracle may be able to do, and a personality may need; see `Oracle.abilities`."""
 
 
 class RefusalError(TypeError):
@@ -46,6 +48,26 @@ class Oracle(ABC):
     def lab(self) -> World:
         """A scratch world, made when it is first needed."""
         return self._scratch()
+
+    @classmethod
+    def abilities(cls) -> frozenset[str]:
+        """What it can do, of `ABILITIES`.
+
+        A method counts if the class brings its own, and those that follow from `values` count with these. `hindsight`
+        is to state hp and hn, `advice` to state fp, and `hints` to have fp claims with coarser ones.
+        """
+        own = {
+            name
+            for name in ("values", "importance", "plan", "regret")
+            if getattr(cls, name) is not getattr(Oracle, name)
+        }
+        if "values" in own:
+            own |= {"importance", "plan", "regret"}
+        kinds = set(cls.feedback_types)
+        own |= {name for name, wanted in (("hindsight", {HP, HN}), ("advice", {FP})) if wanted <= kinds}
+        if any(claim.kind is FP and claim.coarser is not Claim.coarser for claim in cls.claims()):
+            own.add("hints")
+        return frozenset(own)
 
     @classmethod
     def claims(cls) -> tuple[type[Claim], ...]:
@@ -133,9 +155,13 @@ class Oracle(ABC):
             raise RefusalError(f"{type(self).__name__} gives no values; it must implement regret(moment)")
         return max(values) - (min(values) if moment.before is None else values[moment.action])
 
+    def falsehoods(self, claim: Claim, moment: Moment) -> list[Claim]:
+        """Every plausible claim in place of `claim` that is false, checked to be so."""
+        return [c for c in claim.counterparts(moment, self.lab) if not c.holds(moment, self.lab)]
+
     def distort(self, claim: Claim, moment: Moment, rng: np.random.Generator) -> Claim | None:
         """A false claim in place of `claim`, checked to be false; None if there is no plausible one."""
-        false = [c for c in claim.counterparts(moment, self.lab) if not c.holds(moment, self.lab)]
+        false = self.falsehoods(claim, moment)
         return false[rng.integers(len(false))] if false else None
 
 

@@ -6,63 +6,28 @@ right with `|`, and are written as strings that round-trip: `mistake(eps=0.1) | 
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from teachers import personalities
-from teachers.atoms import Claim, FeedbackType, Moment
-from teachers.common import Late
+from teachers.atoms import Claim
 from teachers.oracle import Oracle
 from teachers.spec import Catalogue, Spec
+from teachers.view import View
 
-
-class View:
-    """What a personality may look at when it speaks. It sees no template and no family."""
-
-    def __init__(self, oracle: Oracle, words: Callable[[Claim], float]) -> None:
-        self._oracle = oracle
-        self._moments: list[Moment] = []
-        self.kinds: frozenset[FeedbackType] = frozenset()
-        """The kinds of feedback that are wanted; others are withheld whatever a personality says."""
-        self.words = words
-        """The number of words that saying a claim takes, on average over its paraphrases."""
-
-    def see(self, moment: Moment, kinds: frozenset[FeedbackType]) -> None:
-        """Take note of the next moment, and of the kinds that are wanted now."""
-        self._moments.append(moment)
-        self.kinds = kinds
-
-    @property
-    def moment(self) -> Moment:
-        """The moment to speak of."""
-        return self._moments[-1]
-
-    @property
-    def turn(self) -> int:
-        """The number of turns that the student has had."""
-        return self.moment.turn
-
-    def values(self) -> tuple[float, ...] | None:
-        """Value per discrete action now; None where actions cannot be enumerated."""
-        return self._oracle.values(self.moment.after)
-
-    def importance(self) -> float:
-        """What is at stake in the next action."""
-        return self._oracle.importance(self.moment.after)
-
-    def plan(self, n: int) -> tuple[Any, ...]:
-        """At most `n` actions of an optimal policy from here on."""
-        return self._oracle.plan(self.moment.after, n)
-
-    def distort(self, claim: Claim, rng: np.random.Generator) -> Claim | None:
-        """A claim that is false of the same turn; None if there is no plausible one."""
-        if isinstance(claim, Late):
-            false = self._oracle.distort(claim.claim, self._moments[claim.turn], rng)
-            return false and Late(claim=false, turn=claim.turn)
-        return self._oracle.distort(claim, self.moment, rng)
+__all__ = [
+    "PERSONALITIES",
+    "Personality",
+    "Pipeline",
+    "Stage",
+    "View",
+    "check_served",
+    "parse_personality",
+    "stages_of",
+]
 
 
 class Stage(ABC):
@@ -87,8 +52,12 @@ class Personality(Spec):
     """Base of all personalities: a frozen value that starts a `Stage` for each episode."""
 
     Stage: ClassVar[type[Stage]]
+    source: ClassVar[str] = "ours"
+    """Where the definition comes from."""
+    needs: ClassVar[frozenset[str]] = frozenset()
+    """What the oracle must be able to do, of `teachers.oracle.ABILITIES`."""
     honest: ClassVar[bool] = True
-    """Whether every claim that it makes is true."""
+    """Whether every claim that it makes is true, if those that it is given are."""
     reveals: ClassVar[bool] = True
     """Whether it may tell the action to take; one that may not is audited for it."""
 
@@ -128,6 +97,11 @@ class Pipeline(Personality):
     Stage = PipelineStage
 
     @property
+    def needs(self) -> frozenset[str]:  # type: ignore[override]
+        """What any stage needs."""
+        return frozenset().union(*(stage.needs for stage in self.stages))
+
+    @property
     def transparent(self) -> bool:
         """Whether every stage is."""
         return all(stage.transparent for stage in self.stages)
@@ -149,6 +123,23 @@ class Pipeline(Personality):
 def stages_of(personality: Personality) -> tuple[Personality, ...]:
     """The stages of a pipeline; any other personality is its own only stage."""
     return personality.stages if isinstance(personality, Pipeline) else (personality,)
+
+
+def check_served(personality: Personality, oracle: Oracle | type[Oracle]) -> None:
+    """Make sure that an oracle can do what a personality needs.
+
+    Raises:
+        ValueError: it cannot; the message names what is missing.
+    """
+    able = oracle.abilities()
+    for stage in stages_of(personality):
+        if missing := sorted(stage.needs - able):
+            name = oracle.__name__ if isinstance(oracle, type) else type(oracle).__name__
+            raise ValueError(
+                f"personality '{stage}' needs {', '.join(missing)} of the oracle, which {name} does not give; "
+                f"it gives: {', '.join(sorted(able)) or 'nothing'}; docs/personalities.md shows which family serves "
+                "which personality"
+            )
 
 
 PERSONALITIES = Catalogue("personality", Personality, personalities)

@@ -1,4 +1,4 @@
-"""Voices: claims put into words. The words are data, in `phrases/<family>.toml`."""
+"""Claims put into words. The words are data, in `phrases/<family>.toml`; for their tone see `teachers.voice`."""
 
 import dataclasses
 import re
@@ -13,12 +13,11 @@ from typing import Any, get_origin
 
 import numpy as np
 
-from teachers.atoms import Atom, Claim, Utterance
+from teachers.atoms import Atom, Claim, FeedbackType, Utterance
 from teachers.common import Late
 from teachers.oracle import claims_of
+from teachers.voice import LEAST, MOST, PLAIN, Change, Tone, Voice, load_tone, rewrite, voice_names
 
-LEAST, MOST = 4, 20
-"""Number of paraphrases that a claim must have."""
 Paraphrase = str | int | Callable[..., str]
 """`"random"`, the index of a paraphrase (modulo their number), or a function `(templates, **slots) -> str`."""
 
@@ -76,7 +75,7 @@ class _Templates(dict[type[Claim], tuple[Template, ...]]):
 
 
 class Phrasebook:
-    """A voice: for every claim class its paraphrases, which all say exactly the same.
+    """For every claim class its paraphrases, which all say exactly the same.
 
     Args:
         phrases: per claim class name the templates; slots are the claim's fields, but for tuples, with format specs.
@@ -92,13 +91,38 @@ class Phrasebook:
         problems = list(_problems(phrases, claims))
         if problems:
             raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
-        self._templates = _Templates({cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims})
+        self._set(_Templates({cls: tuple(map(Template, phrases[cls.__name__])) for cls in claims}))
+
+    def _set(self, templates: _Templates) -> None:
+        self._templates = templates
+        # What `say` needs of them, in the form in which that takes the least time; Late has a way of its own.
+        self._compiled = {cls: [(each.pattern, each.values) for each in templates[cls]] for cls in templates}
+        self._compiled.pop(Late, None)
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
         """Both together."""
         both = object.__new__(Phrasebook)
-        both._templates = _Templates(self._templates | other._templates)
+        both._set(_Templates(self._templates | other._templates))
         return both
+
+    def toned(self, tone: Tone, own: Mapping[str, list[str]], source: str) -> "Phrasebook":
+        """The same claims in a tone: in own words where there are any, else in the plain ones, framed.
+
+        Raises:
+            ValueError: one error that lists what is wrong with the own words; their slots must be those of the plain.
+        """
+        words = Phrasebook(dict(own), [cls for cls in self._templates if cls.__name__ in own], source)
+        problems = []
+        for cls, templates in words._templates.items():
+            plain = slots(self._templates[cls][0].source)
+            if slots(templates[0].source) != plain:
+                problems.append(f"{cls.__name__}: its slots must be {', '.join(sorted(plain)) or 'none'}")
+        if problems:
+            raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
+        framed = {cls: tuple(map(Template, tone.frame(_kind(cls), plain))) for cls, plain in self.items()}
+        toned = object.__new__(Phrasebook)
+        toned._templates = _Templates(framed | words._templates)
+        return toned
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Phrasebook":
         return self  # immutable
@@ -120,15 +144,14 @@ class Phrasebook:
         """Put claims into words, with one draw a claim whether it is used or not."""
         atoms = []
         texts = []
-        choose = paraphrase == "random"
-        for claim, draw in zip(claims, draws.take(len(claims)), strict=True):
-            cls = claim.__class__
+        compiled = self._compiled if paraphrase == "random" else {}
+        for claim, draw in zip(claims, draws.take(len(claims)), strict=False):
             about = turn
-            if choose and cls is not Late:
-                templates = self._templates[cls]
-                template = templates[int(draw * len(templates))]
-                text = template.pattern % template.values(claim)
-            elif cls is Late:
+            wordings = compiled.get(claim.__class__)
+            if wordings is not None:
+                pattern, values = wordings[int(draw * len(wordings))]
+                text = pattern % values(claim)
+            elif isinstance(claim, Late):
                 about, said = claim.turn, claim.claim
                 # The frame gets other digits of the draw than the sentence within it.
                 text = self._word(claim, draw * 1009 % 1, paraphrase, self._word(said, draw, paraphrase))
@@ -136,7 +159,7 @@ class Phrasebook:
             else:
                 text = self._word(claim, draw, paraphrase)
             texts.append(text)
-            atoms.append(_new_atom(Atom, (claim, text, about)))
+            atoms.append(_new_atom(Atom, (claim, text, about, "")))
         utterance = _new_text(Utterance, " ".join(texts))
         utterance.atoms = tuple(atoms)
         return utterance
@@ -153,6 +176,31 @@ class Phrasebook:
         else:
             template = templates[int(paraphrase) % len(templates)]
         return template.format(claim) if late is None else template.source.format(turn=claim.turn, text=late)  # type: ignore[attr-defined]
+
+
+class Rewriting(Phrasebook):
+    """A phrasebook whose sentences a function puts into other words."""
+
+    def __init__(self, book: Phrasebook, voice: Callable[[str], str]) -> None:
+        self._templates = book._templates
+        self._voice = voice
+        self.changes: tuple[Change, ...] = ()
+        """What became of the numbers and names in the last utterance, where something did."""
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Rewriting":
+        twin = Rewriting(self, self._voice)
+        twin.changes = self.changes
+        return twin
+
+    def say(self, claims: Sequence[Claim], turn: int, draws: "Draws", paraphrase: Paraphrase) -> Utterance:
+        """Put claims into words, and these into others."""
+        said, self.changes = rewrite(super().say(claims, turn, draws, paraphrase), self._voice)
+        return said
+
+
+def _kind(cls: type[Claim]) -> FeedbackType | None:
+    """The kind of all claims of a class; None also for a class whose claims have kinds of their own."""
+    return cls.kind if isinstance(cls.kind, FeedbackType) else None
 
 
 class Draws:
@@ -235,46 +283,65 @@ def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> A
                 yield f"{name}: {template!r} leaves out {slot!r}, which other paraphrases say"
 
 
-VOICES = ("plain",)
 _COMMON = "teachers.phrases:common.toml"
 Phrases = Mapping[Any, Any] | str | Path
 """Phrases of one's own; see `make_phrasebook`."""
 
 
 @cache
-def _load(source: str, module: str, voice: str) -> Phrasebook:
+def _tables(source: str) -> dict[str, dict[str, list[str]]]:
     package, _, file = source.partition(":")
-    phrases = tomllib.loads(resources.files(package).joinpath(file).read_text(encoding="utf-8"))
-    return Phrasebook(phrases.get(voice, {}), claims_of(module), f"{file} [{voice}]")
+    return tomllib.loads(resources.files(package).joinpath(file).read_text(encoding="utf-8"))
 
 
-def load_phrasebook(source: str, module: str, voice: str = "plain") -> Phrasebook:
+@cache
+def _load(source: str, module: str, voice: str) -> Phrasebook:
+    file, tables = source.rpartition(":")[2], _tables(source)
+    book = Phrasebook(tables.get(PLAIN, {}), claims_of(module), f"{file} [{PLAIN}]")
+    tone = load_tone(voice)
+    return book.toned(tone, tables.get(tone.name, {}), f"{file} [{tone.name}]") if tone else book
+
+
+@cache
+def _load_common(voice: str) -> Phrasebook:
+    book = _load(_COMMON, "teachers.common", PLAIN)
+    tone = load_tone(voice)
+    return book.toned(tone, tone.phrases, f"voice {tone.name} [phrases]") if tone else book
+
+
+def load_phrasebook(source: str, module: str, voice: Voice = PLAIN) -> Phrasebook:
     """The phrases of a family together with the common ones.
 
     Args:
         source: the TOML file, as `package:file`.
         module: name of the module that defines the family's claims.
-        voice: the tone, a table of the file.
+        voice: the tone: a name, the path of a file, or a function that rewrites a sentence.
 
     Raises:
-        ValueError: unknown voice, or the file is not in order.
+        ValueError: unknown voice, or a file is not in order.
     """
-    return _load(source, module, _known(voice)) | _load(_COMMON, "teachers.common", voice)
+    if callable(voice):
+        return Rewriting(load_phrasebook(source, module), voice)
+    if f"{voice}" not in voice_names():  # a file may change
+        return _load.__wrapped__(source, module, f"{voice}") | _load_common.__wrapped__(f"{voice}")
+    return _load(source, module, f"{voice}") | _load_common(f"{voice}")
 
 
-def make_phrasebook(phrases: Phrases, claims: Sequence[type[Claim]], voice: str = "plain") -> Phrasebook:
+def make_phrasebook(phrases: Phrases, claims: Sequence[type[Claim]], voice: Voice = PLAIN) -> Phrasebook:
     """Phrases of one's own together with the common ones.
 
     Args:
         phrases: per claim, its class or the name of its class, the paraphrases; or the path of a TOML file that has
-            them by name, at its top or in a table per voice.
+            them by name, at its top or in a table per voice, of which `plain` must be complete.
         claims: the classes that names may stand for.
-        voice: the tone.
+        voice: the tone: a name, the path of a file, or a function that rewrites a sentence.
 
     Raises:
         ValueError: unknown voice, or the phrases are not in order.
     """
-    voice, source = _known(voice), "the given phrases"
+    if callable(voice):
+        return Rewriting(make_phrasebook(phrases, claims), voice)
+    source, tone = "the given phrases", load_tone(voice)
     table: Mapping[Any, Any] = {}
     if isinstance(phrases, Mapping):
         table = phrases
@@ -284,19 +351,21 @@ def make_phrasebook(phrases: Phrases, claims: Sequence[type[Claim]], voice: str 
             table = tomllib.loads(Path(phrases).read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
             raise ValueError(f"cannot read phrases from {source}: {error}") from None
+    own: Mapping[Any, Any] = {}
     if table and all(isinstance(value, Mapping) for value in table.values()):
-        table = table.get(voice, {})
-        source = f"{source} [{voice}]"
+        own = table.get(tone.name, {}) if tone else {}
+        table = table.get(PLAIN, {})
+        source = f"{source} [{PLAIN}]"
     if any(isinstance(key, type) for key in table):
         claims = [key for key in table if isinstance(key, type)]
-    named = {
+    book = Phrasebook(_by_name(table), claims, source)
+    if tone:
+        book = book.toned(tone, _by_name(own), f"{source.removesuffix(f' [{PLAIN}]')} [{tone.name}]")
+    return book | _load_common.__wrapped__(f"{voice}")
+
+
+def _by_name(table: Mapping[Any, Any]) -> dict[str, Any]:
+    return {
         key.__name__ if isinstance(key, type) else key: list(value) if isinstance(value, tuple) else value
         for key, value in table.items()
     }
-    return Phrasebook(named, claims, source) | _load(_COMMON, "teachers.common", voice)
-
-
-def _known(voice: str) -> str:
-    if voice not in VOICES:
-        raise ValueError(f"unknown voice {voice!r}; allowed: {', '.join(VOICES)}")
-    return voice

@@ -1,6 +1,7 @@
 """The teacher: an oracle, a personality and a voice."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,11 @@ from teachers.atoms import SILENCE, Claim, FeedbackType, Moment, ParseFailure, U
 from teachers.common import NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
-from teachers.personality import Personality, Pipeline, View, parse_personality, stages_of
-from teachers.phrasebook import Draws, Paraphrase, Phrasebook, check_paraphrase
+from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
+from teachers.phrasebook import Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
+from teachers.voice import Change
 
+_STREAMS = ("oracle", "personality", "mixing", "voice")
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
 
 
@@ -31,7 +34,7 @@ class Teacher:
         paraphrase: `"random"`, an integer or a callable `(templates, **slots) -> str`.
 
     Raises:
-        ValueError: an argument is not supported.
+        ValueError: an argument is not supported, or the personality needs what the oracle does not give.
     """
 
     def __init__(
@@ -47,6 +50,7 @@ class Teacher:
         self.oracle = oracle
         self.voice = voice
         self.personality = parse_personality(personality)
+        check_served(self.personality, oracle)
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
@@ -90,15 +94,26 @@ class Teacher:
 
     def reset(self, rng: np.random.Generator) -> None:
         """Begin an episode, with a random stream each for oracle, personality, mixing and voice."""
-        oracle, personality, mixing, voice = rng.bit_generator.seed_seq.spawn(4)  # type: ignore[attr-defined]
+        self._start(rng.bit_generator.seed_seq.spawn(len(_STREAMS)).__getitem__)  # type: ignore[attr-defined]
+
+    def begin(self, seeds: np.random.SeedSequence) -> None:
+        """What `reset` does with a generator of these seeds, for seeds that nobody else spawns from; it is faster."""
+        self._start(partial(_child, seeds))
+
+    def _start(self, seeds: Callable[[int], np.random.SeedSequence]) -> None:
         generator = np.random.default_rng
-        self._oracle_rng = generator(oracle)
-        self._draws = Draws(generator(voice))
-        self._mix_seed, self._mix_rng = mixing, None
+        self._seeds = seeds
+        self._oracle_rng = generator(seeds(_STREAMS.index("oracle")))
+        self._draws = Draws(generator(seeds(_STREAMS.index("voice"))))
+        self._mix_rng = None
         transparent = self.personality.transparent
         self._view = None if transparent else View(self.oracle, self.voice.words)
         # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
-        self._stage = None if transparent else Pipeline(stages_of(self.personality)).start(generator(personality))
+        self._stage = (
+            None
+            if transparent
+            else Pipeline(stages_of(self.personality)).start(generator(seeds(_STREAMS.index("personality"))))
+        )
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
         """Speak in the teacher's seat."""
@@ -141,9 +156,19 @@ class Teacher:
     def _mix(self) -> frozenset[FeedbackType]:
         """A random subset of the kinds for this turn."""
         if self._mix_rng is None:
-            self._mix_rng = np.random.default_rng(self._mix_seed)
+            self._mix_rng = np.random.default_rng(self._seeds(_STREAMS.index("mixing")))
         return draw_kinds(self._able, self._mix_rng)
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """What a rewriting voice did to numbers and names in the last utterance; nothing with any other voice."""
+        return self.voice.changes if isinstance(self.voice, Rewriting) else ()
 
     def say(self, claims: tuple[Claim, ...], turn: int) -> Utterance:
         """Put claims into words."""
         return self.voice.say(claims, turn, self._draws, self._paraphrase) if claims else SILENCE
+
+
+def _child(seeds: np.random.SeedSequence, i: int) -> np.random.SeedSequence:
+    """The i-th of the children that `spawn` would give first, without the others."""
+    return np.random.SeedSequence(seeds.entropy, spawn_key=(*seeds.spawn_key, i), pool_size=seeds.pool_size)

@@ -100,6 +100,18 @@ def check_distortion(pupil: Pupil) -> None:
     require(not missing, f"no false counterpart was found for {missing}")
 
 
+def check_hints(pupil: Pupil) -> None:
+    """What a claim says coarser is of its kind, can be worded, and holds, too."""
+    lab = pupil.make_world().scratch()
+    voice = pupil.make_teacher(pupil.make_world()).voice
+    for oracle, moment in pupil.judged():
+        for claim in oracle.judge(moment):
+            for hint in claim.coarser(moment, lab) if claim.holds(moment, lab) else ():
+                require(hint.kind is claim.kind, f"{hint}, coarser than {claim}, is of kind {hint.kind}")
+                require(hint.holds(moment, lab), f"{hint}, coarser than {claim}, does not hold of {moment}")
+                voice.words(hint)
+
+
 def check_kinds(pupil: Pupil) -> None:
     """All kinds that the oracle gives occur, in speaking order; asking for fewer gives just those of these claims."""
     seen = set()

@@ -18,7 +18,13 @@ from pz_envs.family import all_families
 from worlds.testing import plain
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
-TEACHERS = ("oracle", "mix", "mistake(eps=0.5) | delayed(turns=1)", "placebo")
+TEACHERS = (
+    "oracle",
+    "mix",
+    "mistake(eps=0.5) | delayed(turns=1)",
+    "placebo",
+    "feature_noise(high=1) | limited_knowledge | vague",
+)
 
 
 def digest():

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import llf_teacher
+from llf_teacher.shelf import update
 from teachers.personality import PERSONALITIES
 
 ROOT = Path(__file__).parents[1]
@@ -45,6 +46,20 @@ def test_the_study_file_of_the_readme_is_a_study(tmp_path):
 def test_the_readme_names_every_personality():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert all(f"`{name}" in readme for name in PERSONALITIES.names)
+
+
+def test_the_tables_of_personalities_are_those_of_the_code():
+    """If not, run `llf shelf docs/personalities.md`."""
+    document = (ROOT / "docs" / "personalities.md").read_text(encoding="utf-8")
+    assert update(document) == document
+    for name in PERSONALITIES.names:
+        assert document.count(f"| `{name}") == 2
+
+
+@pytest.mark.parametrize("text", ["no place", "<!-- llf shelf: shelves -->\n<!-- end -->"])
+def test_a_document_needs_places_for_tables(text):
+    with pytest.raises(ValueError, match=r"the document must have places for tables, .* got: (none|shelves)$"):
+        update(text)
 
 
 def test_links_lead_somewhere():

@@ -40,11 +40,21 @@ def audit(
 
     Exit status 1 if a teacher that promises honesty says what is false, or if what was not asked for leaks.
     """
+    from llf_teacher.registry import entry
     from teachers.personality import parse_personality
 
     specs = [str(parse_personality(spec)) for spec in teacher or ["oracle"]]
-    jobs = [(id, spec, turns, feedback_type) for id in _matching(ids) for spec in specs]
     console = Console(stderr=True)
+    jobs = []
+    for id, spec in itertools.product(_matching(ids), specs):
+        if entry(id).family.serves(spec):
+            jobs.append((id, spec, turns, feedback_type))
+        else:
+            console.print(f"{id} does not serve {spec}: left out", markup=False, highlight=False)
+    if not jobs:
+        raise ValueError(
+            "none of these environments serves any of these teachers; docs/personalities.md shows which do"
+        )
     found = list(track(_audits(jobs, workers), "auditing", len(jobs), console=console, transient=True))
     found.sort(key=lambda each: (each.id, specs.index(each.teacher)))
     if as_json:

@@ -1,29 +1,36 @@
-"""nelder_mead: a simplex that moves over a box of actions, from rewards alone, for worlds whose state is the action."""
+"""nelder_mead: a simplex that moves over a box of actions, from rewards, with or without advice.
 
+It is for worlds whose state is the action.
+"""
+
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from llf_teacher.student import Policy, Student
+from llf_teacher.learner import Learner, LearnerPolicy
 from teachers.spec import check_range
 
 
 @dataclass(frozen=True)
-class NelderMead(Student):
-    """Nelder & Mead 1965, one point of the simplex a turn; points outside the box are moved to its edge."""
+class NelderMead(Learner):
+    """Nelder & Mead 1965, one point of the simplex a turn; points outside the box are moved to its edge.
+
+    An advised point joins the first simplex, or later takes the place of its worst point if it is better.
+    """
 
     size: float = 0.2
     """Edge of the first simplex, as a share of the box's width, 0 to 1."""
-    reads = "reward"
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         check_range("size", self.size, 0, 1)
 
-    class Policy(Policy):
+    class Policy(LearnerPolicy):
         """Holds the simplex, best point first, the points to try next and why they are tried."""
 
-        def begin(self) -> None:
+        def clear(self) -> None:
             """Put a simplex around a random action, turned to the middle of the box."""
             space = self.world.action_space
             self._low, self._high = space.low, space.high  # type: ignore[attr-defined]
@@ -33,15 +40,24 @@ class NelderMead(Student):
             self._simplex: list[tuple[float, np.ndarray]] = []
             self._stage = "build"
             self._next = [first, *(first + np.diag(edges))]
-            self._trial: np.ndarray | None = None
 
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """Judge the last trial by its reward; the next one."""
-            if self._trial is not None:
-                self._judge(info["reward"], self._trial)
-            space = self.world.action_space
-            self._trial = np.clip(self._next.pop(0), self._low, self._high).astype(space.dtype)
-            return self._trial
+        def choose(self, wrong: Collection[Any] = ()) -> np.ndarray:
+            """The next point to try; a warning of it is not heeded."""
+            self._own = np.clip(self._next[0], self._low, self._high).astype(self.world.action_space.dtype)
+            return self._own
+
+        def take(self, action: Any) -> None:
+            """Remember the trial."""
+            self._trial = np.asarray(action, self.world.action_space.dtype)
+            self._by_advice = action is not self._own
+
+        def learn(self, reward: float, over: bool) -> None:
+            """Judge the last trial by its reward."""
+            if not self._by_advice or self._stage in ("build", "shrink"):
+                del self._next[0]
+                self._judge(reward, self._trial)
+            elif reward > self._simplex[-1][0]:
+                self._replace((reward, self._trial))
 
         def _judge(self, reward: float, trial: np.ndarray) -> None:
             """One step of the method; where points are still to be tried, only note the reward."""

@@ -19,12 +19,13 @@ class Obedient(Student):
         def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
             """Obey."""
             self.arrive(observation)
-            for claim, _, about_turn in info["atoms"]:
+            for atom in info["atoms"]:
+                claim = atom.claim
                 if hasattr(claim, "action"):
                     if claim.kind is None:
                         self.follow((claim.action,), endless=True)
                     else:
-                        self.learn(claim.kind, claim.action, about_turn)
+                        self.learn(claim.kind, claim.action, atom.about_turn)
                 elif hasattr(claim, "actions"):
                     self.follow(claim.actions)
             return self.decide()

@@ -1,14 +1,16 @@
-"""q_learning: tabular Q-learning over discrete actions, from rewards alone."""
+"""q_learning: tabular Q-learning over discrete actions, from rewards, with or without advice."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.student import Policy, Student, frozen, state_of
+from llf_teacher.learner import Learner, LearnerPolicy
+from llf_teacher.student import frozen, state_of
 from teachers.spec import check_range
 
 
 @dataclass(frozen=True)
-class QLearning(Student):
+class QLearning(Learner):
     """Watkins & Dayan 1992, greedy on optimistic initial values, so that it explores what it has not tried."""
 
     alpha: float = 0.5
@@ -17,33 +19,43 @@ class QLearning(Student):
     """Discount factor, 0 to 1."""
     optimism: float = 1.0
     """Initial value of every action."""
-    forget: bool = True
-    """Whether each episode starts with an empty table, as it should where each is another world."""
-    reads = "reward"
+    epsilon: float = 0.0
+    """Probability of a random action in place of the greedy one, 0 to 1."""
 
     def __post_init__(self) -> None:
-        check_range("alpha", self.alpha, 0, 1)
-        check_range("gamma", self.gamma, 0, 1)
+        super().__post_init__()
+        for name in ("alpha", "gamma", "epsilon"):
+            check_range(name, getattr(self, name), 0, 1)
         check_range("optimism", self.optimism, -1e9, 1e9)
 
-    class Policy(Policy):
+    class Policy(LearnerPolicy):
         """A table of values per state."""
 
-        def begin(self) -> None:
-            """Start with an empty table, or with what is known."""
-            if self.spec.forget or not hasattr(self, "_values"):
-                self._values: dict[Any, list[float]] = {}
-            self._last: tuple[list[float], int] | None = None
+        def clear(self) -> None:
+            """Start with an empty table."""
+            self._actions = int(self.world.action_space.n)  # type: ignore[attr-defined]
+            self._values: dict[Any, list[float]] = {}
 
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """Learn from the last transition, then take a greatest value; ties are broken at random."""
+        def see(self, observation: dict[str, Any]) -> None:
+            """Find the state's values."""
+            state = frozen(state_of(observation))
+            self._here = self._values.setdefault(state, [self.spec.optimism] * self._actions)
+
+        def learn(self, reward: float, over: bool) -> None:
+            """One step of the method."""
             spec = self.spec
-            actions = int(self.world.action_space.n)  # type: ignore[attr-defined]
-            values = self._values.setdefault(frozen(state_of(observation)), [spec.optimism] * actions)
-            if self._last is not None:
-                row, action = self._last
-                row[action] += spec.alpha * (info["reward"] + spec.gamma * max(values) - row[action])
-            best = [action for action, value in enumerate(values) if value == max(values)]
-            choice = best[self.rng.integers(len(best))]
-            self._last = values, choice
-            return choice
+            row, action = self._last
+            row[action] += spec.alpha * (reward + spec.gamma * (0.0 if over else max(self._here)) - row[action])
+
+        def choose(self, wrong: Collection[Any] = ()) -> int:
+            """A greatest value; ties are broken at random."""
+            allowed = [action for action in range(self._actions) if action not in wrong] or list(range(self._actions))
+            if self.spec.epsilon and self.rng.random() < self.spec.epsilon:
+                return allowed[self.rng.integers(len(allowed))]
+            greatest = max(self._here[action] for action in allowed)
+            best = [action for action in allowed if self._here[action] == greatest]
+            return best[self.rng.integers(len(best))]
+
+        def take(self, action: Any) -> None:
+            """Remember where it was taken."""
+            self._last = self._here, int(action)

@@ -82,6 +82,13 @@ class Study:
                     problems.append(
                         f"instruction_types: {id} does not support {type_!r}; allowed: {', '.join(allowed)}"
                     )
+            problems += [
+                f"teachers: {id} does not serve {spec!r}: its oracle does not give what that needs; see "
+                "docs/personalities.md, or leave it out there by `fewer`"
+                for id in self.ids
+                for spec in self.grid(id).teachers
+                if not entry(id).family.serves(spec)
+            ]
         if problems:
             raise ValueError("; ".join(problems))
 

@@ -124,6 +124,30 @@ class Pull(Claim):
         """Recommend another arm."""
         return tuple(Pull(action=arm) for arm in range(lab.action_space.n) if arm != self.action)
 
+    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Half of the arms, then a pair of them, where these are fewer than all."""
+        arms = lab.action_space.n
+        sizes = [size for size in (arms // 2, 2) if 2 <= size < arms]
+        return tuple(_among(self.action - self.action % size, size, arms) for size in dict.fromkeys(sizes))
+
+
+@claim
+class Among(Claim):
+    """True if one of the arms from `low` to `high` is a best one."""
+
+    kind = FP
+    low: int
+    high: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Pull them all and ask whether that was a success."""
+        return any(_succeeds(moment.after, arm, lab) for arm in range(self.low, self.high + 1))
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Other arms, as many."""
+        size, arms = self.high - self.low + 1, lab.action_space.n
+        return tuple(_among(low, size, arms) for low in range(0, arms - 1, size) if low != self.low)
+
 
 @claim
 class Avoid(Claim):
@@ -139,6 +163,11 @@ class Avoid(Claim):
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Warn of another arm."""
         return tuple(Avoid(action=arm) for arm in range(lab.action_space.n) if arm != self.action)
+
+
+def _among(low: int, size: int, arms: int) -> Among:
+    low = min(low, arms - size)
+    return Among(low=low, high=low + size - 1)
 
 
 def _succeeds(truth: Truth, arm: int, lab: World) -> bool:

@@ -1,15 +1,15 @@
-"""The gridworld's oracle: shortest paths by networkx, every tie known."""
+"""The gridworld's oracle: shortest paths to the treasure from everywhere, every tie known."""
 
 from collections import deque
 from collections.abc import Sequence, Set
+from itertools import combinations
 from typing import NamedTuple
 
-import networkx as nx
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
 from teachers.oracle import Oracle
-from worlds.gridworld import DIRECTIONS, NO_DOOR, Direction, Layout, Truth, graph_of
+from worlds.gridworld import DIRECTIONS, NO_DOOR, Direction, Layout, Truth, distances_from
 from worlds.world import World
 
 
@@ -185,6 +185,31 @@ class Go(Claim):
         """Recommend another direction."""
         return tuple(Go(action=direction) for direction in DIRECTIONS if direction != self.action)
 
+    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Three directions, then two; where there are other doors, these lead through them."""
+        doors = moment.after.layout.doors[moment.after.room]
+        others = sorted((d for d in DIRECTIONS if d != self.action), key=lambda d: doors[d] == NO_DOOR)
+        return tuple(_either((self.action, *others[:n])) for n in (2, 1))
+
+
+@claim
+class Either(Claim):
+    """True if one of these directions begins a shortest path to a treasure not yet found."""
+
+    kind = FP
+    ways: tuple[Direction, ...]
+    listing: str
+    """The directions in words, such as `north or west`."""
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Make the moves and measure by breadth-first search."""
+        named = self.listing == _either(self.ways).listing
+        return named and not moment.after.found and any(_gain(lab, moment.after, way) > 0 for way in self.ways)
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """As many other directions."""
+        return tuple(_either(ways) for ways in combinations(DIRECTIONS, len(self.ways)) if ways != self.ways)
+
 
 @claim
 class Avoid(Claim):
@@ -200,6 +225,11 @@ class Avoid(Claim):
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Warn of another direction."""
         return tuple(Avoid(action=direction) for direction in DIRECTIONS if direction != self.action)
+
+
+def _either(ways: Sequence[Direction]) -> Either:
+    *rest, last = ways = tuple(sorted(ways))
+    return Either(ways=ways, listing=f"{', '.join(map(str, rest))} or {last}")
 
 
 def _step(lab: World, truth: Truth, direction: Direction) -> Truth:
@@ -248,6 +278,7 @@ class _Room(NamedTuple):
     """What can be said of a room."""
 
     values: tuple[float, ...]
+    importance: float
     good: tuple[Direction, ...]
     warnings: tuple[Avoid, ...]
 
@@ -263,16 +294,21 @@ class GridworldOracle(Oracle):
     max_importance = 2.0
 
     def start(self, truth: Truth, rng: np.random.Generator) -> None:
-        """Find all distances to the treasure and judge every door by them, once an episode."""
+        """Find all distances to the treasure, once an episode."""
         super().start(truth, rng)
-        layout = truth.layout
-        distance = nx.single_source_shortest_path_length(graph_of(layout.doors), layout.treasure)
+        self._doors = truth.layout.doors
+        self._distance = distances_from(truth.layout.treasure, self._doors)
         self._verdicts: dict[tuple[int, Direction], Nearer | NoNearer] = {}
-        self._rooms = []
-        for room, row in enumerate(layout.doors):
+        self._rooms: dict[int, _Room] = {}
+
+    def _room(self, room: int) -> _Room:
+        """Judge every door of a room, when it is first entered."""
+        found = self._rooms.get(room)
+        if found is None:
+            distance = self._distance
             here, good, astray = distance[room], 0, 0
             values = []
-            for side, behind in enumerate(row):
+            for side, behind in enumerate(self._doors[room]):
                 steps = here if behind == NO_DOOR else distance[behind]
                 values.append(-float(steps))
                 if steps < here:
@@ -280,12 +316,14 @@ class GridworldOracle(Oracle):
                 elif behind != NO_DOOR:
                     astray |= 1 << side
             # A door that leads astray is the better warning; where there is none, a wall has to do.
-            self._rooms.append(_Room(tuple(values), _MEMBERS[good], _WARNINGS[astray or 15 & ~good]))
+            warnings = _WARNINGS[astray or 15 & ~good]
+            found = self._rooms[room] = _Room(tuple(values), max(values) - min(values), _MEMBERS[good], warnings)
+        return found
 
     def _verdict(self, layout: Layout, room: int, action: Direction) -> Nearer | NoNearer:
         verdict = self._verdicts.get((room, action))
         if verdict is None:
-            cls = Nearer if action in self._rooms[room].good else NoNearer
+            cls = Nearer if action in self._room(room).good else NoNearer
             verdict = self._verdicts[room, action] = cls(action=action, room=layout.names[room])
         return verdict
 
@@ -299,7 +337,7 @@ class GridworldOracle(Oracle):
             if truth.found:
                 break
             action = DIRECTIONS[self.rng.integers(len(DIRECTIONS))]
-            verdict = TriedWell if action in self._rooms[truth.room].good else TriedInVain
+            verdict = TriedWell if action in self._room(truth.room).good else TriedInVain
             told[verdict(action=action, room=truth.layout.names[truth.room])] = None
             truth = _step(self.lab, truth, action)
         return tuple(told)
@@ -325,7 +363,7 @@ class GridworldOracle(Oracle):
         room, found, _ = moment.after
         if found:
             return
-        _, good, warnings = self._rooms[room]
+        _, _, good, warnings = self._room(room)
         if FP in kinds:
             claims.append(_GO[good[0]])
         if FN in kinds and warnings:
@@ -333,19 +371,18 @@ class GridworldOracle(Oracle):
 
     def values(self, truth: Truth) -> tuple[float, ...]:
         """Per direction the negated number of moves that are needed afterwards; all 0 once it is found."""
-        return (0.0, 0.0, 0.0, 0.0) if truth.found else self._rooms[truth.room].values
+        return (0.0, 0.0, 0.0, 0.0) if truth.found else self._room(truth.room).values
 
     def importance(self, truth: Truth) -> float:
         """Moves between the best and the worst direction, 0 to 2."""
-        values = self.values(truth)
-        return max(values) - min(values)
+        return 0.0 if truth.found else self._room(truth.room).importance
 
     def plan(self, truth: Truth, n: int) -> tuple[Direction, ...]:
         """A shortest path, or its beginning."""
         room, found, layout = truth
         path = []
         while not found and len(path) < n:
-            direction = self._rooms[room].good[0]
+            direction = self._room(room).good[0]
             path.append(direction)
             room = layout.doors[room][direction]
             found = room == layout.treasure

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence, Set
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Grounded, Moment, claim
 from teachers.oracle import Oracle
 from worlds.optimization import TOLERANCE, Landscape, Point, Truth
 from worlds.world import World
@@ -256,6 +256,48 @@ class Step(Claim):
         x = moment.after.x
         points = (_inside(lab, (2 * x[0] - self.action[0], 2 * x[1] - self.action[1])), *_corners(lab))
         return tuple(_step_to(point, x, self.now, self.loss) for point in points if point != x)
+
+    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The quarter of the domain in which the point lies, then the directions."""
+        spans = zip(self.action, lab.lows, lab.highs, strict=True)
+        (low1, high1), (low2, high2) = (
+            ((low + high) / 2, high) if x > (low + high) / 2 else (low, (low + high) / 2) for x, low, high in spans
+        )
+        area = Area.on(self, low1=low1, high1=high1, low2=low2, high2=high2, now=self.now)
+        return area, Way.on(self, ways=self.ways, now=self.now)
+
+
+@claim
+class Area(Grounded):
+    """True if a point within these bounds has a loss below `now`, which is that of the last proposal."""
+
+    kind = FP
+    low1: float
+    high1: float
+    low2: float
+    high2: float
+    now: float
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Propose the point that the ground knows."""
+        x1, x2 = self._ground.action
+        inside = self.low1 <= x1 <= self.high1 and self.low2 <= x2 <= self.high2
+        return inside and self.now == moment.after.y and self.stands(moment, lab)
+
+
+@claim
+class Way(Grounded):
+    """True if a point in these directions has a loss below `now`, which is that of the last proposal."""
+
+    kind = FP
+    ways: str
+    """What becomes of the coordinates, such as `raise x1 and lower x2`."""
+    now: float
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Propose the point that the ground knows."""
+        directed = self.ways == _ways(moment.after.x, self._ground.action)
+        return directed and self.now == moment.after.y and self.stands(moment, lab)
 
 
 @claim

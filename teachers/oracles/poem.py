@@ -3,7 +3,7 @@
 from collections.abc import Sequence, Set
 from functools import lru_cache
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Grounded, Moment, claim
 from teachers.oracle import Oracle
 from worlds.poem import HAIKU, MAX_LENGTH, TANKA, Truth, compose, fits, lines_of, readings
 from worlds.world import World
@@ -259,6 +259,39 @@ class Write(Claim):
         """Miscount the syllables of the line."""
         lines = self.action.split("\n")
         return tuple(_write(lines, self.line, self.syllables, wrong) for wrong in _near(self.syllables) if wrong)
+
+    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """The line to work on, then its number of syllables."""
+        return Work.on(self, line=self.line), Count(line=self.line, syllables=self.syllables)
+
+
+@claim
+class Work(Grounded):
+    """True if another line `line` can make a poem that earns more than the last one."""
+
+    kind = FP
+    line: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Offer the poem that the ground knows."""
+        return self.line == self._ground.line and self.stands(moment, lab)
+
+
+@claim
+class Count(Claim):
+    """True if line `line` must have so many syllables."""
+
+    kind = FP
+    line: int
+    syllables: int
+
+    def holds(self, moment: Moment, lab: World) -> bool:
+        """Offer a line with so many syllables where a line like that is asked for."""
+        return _plays(lab, _drum(self.syllables), _required(moment.after, self.line))
+
+    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+        """Another number."""
+        return tuple(Count(line=self.line, syllables=number) for number in _near(self.syllables) if number)
 
 
 @claim

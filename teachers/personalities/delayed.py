@@ -17,6 +17,8 @@ class Delayed(Personality):
     turns: int = 1
     """How late a claim is, at least 0."""
 
+    source = "TAMER: Knox & Stone 2009"
+
     def __post_init__(self) -> None:
         check_range("turns", self.turns, 0, 10_000, int)
 

@@ -14,6 +14,7 @@ class Mistake(Personality):
 
     eps: float = 0.1
     """Probability of an error, 0 to 1."""
+    source = "B-Pref eps_mistake"
     honest = False
 
     def __post_init__(self) -> None:

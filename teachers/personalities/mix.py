@@ -12,6 +12,8 @@ from teachers.personality import Personality, Stage, View
 class Mix(Personality):
     """Each non-empty subset of the wanted kinds is equally likely; a turn without claims of these kinds is silent."""
 
+    source = "LLF-Bench's `m`"
+
     class Stage(Stage):
         """Draws a subset a turn."""
 

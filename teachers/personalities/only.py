@@ -15,6 +15,8 @@ class Only(Personality):
     kinds: str = "r+hp+hn+fp+fn"
     """Names of kinds, joined by `+`."""
 
+    source = "LLF-Bench's subsets"
+
     def __post_init__(self) -> None:
         if not isinstance(self.kinds, str) or self.kinds == MIXED:
             raise ValueError(f"kinds must be names of kinds joined by '+', got {self.kinds!r}")

@@ -11,6 +11,8 @@ from teachers.personality import Personality, Stage, View
 class Oracle(Personality):
     """Passes every claim on."""
 
+    source = "LLF-Bench's `a`"
+
     class Stage(Stage):
         """Adds nothing, withholds nothing."""
 

@@ -15,6 +15,7 @@ from teachers.personality import Personality, Stage, View
 class Placebo(Personality):
     """Replaces each claim by a general truth of the same kind and, on average over a few turns, the same length."""
 
+    source = "arXiv 2606.30774"
     reveals = False
 
     class Stage(Stage):

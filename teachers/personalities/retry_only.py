@@ -17,6 +17,7 @@ _TRY_AGAIN = (TryAgain(),)
 class RetryOnly(Personality):
     """Tells the student to try again after each action that did not solve the task."""
 
+    source = "arXiv 2606.30774"
     reveals = False
 
     class Stage(Stage):

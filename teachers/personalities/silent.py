@@ -11,6 +11,7 @@ from teachers.personality import Personality, Stage, View
 class Silent(Personality):
     """Withholds everything."""
 
+    source = "LLF-Bench's `n`"
     reveals = False
 
     class Stage(Stage):

@@ -29,7 +29,7 @@ class Unseeded(TutoringEnv):
 class NoLastWord(TutoringEnv):
     def student_turn(self, action):
         super().student_turn(action)
-        if any(self.ended) and type(self.moment.action) is not ParseFailure and self.budget is None:
+        if any(self.ended) and type(self.moment.action) is not ParseFailure and self.purse.budget is None:
             terminated, truncated = self.ended
             self.terminations = dict.fromkeys(self.agents, terminated)
             self.truncations = dict.fromkeys(self.agents, truncated)
@@ -39,7 +39,7 @@ class NoLastWord(TutoringEnv):
 class Chatterbox(TutoringEnv):
     def teacher_turn(self, action):
         super().teacher_turn(action)
-        if self.cost == 0.5 and self.feedback == "":
+        if self.purse.cost == 0.5 and self.feedback == "":
             self.feedback = "Well."
 
 
@@ -57,8 +57,9 @@ class Patient(TutoringEnv):
 
 
 class Spendthrift(TutoringEnv):
-    def _affordable(self):
-        return max(super()._affordable(), 1)
+    def teacher_turn(self, action):
+        super().teacher_turn(action)
+        self.purse.spent -= self.purse.left == 0
 
 
 LIARS = {

@@ -6,7 +6,7 @@ from pz_envs.family import all_families
 from teachers import testing as kit
 from teachers.atoms import FN, Claim, claim
 from teachers.common import Solved
-from teachers.oracles.bandits import BanditOracle, Pull
+from teachers.oracles.bandits import Among, BanditOracle, Pull
 from teachers.phrasebook import Phrasebook
 from teachers.teacher import Teacher
 
@@ -16,7 +16,9 @@ from teachers.teacher import Teacher
 def pupil(oracle):
     def make_teacher(world, personality="oracle", **settings):
         voice = BANDITS.make_teacher(world).voice | Phrasebook(
-            {Strange.__name__: [f"Strange {i}: {{action}}." for i in range(4)]}, [Strange], "test"
+            {cls.__name__: [f"{cls.__name__} {i}: {{action}}." for i in range(4)] for cls in (Strange, Hinted)},
+            [Strange, Hinted],
+            "test",
         )
         return Teacher(oracle(world.scratch), voice, personality, **settings)
 
@@ -96,9 +98,25 @@ class Restless(BanditOracle):
         self._avoid = self._avoid[Restless.count % 5 :] or self._avoid
 
 
+class Hinted(Pull):
+    """Advice with a hint that says something else."""
+
+    def coarser(self, moment, lab):
+        return (Among(low=self.action + 1, high=self.action + 1),)
+
+
+class Misguided(BanditOracle):
+    """Gives hints that are false."""
+
+    def start(self, truth, rng):
+        super().start(truth, rng)
+        self._pull = Hinted(action=self._best[0])
+
+
 LIARS = {
     kit.check_honesty: Misleader,
     kit.check_distortion: Incorrigible,
+    kit.check_hints: Misguided,
     kit.check_kinds: Unordered,
     kit.check_no_meddling: Meddler,
     kit.check_claims: Confused,

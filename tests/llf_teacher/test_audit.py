@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+from shelf import FAMILIES, pairs
 
 import llf_teacher
 from llf_teacher.audit import audit
@@ -23,9 +24,9 @@ def few(family_id):
     return 36 if family.slow else 240
 
 
-@pytest.mark.parametrize("id", SHOWCASE)
-@pytest.mark.parametrize("teacher", [name for name in PERSONALITIES.names if PERSONALITIES[name]().honest])
-def test_honest_personalities_are_never_caught(id, teacher):
+@pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if PERSONALITIES[spec]().honest])
+def test_honest_personalities_are_never_caught(name, teacher):
+    id = PREFIX + FAMILIES[name].showcase[0]
     found = audit(id, teacher, turns=few(id))
     assert not found.examples
     assert not found.caught

@@ -121,6 +121,28 @@ def test_audit_catches_a_liar_who_promises_honesty(tmp_path):
     assert "seed 0, turn" in " ".join(result.stdout.split())
 
 
+def test_audit_leaves_out_what_cannot_be_served(tmp_path):
+    pair = ("llf-gridworld-v0", "llf-poem-Haiku-v0")
+    result = llf("audit", *pair, "--teacher", "noisy", "--turns", "30", cwd=tmp_path)
+    assert result.returncode == 0
+    assert "llf-poem-Haiku-v0 does not serve noisy: left out" in result.stderr
+    result = llf("audit", "llf-poem-Haiku-v0", "--teacher", "noisy", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "none of these environments serves any of these teachers" in result.stderr
+
+
+def test_shelf(tmp_path):
+    path = tmp_path / "page.md"
+    path.write_text("# Page\n<!-- llf shelf: matrix -->\nold\n<!-- end -->\nrest\n", encoding="utf-8")
+    assert llf("shelf", str(path), cwd=tmp_path).returncode == 0
+    printed = llf("shelf", cwd=tmp_path).stdout
+    page = path.read_text(encoding="utf-8")
+    table = page.partition("-->\n")[2].partition("<!--")[0]
+    assert table in printed
+    assert page == f"# Page\n<!-- llf shelf: matrix -->\n{table}<!-- end -->\nrest\n"
+    assert "| `oracle` |  | yes |" in table
+
+
 def test_golden(tmp_path):
     result = llf("golden", "here", "llf-gridworld-v0", cwd=tmp_path)
     assert result.returncode == 0

@@ -76,6 +76,10 @@ def test_the_quickstart_covers_what_it_promises():
         ({"teachers": [3]}, "teachers: bad personality spec 3"),
         ({"students": ["nobody"]}, "students: unknown student"),
         ({"feedback_types": ["q"]}, "feedback_types: feedback type 'q'"),
+        (
+            {"ids": ["llf-gridworld-v0", "llf-poem-Haiku-v0"], "teachers": ["noisy"]},
+            "^teachers: llf-poem-Haiku-v0 does not serve 'noisy': its oracle does not give what that needs",
+        ),
         ({"instruction_types": ["z"]}, "instruction_types: llf-gridworld-v0 does not support 'z'; allowed: b, p, c"),
         ({"seeds": 0}, "seeds must be a non-empty list"),
         ({"seeds": [-1]}, "a seed must be an integer of at least 0, got -1"),

@@ -127,7 +127,7 @@ def test_kinds_feedback_type_bounds_the_seat_too():
 
 
 def test_both_seats_get_the_worlds_reward_and_the_teachers_can_be_replaced():
-    env = BANDIT.raw_env(speech="kinds", teacher_reward=lambda moment: 10.0 * moment.success)
+    env = BANDIT.raw_env(speech="kinds", teacher_reward=lambda moment, oracle: 10.0 * moment.success)
     env.reset(seed=0)
     best = env.world.truth.best[0]
     env.step(31)

@@ -76,7 +76,7 @@ def real_claims(name):
             if moment.turn == 0:
                 claims += oracle.brief(moment.after, "p") + oracle.brief(moment.after, "c")
             for each in claims:
-                for one in (each, *each.counterparts(moment, lab)):
+                for one in (each, *each.counterparts(moment, lab), *each.coarser(moment, lab)):
                     found.setdefault(type(one), {})[one] = None
     return {cls: tuple(islice(claims, 20)) for cls, claims in found.items()}
 
@@ -119,7 +119,7 @@ def test_paraphrases_of_a_claim_differ_and_have_the_same_slots(name):
 
 
 def test_an_unknown_voice_is_refused():
-    with pytest.raises(ValueError, match="unknown voice 'shakespeare'; allowed: plain"):
+    with pytest.raises(ValueError, match="unknown voice 'shakespeare'; allowed: plain, curt, socratic, warm"):
         load_phrasebook("teachers.phrases:common.toml", "teachers.common", "shakespeare")
 
 

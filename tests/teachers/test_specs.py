@@ -18,6 +18,15 @@ NAMES = PERSONALITIES.names
 VALUES = {
     "eps": st.floats(0, 1) | st.integers(0, 1),
     "turns": st.integers(0, 50),
+    **dict.fromkeys(("p", "q", "rate", "fade", "plus", "minus", "fraction"), st.floats(0, 1)),
+    **dict.fromkeys(("likelihood", "consistency"), st.floats(0, 1)),
+    **dict.fromkeys(("budget", "after", "level", "k", "top_k"), st.integers(0, 50)),
+    **dict.fromkeys(("threshold", "beta"), st.floats(0, 1e6)),
+    "n": st.integers(1, 50),
+    "gamma": st.floats(0, 0.99),
+    "low": st.floats(0, 0.5),
+    "high": st.floats(0.5, 1),
+    "to": st.sampled_from(["silent", "mistake(eps=0.5) | delayed(turns=2)", "drifting(to='only(kinds=\\'r\\')')"]),
     "kinds": st.sampled_from(["r", "hp+fn", "r+hp+hn+fp+fn", "n"]),
 }
 
@@ -84,7 +93,10 @@ def test_personalities_are_frozen(name):
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("mistakes", r"unknown personality 'mistakes'; did you mean mistake\b.*\? allowed: delayed, .*, silent$"),
+        (
+            "mistakes",
+            r"unknown personality 'mistakes'; did you mean mistake\b.*\? allowed: adversarial, .*, worked_example$",
+        ),
         ("oracle | orcale", r"unknown personality 'orcale'; did you mean oracle\b.*\? allowed: "),
         ("Oracle", r"unknown personality 'Oracle'; did you mean oracle\b.*\? allowed: "),
         ("__init__", "unknown personality '__init__'; .*allowed: "),
@@ -164,7 +176,7 @@ BAD_SYNTAX = [
 
 @pytest.mark.parametrize("spec", BAD_SYNTAX)
 def test_bad_syntax_is_refused_with_the_names(spec):
-    with pytest.raises(ValueError, match=r"(?s)bad personality spec .*expected names with .*; names: delayed, "):
+    with pytest.raises(ValueError, match=r"(?s)bad personality spec .*expected names with .*; names: adversarial, "):
         parse_personality(spec)
 
 

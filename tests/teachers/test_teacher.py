@@ -5,11 +5,11 @@ import pickle
 
 import numpy as np
 import pytest
+from shelf import pairs
 
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, KINDS, SILENCE, Moment, ParseFailure, Utterance
 from teachers.common import NotUnderstood
-from teachers.personality import PERSONALITIES
 from teachers.testing import Pupil
 
 FAMILIES = {family.name: family for family in all_families()}
@@ -217,8 +217,7 @@ def test_in_the_seat_it_says_what_it_says_of_the_moment(name):
         assert seated.act(None, {"moment": moment}) == alone.speak(moment)
 
 
-@on_every_family
-@pytest.mark.parametrize("personality", PERSONALITIES.names)
+@pytest.mark.parametrize(("name", "personality"), pairs())
 @pytest.mark.parametrize("settings", [{}, {"instruction_type": "p", "feedback_type": "m"}], ids=["plain", "drawn"])
 def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
     teacher, moments = make(name, personality, **settings)
@@ -227,8 +226,7 @@ def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
     assert talk(teacher, moments, seed=1) != first
 
 
-@on_every_family
-@pytest.mark.parametrize("personality", [*PERSONALITIES.names, "mistake(eps=0.5) | delayed(turns=3) | mix"])
+@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=0.5) | delayed(turns=3) | mix"))
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda teacher: pickle.loads(pickle.dumps(teacher))])
 def test_copies_within_an_episode_go_on_like_the_original(name, personality, copied):
     teacher, _, moments = begun(name, personality, feedback_type="m", instruction_type="p")

@@ -1,0 +1,322 @@
+"""A classroom: one teacher, many students, and never enough attention for all of them."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
+from pz_envs.teacher_seat import LEGAL, PROSE, SUBSET_BITS, SUBSETS, Purse
+from pz_envs.tutoring import TutoringEnv, words_space
+from teachers.atoms import KINDS, SILENCE, Moment
+from worlds.spaces import Prose
+
+MOST = 64
+"""Greatest number of students."""
+SAYINGS = SUBSETS - 1
+"""Number of subsets of the kinds that are not silence."""
+_ATTENDED = 5  # the column of `students`
+
+
+class ClassroomEnv(SeatsEnv):
+    """An AEC environment with the agents `teacher_0` and `student_0` to `student_<n - 1>`.
+
+    Each student is taught in a world of its own, as in `pz_envs.tutoring.TutoringEnv`; they do not hear each other.
+
+    Turn order:
+        `reset` gives every student the instruction, free of charge. Then round follows round. In a round the teacher
+        comes first: it has up to `attention` turns, and with each turns to one student, or to nobody, which ends its
+        part of the round. Who was not spoken to hears silence. Then every student that is left acts, in the order of
+        the numbers. A student whose episode has ended (its world ended it, `max_cycles` turns are over, or it
+        succeeded and `until_success` holds) can be spoken to for the last time in the teacher's next part, after which
+        it is terminated or truncated and leaves `agents`. When the last one leaves, the teacher's seat ends, too:
+        terminated if every student was, else truncated.
+
+    Student:
+        Observation, action and info are those of `TutoringEnv`'s student. It has no way to ask for attention.
+
+    Teacher, `speech="kinds"`:
+        Observation: Dict of
+            `students`, Box (n, 6) float32, per student: turn / max_cycles, 0 to 1; its last reward, in the world's
+            `reward_range`; importance of its next action, 0 to the oracle's `max_importance`; 1 if its episode is
+            over, else 0; 1 until it leaves, else 0; 1 if it was spoken to in this round, else 0;
+            `available`, MultiBinary (n, 5): the kinds of which there is a true claim to say to it, in the order
+            r, hp, hn, fp, fn;
+            `purse`, Box (2,) float32: share of the round's attention and share of the budget that are left, 0 to 1;
+            `action_mask`, int8 (1 + 31 n,).
+        Action: Discrete(1 + 31 n). 0: nobody; `address(i, subset)` = 31 i + subset: to student i the claims of a subset
+        of the kinds, bit j of `subset` (1 to 31) for kind j.
+    Teacher, `speech="message"`:
+        Observation: Dict of `student_<i>`, each a Dict of `state` and `action` (`Prose`), the student's world and last
+        action as text, both empty once it has left.
+        Action: Dict of `student`, Discrete(n + 1), 0 for nobody, i + 1 for student i, and `words`, `Prose`; an
+        `Utterance` brings its atoms along. What words say of the instruction is not repeated.
+    Info of the teacher: the privileged `moments`, a tuple with a `Moment` per student.
+    To turn to a student who has left, or a second time in a round, is to waste that attention.
+
+    Rewards: at a student's step it gets its world's reward, and the teacher its `teacher_reward`; so over a round the
+    teacher gets the sum over the class. At the teacher's step it pays `attention_cost` for turning to a student, and
+    `cost` for each atom of feedback, out of one `budget` for the whole class.
+
+    Seeds: `reset(seed)` draws a seed for each student's `TutoringEnv`, or one for all of them with `same_world`: then
+    all begin in equal worlds, whose random streams are equal, too. Without a seed the streams go on.
+
+    Args:
+        desks: one `TutoringEnv` per student, all alike, with `speech="kinds"`; see `Subject.classroom_env`.
+        attention: students that the teacher can turn to in a round, 1 to their number.
+        speech: `kinds` or `message`.
+        same_world: whether all students begin in equal worlds.
+        cost: paid by the teacher per atom of feedback, at least 0.
+        attention_cost: paid by the teacher for turning to a student, at least 0.
+        budget: atoms of feedback that the teacher may say in an episode. None: any number.
+        render_mode: None, `ansi` or `human`.
+
+    Raises:
+        ValueError: an argument is not allowed.
+    """
+
+    metadata = {**SeatsEnv.metadata, "name": "classroom_v0"}  # noqa: RUF012 (PettingZoo's convention)
+
+    def __init__(
+        self,
+        desks: Sequence[TutoringEnv],
+        *,
+        attention: int = 1,
+        speech: str = "kinds",
+        same_world: bool = False,
+        cost: float = 0.01,
+        attention_cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        count = len(desks)
+        if not 1 <= count <= MOST:
+            raise ValueError(f"students must be 1 to {MOST}, got {count}")
+        if not isinstance(attention, int) or not 1 <= attention <= count:
+            raise ValueError(
+                f"attention must be an integer from 1 to {count}, the number of students, got {attention!r}"
+            )
+        if attention_cost < 0:
+            raise ValueError(f"attention_cost must be at least 0, got {attention_cost!r}")
+        super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
+        self.desks = tuple(desks)
+        self.purse = Purse(cost, budget)
+        for desk in self.desks:
+            desk.purse = desk.seat.purse = self.purse
+        self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
+        self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
+        self._number = {student: i for i, student in enumerate(self.students)}
+        self.possible_agents = [TEACHER, *self.students]
+        self._rng: np.random.Generator | None = None
+        self.observation_spaces[TEACHER] = self._teachers_view()
+        self.action_spaces[TEACHER] = self._teachers_choice()
+        for student, desk in zip(self.students, self.desks, strict=True):
+            self.observation_spaces[student] = desk.observation_space(STUDENT)
+            self.action_spaces[student] = desk.action_space(STUDENT)
+
+    def _teachers_view(self) -> spaces.Space:
+        count = len(self.desks)
+        if self.speech == "message":
+            return spaces.Dict({student: words_space() for student in self.students})
+        low, high = self.desks[0].seat.feature_bounds()
+        keep = [0, 1, 2, 4, 4, 4]  # presence and attendance have the bounds of `over`
+        return spaces.Dict(
+            {
+                "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),
+                "available": spaces.MultiBinary((count, len(KINDS))),
+                "purse": spaces.Box(0, 1, (2,), np.float32),
+                "action_mask": spaces.Box(0, 1, (1 + SAYINGS * count,), np.int8),
+            }
+        )
+
+    def _teachers_choice(self) -> spaces.Space:
+        count = len(self.desks)
+        if self.speech == "message":
+            return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(PROSE)})
+        return spaces.Discrete(1 + SAYINGS * count)
+
+    @staticmethod
+    def address(student: int, subset: int) -> int:
+        """The teacher's action that says a subset of the kinds (1 to 31) to a student (0 to n - 1)."""
+        return SAYINGS * student + subset
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
+        if seed is not None or self._rng is None:
+            self._rng, _ = seeding.np_random(seed)
+        seeds = self._rng.integers(2**31, size=len(self.desks)).tolist()
+        for desk, own in zip(self.desks, seeds, strict=True):
+            desk.reset(seeds[0] if self.same_world else own, options)
+        self._open()
+        for student, desk in zip(self.students, self.desks, strict=True):
+            self.infos[student] = desk.infos[STUDENT]
+        self._paid = TEACHER
+        self._terminated = True
+        self._class = list(range(len(self.desks)))
+        self._begin_round()
+
+    def observe(self, agent: str) -> dict[str, Any]:
+        """What an agent sees now."""
+        if agent != TEACHER:
+            return self.desks[self._number[agent]].observe(STUDENT)
+        if self.speech == "message":
+            gone = {"state": "", "action": ""}
+            return {
+                student: desk.describe() if i in self._class else gone.copy()
+                for i, (student, desk) in enumerate(zip(self.students, self.desks, strict=True))
+            }
+        if self._rows is None:
+            self._rows = self._table()
+        rows, true, mask = self._rows
+        speaks = self.agent_selection == TEACHER
+        return {
+            "students": rows.copy(),
+            "available": true.copy(),
+            "purse": np.array((self._left / self.attention, self.purse.share), np.float32),
+            "action_mask": mask.copy() if speaks else _nobody(len(mask)),
+        }
+
+    def as_text(self) -> str:
+        """Every desk."""
+        return "\n\n".join(
+            f"{student}: {desk.as_text()}" for student, desk in zip(self.students, self.desks, strict=True)
+        )
+
+    def close(self) -> None:
+        """Close the worlds."""
+        for desk in self.desks:
+            desk.close()
+
+    def _act(self, agent: str, action: Any) -> None:
+        if agent == TEACHER:
+            self._teach(action)
+            return
+        i = self._number[agent]
+        desk = self.desks[i]
+        desk.student_turn(action)
+        self.infos[agent] = desk.infos[STUDENT]
+        self._pay(agent, desk.rewards[TEACHER], desk.rewards[STUDENT])
+        self._next += 1
+        if self._next < len(self._class):
+            self.agent_selection = self.students[self._class[self._next]]
+        else:
+            self._begin_round()
+
+    def _begin_round(self) -> None:
+        self._unheard = dict.fromkeys(self._class)  # in the order of the numbers
+        self._left = min(self.attention, len(self._class))
+        self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._moments: tuple[Moment, ...] = tuple(desk.moment for desk in self.desks)
+        self.infos[TEACHER] = {"moments": self._moments}
+        self.agent_selection = TEACHER
+
+    def _teach(self, action: Any) -> None:
+        """A turn of the teacher."""
+        i, said = self._understand(action)
+        reward = 0.0
+        if i is None:
+            self._left = 0
+        else:
+            self._left -= 1
+            reward = -self.attention_cost
+            if i in self._unheard:
+                reward += self._tell(i, said)
+        self._pay(TEACHER, reward, 0.0)
+        self.infos[TEACHER] = {"moments": self._moments}
+        if not self._left or not self._unheard:
+            self._dismiss()
+
+    def _understand(self, action: Any) -> tuple[int | None, Any]:
+        """The student that an action turns to, and what it says: a subset or words.
+
+        Raises:
+            ValueError: the action is outside the action space.
+        """
+        space = self.action_spaces[TEACHER]
+        if self.speech == "message":
+            if not space.contains(action):
+                raise ValueError(
+                    f"the teacher's action must be a dict of `student`, 0 to {len(self.desks)}, and `words`, a string "
+                    f"of at most {PROSE} characters, got {action!r:.80}"
+                )
+            student = int(action["student"]) - 1
+            return (None if student < 0 else student), action["words"]
+        if not (type(action) is int and 0 <= action <= SAYINGS * len(self.desks)) and not space.contains(action):
+            raise ValueError(
+                f"the teacher's action must be an integer from 0 to {SAYINGS * len(self.desks)}, got {action!r}"
+            )
+        student, subset = divmod(int(action) - 1, SAYINGS)
+        return (None if student < 0 else student), subset + 1
+
+    def _tell(self, i: int, said: Any) -> float:
+        """Say something to a student; the teacher's reward for that."""
+        del self._unheard[i]
+        desk = self.desks[i]
+        words = desk.seat.say(said) if self.speech == "kinds" else desk.seat.feedback(said)
+        reward = self.purse.pay(desk.hear(words))
+        if self._rows is not None:
+            rows, true, mask = self._rows
+            rows[i, _ATTENDED] = 1
+            mask[1 + SAYINGS * i : 1 + SAYINGS * (i + 1)] = 0
+            if not self.purse.left:
+                true[:] = 0
+                mask[1:] = 0
+        return reward
+
+    def _dismiss(self) -> None:
+        """End the teacher's part of the round: silence for the others, the end for whose episode is over."""
+        kinds = self.speech == "kinds"
+        for i in self._unheard:
+            desk = self.desks[i]
+            desk.hear(desk.seat.say(0) if kinds else SILENCE)
+        self._unheard = {}
+        leaving = [i for i in self._class if any(self.desks[i].ended)]
+        for i in leaving:
+            terminated, truncated = self.desks[i].ended
+            self.terminations[self.students[i]] = terminated
+            self.truncations[self.students[i]] = truncated
+            self._terminated &= terminated
+            self._class.remove(i)
+        self._next = 0
+        if self._class:
+            self.agent_selection = self.students[self._class[0]]
+        else:
+            self.terminations[TEACHER], self.truncations[TEACHER] = self._terminated, not self._terminated
+        if leaving:
+            self._rows = None
+            self._deads_step_first()
+
+    def _pay(self, agent: str, teacher: float, student: float) -> None:
+        rewards, cumulative = self.rewards, self._cumulative_rewards
+        if self._paid in rewards:
+            rewards[self._paid] = 0.0
+        cumulative[agent] = 0.0
+        if agent != TEACHER:
+            rewards[agent] = cumulative[agent] = student
+        rewards[TEACHER] = teacher
+        cumulative[TEACHER] += teacher
+        self._paid = agent
+
+    def _table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What the teacher sees of each student, the kinds that are true, and the mask of its actions."""
+        rows, true, legal = [], [], []
+        present = set(self._class)
+        for i, desk in enumerate(self.desks):
+            turn, reward, importance, _, over = desk.seat.features()
+            here = i in present
+            heard = here and i not in self._unheard
+            available = desk.seat.available() if here else 0
+            rows.append((turn, reward, 0.0 if over else importance, over, here, heard))
+            true.append(available)
+            legal.append(0 if heard else available)
+        mask = np.ones(1 + SAYINGS * len(rows), np.int8)
+        mask[1:] = LEGAL[legal, 1:].reshape(-1)
+        return np.array(rows, np.float32), SUBSET_BITS[true], mask
+
+
+def _nobody(length: int) -> np.ndarray:
+    mask = np.zeros(length, np.int8)
+    mask[0] = 1
+    return mask

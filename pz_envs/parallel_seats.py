@@ -1,0 +1,108 @@
+"""Some seats of an AEC environment as a parallel environment, with policies in the others."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from pettingzoo import AECEnv, ParallelEnv
+
+
+class ParallelSeats(ParallelEnv):
+    """The agents of an AEC environment that no policy plays, each acting once a step.
+
+    In a classroom with a policy in the teacher's seat these are the students, who act at the same time. With policies
+    in the students' seats it is the teacher, alone, which is what learners of one agent's behaviour want.
+
+    A step hands every agent's action to the environment when that agent's turn comes, and goes on until an agent is to
+    act again. An agent's reward is what it got from its turn until then. Observations, infos and spaces are the
+    environment's. An agent that has ended leaves `agents` in the step in which it does.
+
+    Args:
+        env: the environment, bare: `raw_env(...)`, `raw_classroom_env(...)`.
+        partners: a policy with `reset(rng)` and `act(observation, info)` for each seat that is taken.
+
+    Raises:
+        ValueError: a partner's seat does not exist, or none is left.
+    """
+
+    def __init__(self, env: AECEnv, partners: Mapping[str, Any]) -> None:
+        for agent in partners:
+            if agent not in env.possible_agents:
+                raise ValueError(f"there is no seat {agent!r}; allowed: {', '.join(env.possible_agents)}")
+        self.env, self.partners = env, dict(partners)
+        self.possible_agents = [agent for agent in env.possible_agents if agent not in partners]
+        if not self.possible_agents:
+            raise ValueError("every seat is taken by a partner; leave at least one to act")
+        self.agents: list[str] = []
+        self.metadata = {**env.metadata, "is_parallelizable": True}
+        self.render_mode = env.render_mode
+        self._rng: np.random.Generator | None = None
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        """The agent's observation space, the same object each time."""
+        return self.env.observation_space(agent)
+
+    def action_space(self, agent: str) -> spaces.Space:
+        """The agent's action space, the same object each time."""
+        return self.env.action_space(agent)
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+        """Begin an episode; without a seed the random streams go on."""
+        if seed is not None or self._rng is None:
+            own, _ = seeding.np_random(seed)
+            seats, self._rng = own.spawn(2)
+            self.env.reset(int(seats.integers(2**31)), options)
+        else:
+            self.env.reset(None, options)
+        for partner, rng in zip(self.partners.values(), self._rng.spawn(len(self.partners)), strict=True):
+            partner.reset(rng)
+        self.agents = self.possible_agents[:]
+        self._play({})
+        infos = {agent: self.env.infos[agent] for agent in self.agents}
+        return {agent: self.env.observe(agent) for agent in self.agents}, infos
+
+    def step(
+        self, actions: Mapping[str, Any]
+    ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
+        """Let every agent act."""
+        results = self._play(dict(actions))
+        env = self.env
+        for agent in self.agents:
+            if agent not in results:
+                rewards = env._cumulative_rewards[agent]
+                results[agent] = env.observe(agent), rewards, False, False, env.infos[agent]
+        ordered = {agent: results[agent] for agent in self.agents}
+        self.agents = [agent for agent in self.agents if agent in env.agents]
+        observations, rewards, terminations, truncations, infos = (
+            {agent: result[part] for agent, result in ordered.items()} for part in range(5)
+        )
+        return observations, rewards, terminations, truncations, infos
+
+    def render(self) -> Any:
+        """What the environment renders."""
+        return self.env.render()
+
+    def close(self) -> None:
+        """Close the environment."""
+        self.env.close()
+
+    def _play(self, actions: dict[str, Any]) -> dict[str, tuple[Any, float, bool, bool, dict[str, Any]]]:
+        """Go on until an agent must act that has no action; the last words to those that ended."""
+        env, ended = self.env, {}
+        while env.agents:
+            agent = env.agent_selection
+            if env.terminations[agent] or env.truncations[agent]:
+                if agent not in self.partners:
+                    ended[agent] = env.last()
+                env.step(None)
+            elif agent in self.partners:
+                env.step(self.partners[agent].act(env.observe(agent), env.infos[agent]))
+            elif agent in actions:
+                env.step(actions.pop(agent))
+            else:
+                break
+        return ended

@@ -1,0 +1,76 @@
+"""Scripted policies for the seats of teachers with `speech="kinds"`, who say all that there is to say."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from pz_envs.classroom import ClassroomEnv
+from teachers.spec import unknown
+
+
+class Frank:
+    """A policy that says everything that it can, in a `TutoringEnv` or a `PanelEnv`."""
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
+        """All kinds that are available."""
+        return subset_of(observation["available"])
+
+
+class Attention:
+    """A policy for a `ClassroomEnv`, which shares out its attention by a rule; it reads the observation only.
+
+    Args:
+        rule: `round_robin`, who has waited longest; `importance`, for whom most is at stake in the next action;
+            `random`. Ties go to the lower number; who can be told nothing is passed over.
+
+    Raises:
+        ValueError: an unknown rule.
+    """
+
+    def __init__(self, rule: str = "round_robin") -> None:
+        if rule not in RULES:
+            raise ValueError(unknown("rule", rule, RULES))
+        self._rank = RULES[rule]
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+        self.rng = rng
+        self._clock = 0
+        self._heard: dict[int, int] = {}
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
+        """Say all that is true to the student who comes first by the rule; to nobody if there is nothing to say."""
+        per_student = (observation["action_mask"][1:].reshape(len(observation["students"]), -1)).any(axis=1)
+        waiting = np.flatnonzero(per_student).tolist()
+        if not waiting:
+            return 0
+        self._clock += 1
+        student = max(waiting, key=lambda i: (self._rank(self, observation, i), -i))
+        self._heard[student] = self._clock
+        return ClassroomEnv.address(student, subset_of(observation["available"][student]))
+
+    def _waited(self, observation: dict[str, Any], student: int) -> float:
+        return -self._heard.get(student, 0)
+
+    def _importance(self, observation: dict[str, Any], student: int) -> float:
+        return float(observation["students"][student, 2])
+
+    def _chance(self, observation: dict[str, Any], student: int) -> float:
+        return self.rng.random()
+
+
+def subset_of(bits: np.ndarray) -> int:
+    """The number of a subset of the kinds whose members are 1."""
+    return sum(1 << kind for kind, bit in enumerate(bits.tolist()) if bit)
+
+
+RULES: dict[str, Callable[[Attention, dict[str, Any], int], float]] = {
+    "round_robin": Attention._waited,
+    "importance": Attention._importance,
+    "random": Attention._chance,
+}
+"""Per rule the rank of a student, the greatest first."""

@@ -1,0 +1,87 @@
+"""What all environments with seats for teachers and students have in common."""
+
+from abc import abstractmethod
+from typing import Any
+
+from gymnasium import spaces
+from pettingzoo import AECEnv
+
+TEACHER, STUDENT = "teacher_0", "student_0"
+SPEECHES = ("message", "kinds")
+
+
+class SeatsEnv(AECEnv):
+    """An AEC environment that can be shown as text.
+
+    Args:
+        name: for `metadata`.
+        speech: what a teacher's action is, `message` or `kinds`.
+        render_mode: None, `ansi` or `human`.
+
+    Raises:
+        ValueError: an argument is not allowed.
+    """
+
+    metadata = {  # noqa: RUF012 (PettingZoo's convention)
+        "render_modes": ["ansi", "human"],
+        "name": "seats_v0",
+        "is_parallelizable": False,
+        "render_fps": 4,
+    }
+
+    def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
+        if speech not in SPEECHES:
+            raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, ansi, human")
+        self.metadata = {**self.metadata, "name": f"{name}_v0"}
+        self.speech, self.render_mode = speech, render_mode
+        self.agents: list[str] = []
+        self.observation_spaces: dict[str, spaces.Space] = {}
+        self.action_spaces: dict[str, spaces.Space] = {}
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        """The agent's observation space, the same object each time."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space:
+        """The agent's action space, the same object each time."""
+        return self.action_spaces[agent]
+
+    def step(self, action: Any) -> None:
+        """Let the agent whose turn it is act.
+
+        Raises:
+            ValueError: the action is outside the action space; nothing has changed.
+        """
+        agent = self.agent_selection
+        if self.terminations[agent] or self.truncations[agent]:
+            self._was_dead_step(action)
+            return
+        self._act(agent, action)
+        if self.render_mode == "human":
+            self.render()
+
+    def render(self) -> str | None:
+        """What `as_text` says: returned in mode `ansi`, printed in mode `human`."""
+        if self.render_mode == "human":
+            print(self.as_text())  # noqa: T201
+        return self.as_text() if self.render_mode == "ansi" else None
+
+    @abstractmethod
+    def as_text(self) -> str:
+        """The state of affairs for human eyes."""
+
+    @abstractmethod
+    def _act(self, agent: str, action: Any) -> None:
+        """The turn of an agent that is alive."""
+
+    def _open(self) -> None:
+        """Seat everybody at the beginning of an episode; infos are up to the environment."""
+        self.agents = self.possible_agents[:]
+        self.rewards = dict.fromkeys(self.agents, 0.0)
+        self._cumulative_rewards = dict.fromkeys(self.agents, 0.0)
+        self.terminations = dict.fromkeys(self.agents, False)
+        self.truncations = dict.fromkeys(self.agents, False)
+        self.infos: dict[str, dict[str, Any]] = {}
+        self._skip_agent_selection = None

@@ -1,0 +1,49 @@
+"""adversarial(budget): a few tips that are as bad as can be, among true ones."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from teachers.atoms import FP, Claim
+from teachers.personality import Personality, Stage, View
+from teachers.spec import check_range
+
+
+@dataclass(frozen=True)
+class Adversarial(Personality):
+    """Replaces advice (fp) by false advice of the action that loses most, when no less is at stake than on average.
+
+    The budget counts claims of an episode. An advice that has no false counterpart about an action is passed on.
+    """
+
+    budget: int = 3
+    """False tips, at least 0."""
+
+    source = "folk"
+    needs = frozenset(("advice", "importance", "regret"))
+    honest = False
+
+    def __post_init__(self) -> None:
+        check_range("budget", self.budget, 0, 1_000_000, int)
+
+    class Stage(Stage):
+        """Counts tips, and what was at stake."""
+
+        def begin(self) -> None:
+            """Nothing is spent."""
+            self._left = self.spec.budget
+            self._seen, self._total = 0, 0.0
+
+        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
+            """Advice, good or bad."""
+            importance = view.importance()
+            self._seen, self._total = self._seen + 1, self._total + importance
+            if importance * self._seen < self._total * (1 - 1e-9):  # but for rounding
+                return claims
+            return [self._worst(claim, view) if claim.kind is FP and self._left else claim for claim in claims]
+
+        def _worst(self, claim: Claim, view: View) -> Claim:
+            false = [other for other in view.falsehoods(claim) if other.kind is FP and hasattr(other, "action")]
+            if not false:
+                return claim
+            self._left -= 1
+            return max(false, key=lambda other: view.loss(other.action))

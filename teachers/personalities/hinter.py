@@ -1,0 +1,40 @@
+"""hinter(level): advises vaguely first (where to look, which way), and the action itself only if that did not help."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from teachers.atoms import FP, Claim
+from teachers.personality import Personality, Stage, View
+from teachers.spec import check_range
+
+
+@dataclass(frozen=True)
+class Hinter(Personality):
+    """Says of each advice (fp) only what its rung of the ladder tells: what the advice implies, the vaguest first.
+
+    It climbs a rung after each bad action and returns to the first rung of its own after a good one. An advice that has
+    no vaguer forms is replaced by "there is something good to be done" on the first rung of all.
+    """
+
+    level: int = 0
+    """The rung to begin with; 0 is the vaguest."""
+
+    source = "Shute 2008"
+    needs = frozenset(("advice", "hindsight", "hints"))
+
+    def __post_init__(self) -> None:
+        check_range("level", self.level, 0, 100, int)
+
+    class Stage(Stage):
+        """Keeps the rung."""
+
+        def begin(self) -> None:
+            """The first one."""
+            self._level = self.spec.level
+
+        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
+            """Hints in place of advice."""
+            right = view.right()
+            if right is not None:
+                self._level = self.spec.level if right else self._level + 1
+            return [view.coarsen(claim, self._level) if claim.kind is FP else claim for claim in claims]

@@ -1,0 +1,125 @@
+"""Every personality with every family that it serves; both registries, so that new ones are checked by themselves."""
+
+import pickle
+
+import numpy as np
+import pytest
+from lessons import episodes, lab, pupil, taught
+from shelf import FAMILIES, pairs
+
+import llf_teacher
+from llf_teacher.registry import PREFIX
+from pz_envs.text_mode import parse_action
+from teachers.common import Example
+from teachers.personality import PERSONALITIES, parse_personality
+from worlds.testing import plain
+
+TURNS = 60  # a pair: some worlds are slow
+MORE = (
+    "mistake(eps=1)",
+    "sycophant(p=1)",
+    "adversarial(budget=100)",
+    "inconsistent(consistency=0)",
+    "feature_noise(low=1, high=1)",
+    "drifting(after=3, to='mistake(eps=1)')",
+    "delayed | vague(q=1)",
+    "vague(q=1) | delayed",
+    "worked_example(n=5) | delayed(turns=2)",
+    "verification | verbose",
+    "hinter(level=1)",
+    "end_of_episode(top_k=100)",
+)
+on_every_pair = pytest.mark.parametrize(("name", "spec"), pairs(*MORE))
+
+
+def said(name, spec):
+    return [turn for episode in taught(name, spec, TURNS) for turn in episode]
+
+
+@on_every_pair
+def test_honest_personalities_say_nothing_false(name, spec):
+    if parse_personality(spec).honest:
+        for episode in taught(name, spec, TURNS):
+            for _, atoms, _ in episode:
+                assert all(atom.claim.holds(episode[atom.about_turn][0], lab(name)) for atom in atoms)
+
+
+@pytest.mark.parametrize(
+    ("name", "spec"), [each for each in pairs(*MORE) if not parse_personality(each[1]).honest and "|" not in each[1]]
+)
+def test_what_a_distorting_personality_says_and_the_oracle_does_not_is_false(name, spec):
+    atoms = [(atom, moment) for moment, atoms, true in said(name, spec) for atom in atoms if atom.claim not in true]
+    assert atoms
+    assert not [atom for atom, moment in atoms if atom.claim.holds(moment, lab(name))]
+
+
+@on_every_pair
+def test_the_same_seeds_give_the_same_words(name, spec):
+    again = taught.__wrapped__(name, spec, TURNS)
+    assert [[turn[1] for turn in episode] for episode in again] == [
+        [turn[1] for turn in episode] for episode in taught(name, spec, TURNS)
+    ]
+
+
+@on_every_pair
+def test_the_worlds_trace_is_the_same_as_without_a_teacher(name, spec):
+    def trace(teacher):
+        env = llf_teacher.make(PREFIX + FAMILIES[name].showcase[0], teacher=teacher)
+        env.reset(seed=5)
+        rng = np.random.default_rng(1)
+        turns, done = [], False
+        while not done and len(turns) < 12:
+            _, reward, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
+            turns.append((reward, terminated, truncated, info["success"], plain(env.aec.world.truth)))
+            done = terminated or truncated
+        return turns
+
+    assert trace(spec) == trace("silent")
+
+
+@on_every_pair
+def test_claims_said_have_words_and_survive_the_way_to_another_process(name, spec):
+    for episode in taught(name, spec, TURNS):
+        for _, atoms, _ in episode:
+            for atom in atoms:
+                twin, moment = pickle.loads(pickle.dumps(atom)), episode[atom.about_turn][0]
+                assert atom.text.strip()
+                assert twin == atom
+                assert twin.claim.holds(moment, lab(name)) == atom.claim.holds(moment, lab(name))
+
+
+@pytest.mark.parametrize(("name", "spec"), [(n, s) for n in FAMILIES for s in PERSONALITIES.names])
+def test_who_cannot_serve_says_so_when_a_teacher_is_made(name, spec):
+    family = FAMILIES[name]
+    if not family.serves(spec):
+        missing = sorted(parse_personality(spec).needs - family.oracle_class().abilities())
+        for each in (spec, f"oracle | {spec}", f"drifting(to='{spec}')"):
+            with pytest.raises(ValueError, match=f"needs {', '.join(missing)} of the oracle, which .* does not give"):
+                family.make_teacher(lab(name), each)
+
+
+@pytest.mark.parametrize("name", [name for name, spec in pairs() if spec == "worked_example"])
+def test_worked_examples_are_written_as_a_student_has_to_write_them(name):
+    examples = [a.claim for _, atoms, _ in said(name, "worked_example") for a in atoms if type(a.claim) is Example]
+    assert examples
+    world = lab(name)
+    for example in examples:
+        assert plain(example.action) == plain(example.actions[0])
+        if isinstance(example.action, str):
+            assert all(f'"{action}"' in example.steps for action in example.actions)
+        else:
+            read = [parse_action(step, world) for step in example.steps.split(", then ")]
+            assert plain(read) == plain(list(example.actions))
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_every_family_serves_what_needs_nothing(name):
+    assert {spec for spec in PERSONALITIES.names if not parse_personality(spec).needs} <= {
+        spec for spec in PERSONALITIES.names if FAMILIES[name].serves(spec)
+    }
+
+
+def test_the_student_of_these_tests_is_right_and_wrong():
+    for name in FAMILIES:
+        assert len(episodes(name, TURNS)) >= 2
+        assert pupil(name).max_turns == FAMILIES[name].max_cycles

@@ -1,0 +1,372 @@
+"""The classroom: turns, attention, costs, leaving, seeds, and its parallel form."""
+
+import numpy as np
+import pettingzoo
+import pytest
+
+import llf_teacher  # noqa: F401  (registers the environments)
+from pz_envs.family import all_families
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.scripted import RULES, Attention
+from pz_envs.testing import require_aec, require_parallel
+from pz_envs.tutoring import STUDENT, TEACHER
+from teachers.atoms import Utterance
+from worlds.testing import plain
+
+GRID, BANDIT = (next(f for f in all_families() if f.name == name) for name in ("gridworld", "bandits"))
+ALL = 31
+
+
+def ids():
+    return [f"{f.showcase[0].rpartition('-')[0]}-classroom-v0" for f in all_families()]
+
+
+def optimal(env, agent):
+    desk = env.desks[int(agent.rpartition("_")[2])]
+    plan = desk.tutor.oracle.plan(desk.moment.after, 1)
+    return plan[0] if plan else desk.world.sample_action(np.random.default_rng(0))
+
+
+def act(env, agent, observation):
+    if agent == TEACHER:
+        return int(np.flatnonzero(observation["action_mask"])[-1])
+    return optimal(env, agent)
+
+
+def play(env, seed=0, choose=act):
+    """Every turn as (agent, whether it is dead, reward since its last turn)."""
+    env.reset(seed=seed)
+    turns = []
+    for agent in env.agent_iter():
+        observation, reward, terminated, truncated, _ = env.last()
+        turns.append((agent, terminated or truncated, reward))
+        env.step(None if terminated or truncated else choose(env, agent, observation))
+    return turns
+
+
+@pytest.mark.parametrize("id", ids())
+@pytest.mark.parametrize("speech", ["kinds", "message"])
+@pytest.mark.parametrize("text", [False, True])
+def test_pettingzoo_accepts_it(id, speech, text):
+    settings = {"students": 3, "attention": 2, "max_cycles": 5, "text": text}
+    require_aec(lambda: pettingzoo.make("aec", f"llf/{id}", speech=speech, **settings))
+    if speech == "kinds":
+        require_parallel(lambda: pettingzoo.make("parallel", f"llf/{id}", **settings))
+
+
+@pytest.mark.parametrize("students", [1, 2, 64])
+def test_pettingzoo_accepts_every_size(students):
+    require_aec(lambda: GRID.classroom_env(students=students, attention=students))
+
+
+def test_a_round_is_the_teachers_turns_and_then_the_students():
+    env = GRID.raw_classroom_env(students=3, attention=2, until_success=False, max_cycles=2)
+    alive = [agent for agent, dead, _ in play(env) if not dead]
+    students = [f"student_{i}" for i in range(3)]
+    assert alive == [TEACHER, TEACHER, *students] * 2 + [TEACHER, TEACHER]
+
+
+def test_nobody_ends_the_teachers_part():
+    env = GRID.raw_classroom_env(students=3, attention=3)
+    env.reset(seed=0)
+    env.step(0)
+    assert env.agent_selection == "student_0"
+    assert all(env.observe(student)["feedback"] == "" for student in env.students)
+
+
+def test_only_who_is_spoken_to_hears_anything():
+    env = BANDIT.raw_classroom_env(students=4, attention=2)
+    env.reset(seed=0)
+    assert all(env.observe(student)["instruction"] for student in env.students)
+    env.step(env.address(3, ALL))
+    env.step(env.address(1, 0b01000))
+    heard = [bool(env.observe(student)["feedback"]) for student in env.students]
+    assert heard == [False, True, False, True]
+    assert [atom.kind for atom in env.observe("student_1")["feedback"].atoms] == ["fp"]
+
+
+def test_attention_on_one_who_heard_already_is_wasted():
+    env = BANDIT.raw_classroom_env(students=3, attention=2, cost=0.0, attention_cost=0.5)
+    env.reset(seed=0)
+    env.step(env.address(2, 0b01000))
+    before = env.observe("student_2")["feedback"]
+    env.step(env.address(2, ALL))
+    assert env.observe("student_2")["feedback"] == before
+    assert env.rewards[TEACHER] == -0.5
+    assert env.agent_selection == "student_0"
+
+
+def test_the_mask_is_exact():
+    env = GRID.raw_classroom_env(students=3, attention=3)
+    env.reset(seed=0)
+    for round_ in range(4):
+        observation = env.observe(TEACHER)
+        for i in range(3):
+            kinds = sum(int(bit) << k for k, bit in enumerate(observation["available"][i]))
+            mine = observation["action_mask"][[env.address(i, subset) for subset in range(1, 32)]]
+            assert mine.tolist() == [int(not subset & ~kinds) for subset in range(1, 32)]
+        env.step(env.address(1, kinds := 0b01000))
+        after = env.observe(TEACHER)
+        assert not after["action_mask"][[env.address(1, subset) for subset in range(1, 32)]].any()
+        assert after["students"][:, 5].tolist() == [0, 1, 0]
+        assert after["purse"].tolist() == pytest.approx([2 / 3, 1])
+        env.step(0)
+        assert env.observe(TEACHER)["action_mask"].sum() == 1, "when a student acts, the teacher can say nothing"
+        for _student in env.students:
+            env.step(round_ % 4)
+
+
+def test_observations_are_in_their_spaces_and_what_they_are_said_to_be():
+    env = GRID.raw_classroom_env(students=4, attention=2, budget=20)
+    env.reset(seed=3)
+    for agent in env.agent_iter():
+        observation, _, terminated, truncated, info = env.last()
+        assert observation in env.observation_space(agent)
+        if terminated or truncated:
+            env.step(None)
+            continue
+        if agent == TEACHER:
+            for i, moment in enumerate(info["moments"]):
+                turn, reward, importance, over, present, _ = observation["students"][i].tolist()
+                assert present == (f"student_{i}" in env.agents)
+                assert (turn, reward, over) == (pytest.approx(moment.turn / 20), moment.reward, moment.over)
+                assert importance == (0 if moment.over else env.desks[i].tutor.oracle.importance(moment.after))
+        env.step(act(env, agent, observation))
+    assert env.purse.spent == 20
+
+
+def test_students_leave_when_they_are_done_and_hear_a_last_word():
+    env = GRID.raw_classroom_env(students=6, attention=6)
+    env.reset(seed=1)
+    left, last = [], {}
+    for agent in env.agent_iter():
+        observation, _, terminated, truncated, info = env.last()
+        if terminated or truncated:
+            left.append(agent)
+            last[agent] = observation
+            assert terminated
+            assert agent == TEACHER or info["success"]
+        env.step(None if terminated or truncated else act(env, agent, observation))
+    turns = [desk.turn for desk in env.desks]
+    assert len(set(turns)) > 1, "they finish at different times"
+    assert [turns[int(agent[-1])] for agent in left if agent != TEACHER] == sorted(turns)
+    assert all(last[agent]["feedback"] for agent in env.students)
+    assert env.agents == []
+
+
+def test_the_teacher_is_truncated_with_anyone():
+    env = GRID.raw_classroom_env(students=2, max_cycles=1)
+    env.reset(seed=0)
+    for agent in env.agent_iter():
+        observation, _, terminated, truncated, _ = env.last()
+        if terminated or truncated:
+            assert truncated
+        env.step(None if terminated or truncated else act(env, agent, observation))
+
+
+def test_rewards_and_costs():
+    env = BANDIT.raw_classroom_env(students=2, attention=1, cost=0.25, attention_cost=0.5, max_cycles=1)
+    turns = play(env)
+    # Attention, and the one kind of advice that the greatest legal action of the last student says.
+    paid = [reward for agent, dead, reward in turns if agent == TEACHER and not dead]
+    students = [reward for agent, dead, reward in turns if agent != TEACHER and dead]
+    atoms = len(env.desks[1].feedback.atoms)
+    assert paid == [0.0, pytest.approx(-0.5 - 0.25 * 2 + sum(students))]
+    assert atoms == 2
+    assert [reward for agent, dead, reward in turns if agent == TEACHER and dead] == [-0.5 - 0.25 * atoms]
+
+
+def test_the_teachers_reward_can_be_named_or_a_function():
+    for reward, expected in (("student_progress", 0.0), (lambda moment, oracle: 7.0, 7.0)):
+        env = GRID.raw_classroom_env(students=2, teacher_reward=reward)
+        env.reset(seed=0)
+        env.step(0)
+        env.step(optimal(env, "student_0"))
+        assert env.rewards == {TEACHER: expected, "student_0": 0.0, "student_1": 0.0}
+
+
+def test_each_student_is_taught_as_in_a_tutoring_env():
+    """A student's world, words and rewards are those of seats of its own with the same seed."""
+    env = GRID.raw_classroom_env(students=3, attention=3, until_success=False, max_cycles=5)
+    env.reset(seed=5)
+    rng = np.random.default_rng(5)
+    seeds = rng.integers(2**31, size=3).tolist()
+    alone = []
+    for seed in seeds:
+        seat = GRID.raw_env(speech="kinds", max_cycles=5)
+        seat.reset(seed=seed)
+        alone.append(seat)
+    while env.agents:
+        agent = env.agent_selection
+        _observation, _, terminated, truncated, _ = env.last()
+        if terminated or truncated:
+            env.step(None)
+        elif agent == TEACHER:
+            for i, seat in enumerate(alone):
+                env.step(env.address(i, ALL))
+                seat.step(ALL)
+                assert plain(env.observe(f"student_{i}")) == plain(seat.observe(STUDENT))
+        else:
+            seat = alone[int(agent[-1])]
+            action = seat.turn % 4
+            env.step(action)
+            seat.step(action)
+            assert env.rewards[agent] == seat.rewards[STUDENT]
+
+
+def test_same_world():
+    env = GRID.raw_classroom_env(students=3, same_world=True)
+    env.reset(seed=0)
+    assert len({desk.world.truth for desk in env.desks}) == 1
+    assert len({desk.world for desk in env.desks}) == 3
+    env = GRID.raw_classroom_env(students=3)
+    env.reset(seed=0)
+    first = [desk.world.truth for desk in env.desks]
+    assert len(set(first)) == 3
+    env.reset()
+    second = [desk.world.truth for desk in env.desks]
+    assert not set(first) & set(second)
+    env.reset(seed=0)
+    assert [desk.world.truth for desk in env.desks] == first
+    env.reset()
+    assert [desk.world.truth for desk in env.desks] == second
+
+
+def test_messages():
+    env = GRID.raw_classroom_env(students=2, attention=2, speech="message", budget=2)
+    env.reset(seed=0)
+    assert env.observe(TEACHER)["student_1"]["state"].startswith("Room: ")
+    env.step({"student": 2, "words": "Mind the stairs."})
+    assert env.observe("student_1")["feedback"] == "Mind the stairs."
+    teacher = GRID.make_teacher(env.desks[0].world)
+    teacher.reset(np.random.default_rng(0))
+    said = teacher.speak(env.desks[0].moment)
+    env.step({"student": 1, "words": said})
+    heard = env.observe("student_0")["feedback"]
+    assert type(heard) is Utterance
+    assert [atom.kind for atom in heard.atoms] == ["fp"], "no instruction again, and one atom is left in the budget"
+
+
+def test_text_that_is_no_action_is_answered_without_attention():
+    env = GRID.raw_classroom_env(students=2, text=True)
+    env.reset(seed=0)
+    env.step(0)
+    env.step("hmm")
+    env.step("north")
+    env.step(0)
+    assert env.observe("student_0")["feedback"]
+    assert not env.observe("student_1")["feedback"]
+    assert env.purse.spent == 0
+
+
+def test_only_the_teacher_sees_the_moments():
+    env = GRID.raw_classroom_env(students=2)
+    env.reset(seed=0)
+    env.step(0)
+    env.step(0)
+    assert "moments" in env.infos[TEACHER]
+    assert "moment" not in env.infos["student_0"]
+    assert set(env.observe("student_0")) == {"state", "instruction", "feedback"}
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_rules_of_attention(rule):
+    env = GRID.parallel_classroom_env(students=4, attention=1, rule=rule, until_success=False, max_cycles=8)
+    observations, _ = env.reset(seed=0)
+    heard = []
+    while env.agents:
+        heard.append([agent for agent in env.agents if observations[agent]["feedback"]])
+        observations, rewards, terminations, truncations, infos = env.step(dict.fromkeys(env.agents, 0))
+        assert observations.keys() == rewards.keys() == terminations.keys() == truncations.keys() == infos.keys()
+    assert all(len(each) <= 1 for each in heard)
+    if rule == "round_robin":
+        assert [each[0] for each in heard[:4]] == [f"student_{i}" for i in range(4)]
+
+
+def test_unknown_rule():
+    with pytest.raises(ValueError, match=r"unknown rule 'loudest'; .*round_robin"):
+        Attention("loudest")
+
+
+class Guide:
+    """A partner in a student's seat."""
+
+    def __init__(self, action):
+        self.action = action
+
+    def reset(self, rng):
+        self.rng = rng
+
+    def act(self, observation, info):
+        return self.action
+
+
+def test_the_teachers_seat_alone():
+    def make():
+        aec = GRID.raw_classroom_env(students=2, attention=2, max_cycles=3)
+        return ParallelSeats(aec, {student: Guide(0) for student in aec.students})
+
+    require_parallel(make)
+    env = make()
+    observations, _ = env.reset(seed=0)
+    steps = 0
+    while env.agents:
+        action = int(np.flatnonzero(observations[TEACHER]["action_mask"])[-1])
+        observations, rewards, _, truncations, _ = env.step({TEACHER: action})
+        assert set(rewards) == {TEACHER}
+        steps += 1
+    assert steps == 8
+    assert truncations == {TEACHER: True}
+
+
+@pytest.mark.parametrize(
+    ("partners", "match"),
+    [
+        ({"student_9": Guide(0)}, "there is no seat 'student_9'; allowed: teacher_0, student_0"),
+        ({TEACHER: Guide(0), "student_0": Guide(0)}, "every seat is taken"),
+    ],
+)
+def test_seats_of_partners(partners, match):
+    with pytest.raises(ValueError, match=match):
+        ParallelSeats(GRID.raw_env(), partners)
+
+
+@pytest.mark.parametrize(
+    ("settings", "match"),
+    [
+        ({"students": 0}, "students must be 1 to 64, got 0"),
+        ({"students": 65}, "students must be 1 to 64, got 65"),
+        ({"attention": 9}, "attention must be an integer from 1 to 8, the number of students, got 9"),
+        ({"attention": 0}, "attention must be an integer from 1 to 8"),
+        ({"speech": "song"}, "speech 'song' is unknown"),
+        ({"cost": -1}, "cost must be at least 0"),
+        ({"attention_cost": -1}, "attention_cost must be at least 0"),
+        ({"budget": 0}, "budget must be None or at least 1"),
+        ({"render_mode": "x"}, "render_mode 'x' is unknown"),
+        ({"teacher_reward": "gold"}, "unknown teacher_reward 'gold'; .*student_reward"),
+    ],
+)
+def test_bad_arguments(settings, match):
+    with pytest.raises(ValueError, match=match):
+        GRID.raw_classroom_env(**settings)
+
+
+@pytest.mark.parametrize(
+    ("speech", "action"), [("kinds", 249), ("kinds", -1), ("message", {"student": 1}), ("message", "x")]
+)
+def test_other_actions_of_the_teacher_are_refused(speech, action):
+    env = GRID.raw_classroom_env(speech=speech)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="the teacher's action must be"):
+        env.step(action)
+    assert env.agent_selection == TEACHER
+
+
+def test_rendering(capsys):
+    env = GRID.raw_classroom_env(students=2, render_mode="ansi")
+    env.reset(seed=0)
+    assert env.render().count("Teacher: ") == 2
+    env = GRID.raw_classroom_env(students=2, render_mode="human")
+    env.reset(seed=0)
+    env.step(0)
+    assert "student_1: Room: " in capsys.readouterr().out

@@ -1,0 +1,249 @@
+"""The panel: turns, who said what, personalities, budgets, orders, and its parallel forms."""
+
+import numpy as np
+import pettingzoo
+import pytest
+
+import llf_teacher  # noqa: F401  (registers the environments)
+from pz_envs.family import all_families
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.scripted import Frank
+from pz_envs.testing import require_aec, require_parallel
+from pz_envs.tutoring import STUDENT
+from teachers.atoms import KINDS, Utterance
+from worlds.testing import plain
+
+GRID, BANDIT = (next(f for f in all_families() if f.name == name) for name in ("gridworld", "bandits"))
+LIAR = "mistake(eps=1)"
+TEACHERS = ("oracle", LIAR, "only(kinds='fp')")
+ALL = 31
+
+
+def ids():
+    return [f"{f.showcase[0].rpartition('-')[0]}-panel-v0" for f in all_families()]
+
+
+def round_of(env, actions=None):
+    """Let every teacher speak; who spoke, in order."""
+    spoke = []
+    while env.agent_selection != STUDENT:
+        spoke.append(env.agent_selection)
+        env.step(ALL if actions is None else actions[env.agent_selection])
+    return spoke
+
+
+@pytest.mark.parametrize("id", ids())
+@pytest.mark.parametrize("speech", ["kinds", "message"])
+@pytest.mark.parametrize("text", [False, True])
+def test_pettingzoo_accepts_it(id, speech, text):
+    settings = {"teachers": TEACHERS, "order": "random", "max_cycles": 5, "text": text}
+    require_aec(lambda: pettingzoo.make("aec", f"llf/{id}", speech=speech, **settings))
+    if speech == "kinds":
+        require_parallel(lambda: pettingzoo.make("parallel", f"llf/{id}", **settings))
+
+
+def test_every_teacher_speaks_then_the_student_acts_and_the_teachers_have_the_last_word():
+    env = GRID.raw_panel_env(teachers=TEACHERS, max_cycles=2)
+    env.reset(seed=0)
+    turns = []
+    for agent in env.agent_iter():
+        observation, _, terminated, truncated, _ = env.last()
+        assert observation in env.observation_space(agent)
+        turns.append((agent, terminated or truncated))
+        env.step(None if terminated or truncated else env.action_space(agent).sample())
+    teachers = [f"teacher_{i}" for i in range(3)]
+    assert [agent for agent, dead in turns if not dead] == [*teachers, STUDENT] * 2 + teachers
+    assert [agent for agent, dead in turns if dead] == [STUDENT, *teachers]
+
+
+def test_atoms_keep_who_said_them():
+    env = GRID.raw_panel_env(teachers=TEACHERS)
+    env.reset(seed=0)
+    round_of(env)
+    env.step(0)
+    round_of(env)
+    seen = env.observe(STUDENT)
+    atoms = seen["feedback"].atoms
+    assert env.infos[STUDENT]["atoms"] == atoms
+    assert [atom.speaker for atom in atoms] == sorted(atom.speaker for atom in atoms)
+    assert {atom.speaker for atom in atoms} == set(env.teachers)
+    for teacher in env.teachers:
+        mine = [atom for atom in atoms if atom.speaker == teacher]
+        assert seen["said"][teacher] == " ".join(atom.text for atom in mine)
+        assert seen["said"][teacher].atoms == tuple(mine)
+
+
+def test_every_teacher_speaks_by_its_personality():
+    env = GRID.raw_panel_env(teachers=TEACHERS, max_cycles=15)
+    env.reset(seed=2)
+    lab = env.desk.world.scratch()
+    held = {teacher: [] for teacher in env.teachers}
+    for turn in range(15):
+        env_moment = env.desk.moment
+        round_of(env)
+        for atom in env.observe(STUDENT)["feedback"].atoms:
+            held[atom.speaker].append((atom.kind, atom.claim.holds(env_moment, lab)))
+        env.step(turn % 4)
+    honest, liar, adviser = held.values()
+    assert honest
+    assert all(true for _, true in honest)
+    assert liar
+    assert not any(true for _, true in liar)
+    assert {kind for kind, _ in adviser} == {"fp"}
+
+
+def test_the_instruction_is_given_once_and_notices_too():
+    env = GRID.raw_panel_env(teachers=("oracle", "oracle"), text=True)
+    env.reset(seed=0)
+    assert env.observe(STUDENT)["instruction"]
+    round_of(env)
+    env.step("hmm")
+    round_of(env)
+    atoms = env.observe(STUDENT)["feedback"].atoms
+    assert [atom.speaker for atom in atoms if atom.kind is None] == ["teacher_0"]
+    env = GRID.raw_panel_env(teachers=("oracle", "oracle"), speech="message")
+    env.reset(seed=0)
+    for tutor in [env.seats[teacher].tutor for teacher in env.teachers]:
+        env.step(tutor.speak(env.desk.moment))
+    seen = env.observe(STUDENT)
+    assert [(atom.speaker, atom.kind) for atom in seen["feedback"].atoms] == [
+        (teacher, kind) for teacher in env.teachers for kind in ("fp", "fn")
+    ]
+
+
+def test_each_pays_for_its_own_words_out_of_its_own_budget():
+    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"), cost=0.5, budget=3, max_cycles=10)
+    env.reset(seed=0)
+    spent = dict.fromkeys(env.teachers, 0)
+    for turn in range(5):
+        while env.agent_selection != STUDENT:
+            teacher = env.agent_selection
+            wants = ALL if teacher == "teacher_0" or turn > 2 else 0
+            env.step(wants)
+            spent[teacher] += env.rewards[teacher] / -0.5
+            assert all(reward == 0 for agent, reward in env.rewards.items() if agent != teacher)
+        env.step(turn % 3)
+        assert env.rewards == dict.fromkeys(env.possible_agents, env.desk.moment.reward)
+    assert spent == {"teacher_0": 3, "teacher_1": 3}
+    assert env.observe("teacher_1")["features"][3] == 0
+
+
+def test_later_speakers_know_what_was_said():
+    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"))
+    env.reset(seed=0)
+    assert env.observe("teacher_0")["heard"].tolist() == [0, 0, 0, 0, 0]
+    env.step(0b01000)
+    assert env.observe("teacher_1")["heard"].tolist() == [0, 0, 0, 1, 0]
+    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"), speech="message")
+    env.reset(seed=0)
+    env.step("Take the third.")
+    assert env.observe("teacher_1")["heard"] == "Take the third."
+    env.step("I would not.")
+    seen = env.observe(STUDENT)
+    assert seen["feedback"] == "Take the third. I would not."
+    assert seen["said"] == {"teacher_0": "Take the third.", "teacher_1": "I would not."}
+
+
+def test_orders():
+    def orders(order, seed):
+        env = GRID.raw_panel_env(teachers=["oracle"] * 4, order=order)
+        env.reset(seed=seed)
+        found = []
+        for _ in range(8):
+            found.append(round_of(env))
+            env.step(0)
+        return found
+
+    assert orders("fixed", 0) == [[f"teacher_{i}" for i in range(4)]] * 8
+    drawn = orders("random", 0)
+    assert drawn == orders("random", 0) != orders("random", 1)
+    assert len(set(map(tuple, drawn))) > 1
+    assert all(sorted(each) == [f"teacher_{i}" for i in range(4)] for each in drawn)
+
+
+def test_the_order_and_the_others_do_not_change_the_world():
+    def trace(**settings):
+        env = GRID.raw_panel_env(**settings)
+        env.reset(seed=9)
+        states = []
+        for turn in range(6):
+            round_of(env)
+            env.step(turn % 4)
+            states.append(plain((env.desk.world.truth, env.rewards[STUDENT])))
+        return states
+
+    assert trace(teachers=("oracle",)) == trace(teachers=TEACHERS, order="random") == trace(teachers=(LIAR, "silent"))
+
+
+def test_forms_in_parallel():
+    """The student alone, or the teachers at once, who then do not hear each other."""
+    env = GRID.parallel_panel_env(teachers=TEACHERS)
+    observations, _ = env.reset(seed=0)
+    assert list(observations) == [STUDENT]
+    assert {atom.speaker for atom in observations[STUDENT]["feedback"].atoms} == {f"teacher_{i}" for i in range(3)}
+
+    class Still:
+        def reset(self, rng):
+            self.rng = rng
+
+        def act(self, observation, info):
+            return 0
+
+    teachers = ParallelSeats(GRID.raw_panel_env(teachers=TEACHERS, max_cycles=2), {STUDENT: Still()})
+    observations, _ = teachers.reset(seed=0)
+    rounds = 0
+    while teachers.agents:
+        acts = {agent: Frank().act(observations[agent], {}) for agent in teachers.agents}
+        observations, rewards, _, _, _ = teachers.step(acts)
+        rounds += 1
+    assert rounds == 3
+    assert list(rewards) == [f"teacher_{i}" for i in range(3)]
+
+
+@pytest.mark.parametrize("kind", range(5))
+def test_heard_tells_each_kind(kind):
+    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"))
+    env.reset(seed=1)
+    round_of(env)
+    env.step(0)
+    available = env.observe("teacher_0")["available"][kind]
+    env.step(1 << kind)
+    assert env.observe("teacher_1")["heard"].tolist() == [int(available and k == kind) for k in range(len(KINDS))]
+
+
+@pytest.mark.parametrize(
+    ("settings", "match"),
+    [
+        ({"teachers": ["oracle"] * 17}, "teachers must be 1 to 16, got 17"),
+        ({"order": "loudest"}, "order 'loudest' is unknown; allowed: fixed, random"),
+        ({"speech": "song"}, "speech 'song' is unknown"),
+        ({"budget": 0}, "budget must be None or at least 1"),
+        ({"render_mode": "x"}, "render_mode 'x' is unknown"),
+        ({"teachers": ["wise"]}, "wise"),
+    ],
+)
+def test_bad_arguments(settings, match):
+    with pytest.raises(ValueError, match=match):
+        GRID.raw_panel_env(**settings)
+
+
+def test_messages_without_atoms_are_just_words():
+    env = GRID.raw_panel_env(speech="message", budget=1)
+    env.reset(seed=0)
+    env.step("One.")
+    env.step("Two.")
+    env.step(np.int64(0))
+    env.step("Three.")
+    env.step("Four.")
+    seen = env.observe(STUDENT)
+    assert type(seen["feedback"]) is Utterance
+    assert seen["feedback"] == ""
+    assert seen["feedback"].atoms == ()
+
+
+def test_rendering():
+    env = GRID.raw_panel_env(render_mode="ansi", speech="message")
+    env.reset(seed=0)
+    env.step("Left!")
+    env.step("Right!")
+    assert "teacher_0: Left!\nteacher_1: Right!" in env.render()
