@@ -72,7 +72,7 @@ def downward(played):
     process = context.Process(target=_downward, args=(played, queue))
     process.start()
     try:
-        return queue.get(timeout=20)
+        return queue.get(timeout=90)
     except Exception:
         return None
     finally:
@@ -83,9 +83,8 @@ def downward(played):
 def _downward(played, queue):
     from worlds.alfworld.stock import StockEngine
 
-    state = StockEngine(played)._env._pddl_state
-    state.downward_lib.load_sas_replan(state.sas_replan.encode())
-    queue.put(len(state.replan(StockEngine(played)._env._entity_infos)))
+    env = StockEngine(played)._env
+    queue.put(len(env._pddl_state.replan(env._entity_infos)))
 
 
 @pytest.mark.full
