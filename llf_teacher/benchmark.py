@@ -13,12 +13,15 @@ import numpy as np
 import pettingzoo
 from rich.table import Table
 
+from llf_teacher.gym_adapter import TeacherEnv
 from llf_teacher.registry import PREFIX, make
 from pz_envs.family import Family, all_families
-from pz_envs.tutoring import TEACHER
+from pz_envs.tutoring import SUBSETS, TEACHER
 
 _ROUNDS = 7
 _STEPS = 3000
+_FEW = 40  # steps, of environments that may be slow
+_CLASSES = (1, 8, 64)
 
 
 def _measure(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
@@ -32,14 +35,14 @@ def _measure(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
     return {name: statistics.median(each) for name, each in times.items()}
 
 
-def _stepping(env: gymnasium.Env, actions: list[Any]) -> Callable[[], float]:
+def _stepping(env: gymnasium.Env, actions: list[Any], steps: int = _STEPS) -> Callable[[], float]:
     """Seconds per step; resets are not counted."""
 
     def run() -> float:
         env.reset(seed=0)
         spent = 0.0
         done = 0
-        while done < _STEPS:
+        while done < steps:
             begin = time.perf_counter()
             for action in actions:
                 _, _, terminated, truncated, _ = env.step(action)
@@ -98,23 +101,27 @@ def steps() -> Table:
     return table
 
 
+def references() -> Table:
+    """Microseconds per step of worlds that repeat another environment, and of that environment."""
+    table = _table("Worlds that repeat another environment", "environment", "step, us", "world, us", "times as fast")
+    for family in all_families():
+        if family.reference:
+            name, actions = family.showcase[0], [np.asarray(action) for action in _actions(family, _FEW)]
+            world = family.make_world(**family.environments[name])
+            runs = {"other": gymnasium.make(family.reference).unwrapped, "own": world}
+            seconds = _measure({which: _stepping(env, actions, _FEW) for which, env in runs.items()})
+            other, own = seconds["other"], seconds["own"]
+            table.add_row(family.reference, f"{other * 1e6:.0f}", f"{own * 1e6:.0f}", f"{other / own:.1f}")
+    return table
+
+
 def seats() -> Table:
     """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe.
 
     Raises:
         ModuleNotFoundError: pygame is not installed, which tictactoe needs; the message has the pip line.
     """
-    if importlib.util.find_spec("pygame") is None:
-        raise ModuleNotFoundError(
-            "PettingZoo's tictactoe needs 'pygame', which is not installed; run: pip install 'llf-teacher[test]'",
-            name="pygame",
-        )
-    runs = {
-        "tictactoe-v3": _turns(
-            pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped,
-            lambda observation, _: int(observation["action_mask"].argmax()),
-        )
-    }
+    runs = {"tictactoe-v3": _tictactoe()}
     for family in all_families():
         name = family.showcase[0]
         env = pettingzoo.make("aec", f"llf/{name}", speech="kinds").unwrapped
@@ -124,6 +131,104 @@ def seats() -> Table:
     for name, each in seconds.items():
         table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe-v3'] / each:.2f}")
     return table
+
+
+def forms() -> Table:
+    """Turns per second of every form of the seats with `speech="kinds"`, for the first environment of each family.
+
+    A turn is one of a teacher or of a student. In a classroom the teacher speaks to every student in every round, and
+    `per student` is what a student's turn and the words to it cost together, relative to a class of one.
+
+    Raises:
+        ModuleNotFoundError: as `seats`.
+    """
+    runs = {"tictactoe-v3": _tictactoe()}
+    for family in all_families():
+        name = family.showcase[0]
+        actions = _actions(family)
+        options = dict(family.environments[name])
+        for form, env in (
+            ("raw_env", family.raw_env(speech="kinds", **options)),
+            ("env", family.env(speech="kinds", **options)),
+        ):
+            runs[f"{name} {form}"] = _turns(env, _all_kinds(actions))
+        runs[f"{name} StudentEnv"] = _gymnasium(make(PREFIX + name), actions)
+        runs[f"{name} TeacherEnv"] = _gymnasium(TeacherEnv(PREFIX + name, student=_Player(actions)), [SUBSETS - 1])
+        for students in _CLASSES:
+            room = family.raw_classroom_env(students=students, attention=students, until_success=False, **options)
+            runs[f"{name} ClassroomEnv({students})"] = _turns(room, _everybody(actions))
+    seconds = _measure(runs)
+    table = _table('Forms of the seats, speech="kinds"', "form", "turns/s", "of tictactoe's", "per student")
+    for name, each in seconds.items():
+        alone = seconds.get(name.partition("ClassroomEnv")[0] + f"ClassroomEnv({_CLASSES[0]})")
+        per_student = f"{each / alone:.2f}" if alone and "ClassroomEnv" in name else ""
+        table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe-v3'] / each:.2f}", per_student)
+    return table
+
+
+def _tictactoe() -> Callable[[], float]:
+    """Seconds per turn of PettingZoo's tictactoe.
+
+    Raises:
+        ModuleNotFoundError: pygame is not installed, which tictactoe needs; the message has the pip line.
+    """
+    if importlib.util.find_spec("pygame") is None:
+        raise ModuleNotFoundError(
+            "PettingZoo's tictactoe needs 'pygame', which is not installed; run: pip install 'llf-teacher[test]'",
+            name="pygame",
+        )
+    env = pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped
+    return _turns(env, lambda observation, _: int(observation["action_mask"].argmax()))
+
+
+def _gymnasium(env: gymnasium.Env, actions: list[Any]) -> Callable[[], float]:
+    """Seconds per turn of a Gymnasium environment, whose step is a turn of each of both seats; resets included."""
+
+    def run() -> float:
+        env.reset(seed=0)
+        begin = time.perf_counter()
+        turns = done = 0
+        while turns < _STEPS:
+            env.reset()
+            over = False
+            while not over:
+                _, _, terminated, truncated, _ = env.step(actions[done % len(actions)])
+                over = terminated or truncated
+                done += 1
+                turns += 2
+        return (time.perf_counter() - begin) / turns
+
+    return run
+
+
+class _Player:
+    """A student that goes through the given actions."""
+
+    def __init__(self, actions: list[Any]) -> None:
+        self._actions, self._turn = actions, 0
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Go on where it was."""
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """The next action."""
+        self._turn += 1
+        return self._actions[self._turn % len(self._actions)]
+
+
+def _everybody(actions: list[Any]) -> Callable[[dict[str, Any], str], Any]:
+    """A teacher that says everything to one student after the other, and students that go through the actions."""
+    turn = 0
+
+    def choose(observation: dict[str, Any], agent: str) -> Any:
+        nonlocal turn
+        turn += 1
+        if agent != TEACHER:
+            return actions[turn % len(actions)]
+        mask = observation["action_mask"]
+        return len(mask) - 1 - int(mask[::-1].argmax())  # the most that can be said to the last who has not heard
+
+    return choose
 
 
 def _table(title: str, name: str, *figures: str) -> Table:
@@ -141,7 +246,7 @@ def _all_kinds(actions: list[Any]) -> Callable[[dict[str, Any], str], Any]:
     def choose(observation: dict[str, Any], agent: str) -> Any:
         nonlocal turn
         turn += 1
-        return 31 if agent == TEACHER else actions[turn % len(actions)]
+        return SUBSETS - 1 if agent == TEACHER else actions[turn % len(actions)]
 
     return choose
 

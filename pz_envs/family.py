@@ -269,6 +269,8 @@ class Family(Subject):
     """What regret counts, as in "extra moves"."""
     reward_only: str
     """Spec of the student that suits the family and learns from rewards alone."""
+    reference: str = ""
+    """Id, for `gymnasium.make`, of an environment that the world repeats faster, for the benchmark to compare."""
     extra: str = field(default="")
     """The extra of the distribution that the world needs, if the core does not do."""
     distribution: str = "llf-teacher"

@@ -179,6 +179,8 @@ class TutoringEnv(SeatsEnv):
             reward = world.failure_reward
             success = self.moment.success and not self.repeated
             self.moment = Moment(None, action, reward, before, success, turn, late)
+            self._state = copy.deepcopy(self._state)  # each observation is new, also if nothing happened
+            self._see()
             info: dict[str, Any] = {"success": success, "parse_failure": action}
         else:
             self._state, reward, terminated, truncated, info = world.advance(action)

@@ -96,7 +96,7 @@ class Oracle(ABC):
         claims: list[Claim] = []
         if moment.before is not None:
             if R in kinds:
-                claims.append(_reward(moment.reward))
+                claims.append(_reward(moment.reward + 0.0))  # -0.0 is 0.0: they share a place in the cache
             self._hindsight(claims, moment, kinds)
         if not moment.over:
             self._advice(claims, moment, kinds)

@@ -15,7 +15,7 @@ app = typer.Typer(
 )
 errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
-for _name in ("audit", "benchmark", "golden", "list", "play", "shelf", "study"):
+for _name in ("audit", "benchmark", "catalogue", "golden", "list", "play", "shelf", "study"):
     import_module(f"llf_teacher.cli.{_name}").add_to(app)
 
 

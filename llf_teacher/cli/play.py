@@ -1,10 +1,13 @@
-"""`llf play`: a person plays the student in the terminal."""
+"""`llf play`: a person plays the student or the teacher in the terminal."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.markup import escape
+
+from teachers.atoms import KINDS
+from teachers.feedback import parse_kinds
 
 
 def add_to(app: typer.Typer) -> None:
@@ -14,29 +17,41 @@ def add_to(app: typer.Typer) -> None:
 
 def play(
     id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.")],
-    teacher: Annotated[str, typer.Option(help="Personality spec of the teacher.")] = "oracle",
+    seat: Annotated[str, typer.Option(help="Your seat: student or teacher.")] = "student",
+    teacher: Annotated[
+        str, typer.Option(help="Personality spec of the teacher; of your claims in its seat.")
+    ] = "oracle",
+    student: Annotated[str, typer.Option(help="Spec of the student whom you teach.")] = "obedient",
     instruction_type: Annotated[str, typer.Option(help="b, p or c.")] = "b",
     feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
+    budget: Annotated[int | None, typer.Option(help="Atoms that you may say as the teacher.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the episode.")] = None,
     max_turns: Annotated[int | None, typer.Option(help="Turns at most.")] = None,
 ) -> None:
-    """Play the student: read what the teacher says, type actions.
+    """Play the student: read what the teacher says, type actions. Or play the teacher: choose what is said.
 
     End a text of several lines with an empty line. Ctrl-D leaves.
     """
+    if seat not in ("student", "teacher"):
+        raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
+    settings = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
+    console = Console(highlight=False)
+    try:
+        if seat == "student":
+            _learn(console, id, seed, teacher=teacher, **settings)
+        else:
+            _teach(console, id, seed, teacher=teacher, student=student, budget=budget, **settings)
+    except (EOFError, KeyboardInterrupt):
+        console.print("\nYou left the episode.")
+
+
+def _learn(console: Console, id: str, seed: int | None, **settings: Any) -> None:
+    """An episode in the student's seat."""
     from gymnasium import spaces
 
     import llf_teacher
 
-    env = llf_teacher.make(
-        id,
-        teacher=teacher,
-        instruction_type=instruction_type,
-        feedback_type=feedback_type,
-        max_turns=max_turns,
-        text=True,
-    )
-    console = Console(highlight=False)
+    env = llf_teacher.make(id, text=True, **settings)
     many_lines = isinstance(env.aec.world.action_space, spaces.Text)
     observation, _ = env.reset(seed=seed)
     total, turn, done = 0.0, 0, False
@@ -47,16 +62,53 @@ def play(
         if done:
             break
         turn += 1
-        try:
-            action = _ask(console, f"Turn {turn}> ", many_lines)
-        except (EOFError, KeyboardInterrupt):
-            console.print("\nYou left the episode.")
-            return
+        action = _ask(console, f"Turn {turn}> ", many_lines)
         observation, reward, terminated, truncated, info = env.step(action)
         total += reward
         done = terminated or truncated or (info["success"] and not env.family.repeated)
-    solved = "solved" if info["success"] else "not solved"
-    console.print(f"Over after {turn} turns: {solved}, total reward {total:.4g}.")
+    _sum_up(console, turn, info["success"], total)
+
+
+def _teach(console: Console, id: str, seed: int | None, **settings: Any) -> None:
+    """An episode in the teacher's seat."""
+    import llf_teacher
+
+    env = llf_teacher.TeacherEnv(id, until_success=True, **settings)
+    aec, seat = env.aec, env.aec.seat
+    env.reset(seed=seed)
+    console.print(f"[bold]{escape(aec.instruction)}[/]\n")
+    total, done = 0.0, False
+    while not done:
+        told = aec.describe()
+        if told["action"]:
+            console.print(f"The student did: [bold]{escape(told['action'])}[/]")
+        console.print(f"[cyan]{escape(told['state'])}[/]\n")
+        claims = [claim for claim in seat.claims() if claim.kind is not None] if seat.purse.left else []
+        for claim in claims:
+            console.print(f"  {claim.kind:2} {escape(repr(claim))}")
+        subset = _choose(console, f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none)> ")
+        _, reward, terminated, truncated, _ = env.step(subset)
+        console.print(f"[green]{escape(aec.feedback)}[/]\n")
+        total += reward
+        done = terminated or truncated
+    _sum_up(console, aec.turn, aec.moment.success, total)
+
+
+def _sum_up(console: Console, turns: int, success: bool, total: float) -> None:
+    solved = "solved" if success else "not solved"
+    console.print(f"Over after {turns} turns: {solved}, total reward {total:.4g}.")
+
+
+def _choose(console: Console, prompt: str) -> int:
+    """The subset of the kinds that a person types, asked until it is one."""
+    while True:
+        words = console.input(prompt).replace("+", " ").replace(",", " ").split()
+        try:
+            kinds = parse_kinds("a" if words == ["a"] else words)
+        except ValueError as error:
+            console.print(escape(str(error)))
+            continue
+        return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 
 
 def _ask(console: Console, prompt: str, many_lines: bool) -> str:

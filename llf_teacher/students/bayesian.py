@@ -100,7 +100,8 @@ class Bayesian(Student):
 
         def _listen(self, state: Any, atoms: Any) -> None:
             """Note what the teacher says of this state and of the one before."""
-            for claim, _, turn in atoms:
+            for atom in atoms:
+                claim, turn = atom.claim, atom.about_turn
                 action = getattr(claim, "action", None)
                 if action is None or claim.kind is None:
                     continue

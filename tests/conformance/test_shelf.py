@@ -2,13 +2,17 @@
 
 import pickle
 
+import gymnasium
+import lake
 import numpy as np
 import pytest
 from lessons import episodes, lab, pupil, taught
 from shelf import FAMILIES, pairs
 
 import llf_teacher
+from llf_teacher.audit import audit
 from llf_teacher.registry import PREFIX
+from pz_envs.lesson import Lesson
 from pz_envs.text_mode import parse_action
 from teachers.common import Example
 from teachers.personality import PERSONALITIES, parse_personality
@@ -123,3 +127,20 @@ def test_the_student_of_these_tests_is_right_and_wrong():
     for name in FAMILIES:
         assert len(episodes(name, TURNS)) >= 2
         assert pupil(name).max_turns == FAMILIES[name].max_cycles
+
+
+@pytest.mark.parametrize("spec", PERSONALITIES.names)
+def test_a_users_own_environment_and_oracle_are_served(spec):
+    lesson = Lesson(
+        lambda: gymnasium.make("FrozenLake-v1", is_slippery=False),
+        lake.LakeOracle,
+        phrases=lake.PHRASES,
+        look=lambda env: int(env.unwrapped.s),
+        action_words=lake.WORDS,
+    )
+    if not lesson.serves(spec):
+        assert parse_personality(spec).needs - lake.LakeOracle.abilities() == {"hints"}
+        return
+    found = audit(lesson, spec, turns=40)
+    assert found.honest == parse_personality(spec).honest
+    assert not found.caught, found.examples

@@ -1,6 +1,7 @@
 """The command line, as a user meets it."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -74,6 +75,22 @@ def test_play(tmp_path):
     assert "north (0), east (1), west (2), south (3)" in text
     assert "one of north, east, west, south" in text
     assert "Over after 2 turns" in result.stdout
+
+
+def test_play_the_teacher(tmp_path):
+    command = ("play", "llf-gridworld-v0", "--seat", "teacher", "--seed", "3", "--budget", "20")
+    result = llf(*command, cwd=tmp_path, text="fp\nhp, fp\nx\na\n" + "fp\n" * 20)
+    assert result.returncode == 0
+    assert "Say which kinds of r, hp, hn, fp, fn?" in result.stdout
+    assert "Go(action=<Direction." in result.stdout
+    assert "names 'x'" in result.stdout
+    assert re.search(r"Over after \d turns: solved, total reward 0\.\d+\.", result.stdout)
+
+
+def test_play_a_seat_that_there_is_not(tmp_path):
+    result = llf("play", "llf-gridworld-v0", "--seat", "janitor", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "seat 'janitor' is unknown; allowed: student, teacher" in result.stderr
 
 
 def test_play_a_text_of_several_lines(tmp_path):

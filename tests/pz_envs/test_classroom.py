@@ -1,10 +1,14 @@
 """The classroom: turns, attention, costs, leaving, seeds, and its parallel form."""
 
+import copy
+import pickle
+
+import gymnasium
 import numpy as np
 import pettingzoo
 import pytest
 
-import llf_teacher  # noqa: F401  (registers the environments)
+import llf_teacher
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import RULES, Attention
@@ -370,3 +374,19 @@ def test_rendering(capsys):
     env.reset(seed=0)
     env.step(0)
     assert "student_1: Room: " in capsys.readouterr().out
+
+
+def test_a_lesson_has_classrooms_and_panels():
+    lesson = llf_teacher.Lesson(lambda: gymnasium.make("FrozenLake-v1", is_slippery=False))
+    require_aec(lambda: lesson.classroom_env(students=3, attention=2))
+    require_aec(lambda: lesson.panel_env(teachers=("oracle", "silent")))
+
+
+def test_classrooms_copy_and_pickle():
+    env = GRID.raw_classroom_env(students=3, attention=2)
+    env.reset(seed=0)
+    env.step(env.address(1, ALL))
+    for other in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
+        assert plain(other.observe(TEACHER)) == plain(env.observe(TEACHER))
+        other.step(0)
+        assert env.agent_selection == TEACHER

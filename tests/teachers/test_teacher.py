@@ -246,3 +246,11 @@ def test_a_copy_and_its_original_do_not_share_their_streams():
     for _ in range(5):
         teacher.speak(moments[0])
     assert [twin.speak(moments[0])] == expected
+
+
+def test_a_negative_zero_is_said_as_zero_whoever_came_first():
+    teacher, _, moments = begun("bandits", feedback_type="r")
+    teacher.paraphrase = 0
+    said = {str(teacher.speak(moments[0]._replace(reward=reward))) for reward in (-0.0, 0.0, -0.0)}
+    assert len(said) == 1
+    assert "-0" not in said.pop()

@@ -1,0 +1,125 @@
+"""Teaching on a budget: when should a teacher spend its few pieces of advice? After Torrey & Taylor 2013.
+
+Students learn a world by tabular Q-learning in a lifetime of episodes. Teachers may advise an action a limited number
+of times in that lifetime, and differ in when they do. Prints a table and draws the learning curves:
+
+    python examples/teaching_on_a_budget.py --seeds 30 --plot docs/teaching-on-a-budget.png
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+
+import llf_teacher
+from llf_teacher.studies.statistics import mean_band, mean_interval, paired_difference
+from teachers.personality import parse_personality
+
+STUDENT = "q_learning(trust=1.0, forget=False, optimism=0.0, alpha={alpha}, gamma={gamma}, epsilon=0.1)"
+
+
+class Setting(NamedTuple):
+    """One world and what is spent in it."""
+
+    id: str
+    episodes: int
+    turns: int
+    budget: int
+    threshold: float
+    """Of importance, in units of the oracle's values."""
+    student: str
+
+
+SETTINGS = (
+    Setting("llf-gridworld-v0", 60, 60, 30, 2.0, STUDENT.format(alpha=0.5, gamma=0.95)),
+    Setting("llf-bandits-BanditTenArmedGaussian-v0", 40, 10, 30, 0.0, STUDENT.format(alpha=0.1, gamma=0.0)),
+)
+TEACHERS = {
+    "no advice": "silent",
+    "random": "inconsistent(likelihood=0.1, consistency=1.0) | early(budget={budget})",
+    "early": "early(budget={budget})",
+    "importance": "importance(budget={budget}, threshold={threshold})",
+    "mistake correcting": "mistake_correcting(budget={budget}, threshold={threshold})",
+    "predictive": "predictive(budget={budget}, threshold={threshold})",
+}
+
+
+def lifetime(setting: Setting, teacher: str, seed: int) -> list[float]:
+    """The student's regret in each episode of a lifetime, in the family's unit."""
+    env = llf_teacher.TeacherEnv(
+        setting.id,
+        student=setting.student,
+        speech="message",
+        episodes=setting.episodes,
+        max_turns=setting.turns,
+        budget=setting.budget,
+        cost=0.0,
+        teacher_reward="student_progress",
+    )
+    spec = TEACHERS[teacher].format(budget=setting.budget, threshold=setting.threshold)
+    policy = env.family.make_teacher(env.aec.world, parse_personality(spec), feedback_type="fp")
+    policy.reset(np.random.default_rng(seed))  # once: its budget is that of the lifetime
+    observation, info = env.reset(seed=seed)
+    regret = [0.0]
+    done = False
+    while not done:
+        observation, reward, terminated, truncated, info = env.step(policy.act(observation, info))
+        done = terminated or truncated
+        regret[-1] -= reward
+        if info["moment"].turn == 0 and not done:
+            regret.append(0.0)
+    return regret
+
+
+def main() -> None:
+    """Live all lifetimes; print the table; draw the plot."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=30)
+    parser.add_argument("--episodes", type=int, help="in place of what the settings say, to try it out")
+    parser.add_argument("--plot", help="file for the learning curves")
+    arguments = parser.parse_args()
+    curves: dict[str, dict[str, np.ndarray]] = {}
+    with ProcessPoolExecutor() as pool:
+        for given in SETTINGS:
+            setting = given._replace(episodes=arguments.episodes or given.episodes)
+            print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice\n")
+            print("| teacher | regret per episode | less than without advice | p |")
+            print("|---|---|---|---|")
+            lives = curves[setting.id] = {}
+            for teacher in TEACHERS:
+                seeds = range(arguments.seeds)
+                lives[teacher] = np.array(
+                    list(pool.map(lifetime, [setting] * len(seeds), [teacher] * len(seeds), seeds))
+                )
+                area = lives[teacher].mean(axis=1)
+                estimate = mean_interval(area)
+                gain = paired_difference(lives["no advice"].mean(axis=1), area)
+                print(
+                    f"| {teacher} | {estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}] | "
+                    f"{gain.estimate.mean:.2f} [{gain.estimate.low:.2f}, {gain.estimate.high:.2f}] | {gain.p:.4f} |",
+                    flush=True,
+                )
+    if arguments.plot:
+        draw(curves, arguments.plot)
+
+
+def draw(curves: dict[str, dict[str, np.ndarray]], path: str) -> None:
+    """Mean regret per episode, with 95 % intervals over seeds."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11, 4), layout="constrained")
+    for axes, (id, lives) in zip(figure.subplots(1, len(curves)), curves.items(), strict=True):
+        for teacher, values in lives.items():
+            blocks = values.reshape(len(values), -1, 5).mean(axis=2)  # of five episodes each
+            band = mean_band(blocks)
+            at = 5 * np.arange(len(band.mean)) + 3
+            axes.plot(at, band.mean, label=teacher)
+            axes.fill_between(at, band.low, band.high, alpha=0.15)
+        axes.set(title=id, xlabel="episode", ylabel="regret per episode")
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
+if __name__ == "__main__":
+    main()

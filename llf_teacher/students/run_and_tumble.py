@@ -1,0 +1,43 @@
+"""run_and_tumble: keeps to what makes rewards rise, else tries something new, for worlds in which actions add up."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from llf_teacher.student import Policy, Student
+from teachers.spec import check_range
+
+
+@dataclass(frozen=True)
+class RunAndTumble(Student):
+    """How bacteria find food (Berg & Brown 1972): the same action while the reward rises, a random one when it falls.
+
+    Actions stay near the middle of the box, since they go on to have an effect after it is seen that they are wrong.
+    """
+
+    size: float = 0.1
+    """Greatest distance of an action from the middle of the box, as a share of half of its width, 0 to 1."""
+    reads = "reward"
+
+    def __post_init__(self) -> None:
+        check_range("size", self.size, 0, 1)
+
+    class Policy(Policy):
+        """Holds the action and what it earned."""
+
+        def begin(self) -> None:
+            """Have tried nothing."""
+            space = self.world.action_space
+            self._middle = (space.low + space.high) / 2  # type: ignore[attr-defined]
+            self._reach = self.spec.size * (space.high - space.low) / 2  # type: ignore[attr-defined]
+            self._action: np.ndarray | None = None
+            self._reward = -np.inf
+
+        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+            """Run or tumble."""
+            if self._action is None or info["reward"] <= self._reward:
+                turn = self.rng.uniform(-1, 1, self._middle.shape)
+                self._action = (self._middle + turn * self._reach).astype(self._middle.dtype)
+            self._reward = info["reward"]
+            return self._action

@@ -1,0 +1,17 @@
+"""Parking: drive a car into a marked spot."""
+
+from pz_envs.family import Family
+
+FAMILY = Family(
+    name="parking",
+    summary="drive a car into a marked spot, nose first",
+    world="Parking",
+    oracle="ParkingOracle",
+    environments={"highway-parking-v0": {}},
+    showcase=("highway-parking-v0",),
+    max_cycles=100,
+    regret_unit="turns lost",
+    reward_only="run_and_tumble",
+    reference="highway_env:parking-v0",
+)
+env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,0 +1,28 @@
+"""The benchmark runs every form of the seats; how fast they are is not a matter of tests."""
+
+import io
+
+from rich.console import Console
+
+from llf_teacher import benchmark
+from pz_envs.family import all_families
+
+
+def test_every_form_is_measured(monkeypatch):
+    monkeypatch.setattr(benchmark, "_STEPS", 10)
+    monkeypatch.setattr(benchmark, "_ROUNDS", 1)
+    console = Console(file=io.StringIO(), width=160)
+    table = benchmark.forms()
+    assert table.row_count == 1 + 7 * len(all_families())
+    console.print(table)
+    text = console.file.getvalue()
+    for form in (
+        "raw_env",
+        "env",
+        "StudentEnv",
+        "TeacherEnv",
+        "ClassroomEnv(1)",
+        "ClassroomEnv(8)",
+        "ClassroomEnv(64)",
+    ):
+        assert text.count(f" {form} ") == len(all_families())

@@ -1,0 +1,208 @@
+"""The oracle of the car park: who obeys it parks, from any state, and what it foresees is what happens."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from pz_envs.family import all_families
+from teachers.atoms import FN, FP, HN, HP, Moment
+from teachers.driving import move, solve
+from teachers.oracles import parking as claims
+from teachers.oracles.parking import Crash, Crashed, Detour, Doomed, Drive, OnCourse, Parked, ParkingOracle, Trap
+from teachers.testing import Pupil, check_honesty
+from worlds.parking import Car, Parking
+
+FAMILY = next(family for family in all_families() if family.oracle == ParkingOracle.__name__)
+
+
+def engaged(world, seed=0):
+    oracle = ParkingOracle(world.scratch)
+    oracle.start(world.truth, np.random.default_rng(seed))
+    return oracle
+
+
+def opening(world):
+    return Moment(None, None, 0.0, world.truth, False, 0, False)
+
+
+def turn(world, action):
+    before, action = world.truth, world.legal(action)
+    _, reward, over, _, info = world.advance(action)
+    return Moment(before, action, reward, world.truth, info["success"], 1, over)
+
+
+def at_random(world, rng):
+    """Somewhere at up to 6 m/s, where nothing is touched and the car can be braked in time."""
+    lab = world.scratch()
+    while True:
+        car = Car(rng.uniform(-30, 30), rng.uniform(-17, 17), rng.uniform(-7, 7), rng.uniform(-6, 6))
+        truth = world.truth._replace(car=car)
+        if claims._stops(lab, truth):
+            world.restore(truth)
+            return
+
+
+def obeyed(world, turns=100):
+    """Whether a student that does what it is told parks within so many turns, and the number of turns."""
+    oracle, moment = engaged(world), opening(world)
+    for number in range(1, turns + 1):
+        advice = [claim for claim in oracle.judge(moment, {FP}) if type(claim) is Drive]
+        if not advice:
+            return False, number
+        assert all(share == round(share, 2) for share in advice[0].action)
+        moment = turn(world, advice[0].action)
+        if moment.over:
+            return moment.success, number
+    return False, turns
+
+
+def sweep(start, count, seeds):
+    """Share of parked cars."""
+    world, parked, numbers = Parking(count), 0, []
+    for seed in seeds:
+        rng = np.random.default_rng(seed)
+        world.reset(seed=seed)
+        while start == "ten" and any(world.step(world.sample_action(rng))[2] for _ in range(10)):
+            world.reset()
+        if start == "moving":
+            at_random(world, rng)
+        success, number = obeyed(world)
+        parked += success
+        numbers.append(number)
+    print(f"{start}, {count} other cars: {parked} of {len(numbers)} parked, in {np.mean(numbers):.1f} turns")
+    return parked / len(numbers)
+
+
+@pytest.mark.parametrize("start", ["start", "ten", "moving"])
+def test_who_obeys_parks(start):
+    assert sweep(start, 0, range(200, 212)) == 1
+
+
+def test_who_obeys_parks_among_other_cars():
+    assert sweep("start", 10, range(200, 208)) == 1
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(
+    ("start", "count", "least"),
+    [(start, 0, 0.99) for start in ("start", "ten", "moving")]
+    + [(start, 10, 0.95) for start in ("start", "ten", "moving")],
+)
+def test_who_obeys_parks_on_two_hundred_seeds(start, count, least):
+    assert sweep(start, count, range(200)) >= least
+
+
+def test_the_model_is_the_simulator():
+    """From random places a way ends where the model says, after as many actions."""
+    world = Parking(6)
+    rng = np.random.default_rng(1)
+    for seed in range(10):
+        world.reset(seed=seed)
+        at_random(world, rng)
+        oracle, car = engaged(world), world.truth.car[:4]
+        ground = oracle._ground(world.truth)
+        for action in solve(ground, car):
+            car = move(ground, car, *(round(100 * share) for share in action))
+            moment = turn(world, action)
+            assert moment.after.car[:4] == pytest.approx(car, abs=1e-9)
+        assert moment.success
+
+
+def test_a_way_is_kept_to_while_the_student_does():
+    world = Parking()
+    world.reset(seed=5)
+    oracle, moment = engaged(world), opening(world)
+    way = oracle.plan(world.truth, 99)
+    for left in range(len(way), 0, -1):
+        (advice,) = oracle.judge(moment, {FP})
+        assert (advice.action, *advice.rest) == way[-left:]
+        moment = turn(world, advice.action)
+        assert oracle.regret(moment) == 0
+        hindsight = oracle.judge(moment, {HP, HN})
+        assert hindsight[0] == (
+            Parked(action=advice.action)
+            if left == 1
+            else OnCourse(action=advice.action, effort=claims._effort(left - 1), rest=advice.rest)
+        )
+    assert oracle.judge(moment, {FP, FN}) == ()
+
+
+def test_warnings_in_front_of_a_wall():
+    """A crash at once, then one that cannot be averted, then a way round."""
+    world = Parking()
+    world.reset(seed=0)
+    lab = world.scratch()
+    for x, expected in ((31.7, Crash), (28.5, Trap), (0.0, Detour)):
+        world.restore(world.truth._replace(car=Car(x, 0.0, 0.0, 5.0 if x else 0.0)))
+        (warning,) = engaged(world).judge(opening(world), {FN})
+        assert type(warning) is expected
+        assert warning.holds(opening(world), lab)
+
+
+def test_a_crash_is_named_and_so_is_the_action_that_led_to_it():
+    world = Parking()
+    world.reset(seed=0)
+    lab = world.scratch()
+    said = []
+    world.restore(world.truth._replace(car=Car(24.0, 0.0, 0.0, 6.0)))
+    oracle, moment = engaged(world), opening(world)
+    while not moment.after.car.crashed:
+        moment = turn(world, (1.0, 0.0))
+        said += oracle.judge(moment, {HP, HN})
+        assert all(claim.holds(moment, lab) for claim in oracle.judge(moment, {HP, HN}))
+    kinds = [type(claim) for claim in said]
+    assert kinds.index(Doomed) < kinds.index(Crashed) == len(kinds) - 1
+    assert oracle.judge(moment, {FP, FN}) == ()
+    assert oracle.importance(moment.after) == 0
+    assert oracle.plan(moment.after, 5) == ()
+
+
+def test_hints_are_true_and_say_less():
+    world = Parking()
+    lab = world.scratch()
+    for seed in range(5):
+        world.reset(seed=seed)
+        moment = opening(world)
+        (advice,) = engaged(world).judge(moment, {FP})
+        hints = advice.coarser(moment, lab)
+        assert len(hints) == 2
+        for hint in hints:
+            assert hint.kind is FP
+            assert hint.holds(moment, lab)
+            assert not hasattr(hint, "action")
+            assert not any(false.holds(moment, lab) for false in hint.counterparts(moment, lab))
+
+
+def test_claims_among_other_cars_hold():
+    check_honesty(Pupil(lambda: Parking(10), FAMILY.make_teacher, max_turns=40, turns=40))
+
+
+def test_advice_costs_few_steps():
+    """In steps of the simulator, measured in the same run: a new plan takes less than 150 of them, on average."""
+    world = Parking()
+    planning = driving = 0.0
+    for seed in range(30):
+        world.reset(seed=1000 + seed)
+        begin = time.process_time()
+        engaged(world).judge(opening(world), {FP})
+        planned = time.process_time()
+        for _ in range(20):
+            world.step((0.1, 0.3))
+        planning, driving = planning + planned - begin, driving + (time.process_time() - planned) / 20
+    print(f"a plan takes as long as {planning / driving:.0f} steps")
+    assert planning < 150 * driving
+
+
+def test_headings_may_be_of_any_number_of_turns():
+    world = Parking()
+    world.reset(seed=0)
+    truth = world.truth
+    ways = []
+    for turns in (0, 1, -3):
+        car = truth.car._replace(heading=truth.car.heading + turns * 2 * math.pi)
+        world.restore(truth._replace(car=car))
+        ways.append(len(engaged(world).plan(world.truth, 99)))
+    assert min(ways) > 0
+    assert max(ways) - min(ways) <= 2

@@ -1,0 +1,229 @@
+"""A catalogue of films and series: facts in SQLite, the same facts as tables in memory, and titles that are looked up.
+
+The one that ships is built from `worlds/data/catalogue.csv`; larger ones are SQLite files, which
+`worlds.catalogue.importing` makes.
+"""
+
+import csv
+import os
+import sqlite3
+import weakref
+from collections.abc import Callable, Iterable
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from worlds.catalogue.titles import Titles
+
+FILM, SERIES = "film", "series"
+GENRES = (
+    "Action", "Adventure", "Animation", "Biography", "Comedy", "Crime", "Documentary", "Drama", "Family", "Fantasy",
+    "History", "Horror", "Music", "Musical", "Mystery", "Romance", "Sci-Fi", "Sport", "Thriller", "War", "Western",
+)  # fmt: skip
+"""The genres that count."""
+CERTIFICATES = ("G", "PG", "PG-13", "R", "NC-17", "TV-Y", "TV-Y7", "TV-G", "TV-PG", "TV-14", "TV-MA")
+"""The age ratings of films (MPA) and of series (TV Parental Guidelines) in the United States."""
+PERIODS = ((1980, 1989), (1990, 1999), (2000, 2009), (2010, 9999))
+"""First and last year of each period: the 80s, the 90s, the 2000s, and what is recent."""
+AGES = (
+    ("G", "TV-Y", "TV-Y7", "TV-G"),
+    ("G", "PG", "TV-Y", "TV-Y7", "TV-G", "TV-PG"),
+    ("R", "NC-17", "TV-MA"),
+)
+"""The certificates that are child-friendly, family-friendly, and R-rated."""
+
+SCHEMA = """
+CREATE TABLE title (
+    id INTEGER PRIMARY KEY, title TEXT NOT NULL, series INTEGER NOT NULL,
+    first INTEGER NOT NULL, last INTEGER, certificate TEXT, source TEXT NOT NULL);
+CREATE TABLE genre (id INTEGER NOT NULL REFERENCES title, genre TEXT NOT NULL);
+CREATE INDEX title_title ON title (title);
+CREATE INDEX genre_id ON genre (id);
+"""
+
+
+class Entry(NamedTuple):
+    """A film or a series, as a source states it."""
+
+    title: str
+    series: bool
+    first: int
+    """Year of the film, or of the series' beginning."""
+    last: int | None
+    """Year of the film, or of the series' end; None if it still runs or the end is unknown."""
+    genres: tuple[str, ...]
+    certificate: str | None
+    """One of `CERTIFICATES`; None if it is unknown."""
+    source: str
+    """Where the facts come from."""
+
+
+class Item(NamedTuple):
+    """A film or a series, as a world judges it."""
+
+    label: str
+    """The title, with the year in brackets if there are several of this title."""
+    named: bool
+    """Whether the label names this item and no other."""
+    title: str
+    series: bool
+    first: int
+    last: int | None
+    genres: tuple[str, ...]
+    certificate: str | None
+    bits: int
+    """What it is: a bit for each type, period, genre and age group that it belongs to, as of `type_bit`."""
+
+
+def type_bit(series: bool) -> int:
+    """The bit of films or of series."""
+    return 1 << series
+
+
+def period_bit(period: int) -> int:
+    """The bit of a period of `PERIODS`; a series belongs to every period in which it ran."""
+    return 4 << period
+
+
+def genre_bit(genre: int) -> int:
+    """The bit of a genre of `GENRES`."""
+    return 4 << len(PERIODS) + genre
+
+
+def age_bit(age: int) -> int:
+    """The bit of an age group of `AGES`; an item whose certificate is unknown belongs to none."""
+    return 4 << len(PERIODS) + len(GENRES) + age
+
+
+class Catalogue:
+    """Films and series. It never changes: copies share it, and a pickle holds its path only.
+
+    Args:
+        path: an SQLite file; None for the catalogue that ships.
+
+    Raises:
+        ValueError: the file is no catalogue.
+    """
+
+    def __init__(self, path: str | None = None) -> None:
+        self.path = path
+        # Worlds may be stepped in another thread than the one that made them; nothing is written any more.
+        self._database = sqlite3.connect(":memory:", check_same_thread=False)
+        weakref.finalize(self, self._database.close)
+        if path is None:
+            write(self._database, shipped())
+        else:
+            _copy(path, self._database)
+        try:
+            entries = list(_entries(self._database))
+        except (sqlite3.Error, ValueError, TypeError) as error:
+            raise ValueError(f"{path} is no catalogue ({error}); `llf catalogue import` makes one") from None
+        self._titles = Titles([(entry.title, entry.first) for entry in entries])
+        self.items = tuple(_item(entry, *self._titles.label(i)) for i, entry in enumerate(entries))
+        """Every item, in the order of the source."""
+        self._bits = np.array([item.bits for item in self.items], np.int64)
+        self._named = np.array([item.named for item in self.items], bool)
+        self.find: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.find)
+        """The items that a title stands for: none, one, or several if it is ambiguous."""
+
+    def fitting(self, wishes: Iterable[int]) -> np.ndarray:
+        """Indices, in order, of the items that have one of the bits of each wish and that a label names."""
+        fits = self._named.copy()
+        for wish in wishes:
+            fits &= (self._bits & wish) != 0
+        return np.flatnonzero(fits)
+
+    def query(self, sql: str, *parameters: Any) -> list[tuple[Any, ...]]:
+        """Rows of the tables `title` (id, title, series, first, last, certificate, source) and `genre` (id, genre)."""
+        return self._database.execute(sql, parameters).fetchall()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Catalogue":
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return load_catalogue, (self.path,)
+
+
+def load_catalogue(path: str | os.PathLike[str] | None = None) -> Catalogue:
+    """The catalogue in a file, or the one that ships; read once a process, and again if the file has changed.
+
+    Raises:
+        ValueError: there is no such file, or it is no catalogue.
+    """
+    if path is None:
+        return _load(None, 0, 0)
+    try:
+        state = os.stat(path)
+    except (OSError, TypeError, ValueError) as error:
+        raise ValueError(f"cannot read the catalogue {path!r}: {error}") from None
+    return _load(os.path.abspath(path), state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=4)
+def _load(path: str | None, modified: int, size: int) -> Catalogue:
+    return Catalogue(path)
+
+
+def shipped() -> Iterable[Entry]:
+    """The rows of the catalogue that ships."""
+    text = resources.files("worlds").joinpath("data/catalogue.csv").read_text(encoding="utf-8")
+    for row in csv.DictReader(text.splitlines()):
+        yield Entry(
+            title=row["title"],
+            series=row["type"] == SERIES,
+            first=int(row["first"]),
+            last=int(row["last"]) if row["last"] else None,
+            genres=tuple(row["genres"].split("|")),
+            certificate=row["certificate"] or None,
+            source=row["source"],
+        )
+
+
+def write(database: sqlite3.Connection, entries: Iterable[Entry]) -> int:
+    """Make the tables and fill them; the number of entries."""
+    database.executescript(SCHEMA)
+    count = 0
+    for count, (title, series, first, last, genres, certificate, source) in enumerate(entries, 1):
+        row = (count, title, series, first, last, certificate, source)
+        database.execute("INSERT INTO title VALUES (?, ?, ?, ?, ?, ?, ?)", row)
+        database.executemany("INSERT INTO genre VALUES (?, ?)", [(count, genre) for genre in genres])
+    database.commit()
+    return count
+
+
+def _copy(path: str, database: sqlite3.Connection) -> None:
+    try:
+        file = sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)
+        try:
+            file.backup(database)
+        finally:
+            file.close()
+    except sqlite3.Error as error:
+        raise ValueError(f"{path} is no catalogue ({error}); `llf catalogue import` makes one") from None
+
+
+def _entries(database: sqlite3.Connection) -> Iterable[Entry]:
+    genres: dict[int, list[str]] = {}
+    for id, genre in database.execute("SELECT id, genre FROM genre ORDER BY rowid"):
+        genres.setdefault(id, []).append(genre)
+    rows = database.execute("SELECT id, title, series, first, last, certificate, source FROM title ORDER BY id")
+    for id, title, series, first, last, certificate, source in rows:
+        yield Entry(title, bool(series), first, last, tuple(genres.get(id, ())), certificate, source)
+
+
+def _item(entry: Entry, label: str, named: bool) -> Item:
+    title, series, first, last, genres, certificate, _ = entry
+    bits = type_bit(series)
+    for period, (begin, end) in enumerate(PERIODS):
+        if first <= end and (last is None or last >= begin):
+            bits |= period_bit(period)
+    for genre in genres:
+        if genre in GENRES:
+            bits |= genre_bit(GENRES.index(genre))
+    for age, certificates in enumerate(AGES):
+        if certificate in certificates:
+            bits |= age_bit(age)
+    return Item(label, named, title, series, first, last, genres, certificate, bits)

@@ -1,0 +1,242 @@
+"""Importing catalogues from the public files of IMDb and MovieLens, row by row.
+
+- IMDb (its non-commercial datasets): `title.basics.tsv`, packed with gzip or not, and perhaps `title.ratings.tsv` to
+  leave out what few people have rated. Films and series are taken, nothing for adults.
+- MovieLens: the table with the columns `movieId`, `title` and `genres`, whose titles end with a year. All are films.
+
+Neither tells a certificate, so that an imported item's age rating is unknown: it meets no age wish, and a world
+with such a catalogue draws none. Nothing is guessed.
+"""
+
+import csv
+import gzip
+import os
+import re
+import sqlite3
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from importlib import resources
+from io import TextIOWrapper
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from worlds.catalogue import GENRES, SERIES, Catalogue, Entry, write
+
+BASICS = (
+    "tconst", "titleType", "primaryTitle", "originalTitle", "isAdult", "startYear", "endYear", "runtimeMinutes",
+    "genres",
+)  # fmt: skip
+"""The columns of IMDb's `title.basics.tsv`."""
+RATINGS = ("tconst", "averageRating", "numVotes")
+"""The columns of IMDb's `title.ratings.tsv`."""
+MOVIELENS = ("movieId", "title", "genres")
+"""The columns of MovieLens's table of titles."""
+LONGEST = 180
+"""Greatest number of characters of a title; longer ones are left out."""
+_YEARS = range(1870, 2200)
+_NONE = "\\N"
+_ALIASES = {"Children": "Family", "Children's": "Family"}  # MovieLens's names for one of ours
+_DATED = re.compile(r"(.+?)\s*\((\d{4})\)\s*")
+_ARTICLE_LAST = re.compile(r"(.+), (The|An?)((?: \(.*\))?)")
+
+
+class Imported(NamedTuple):
+    """What an import did."""
+
+    taken: int
+    """Items in the new catalogue."""
+    left_out: int
+    """Rows that are of another type, lack a year, or are not rated often enough."""
+
+
+Progress = Callable[[int, int], None]
+"""Told the bytes read so far, and the bytes in all."""
+
+
+def import_catalogue(
+    source: Path, target: Path, ratings: Path | None = None, least_votes: int = 0, progress: Progress | None = None
+) -> Imported:
+    """Make a catalogue of IMDb's or MovieLens's file; which one it is, its first line tells.
+
+    The target is replaced at the end, in one step: if anything fails, it stays as it was.
+
+    Args:
+        source: the file, also packed with gzip.
+        target: the SQLite file to write.
+        ratings: IMDb's `title.ratings.tsv`, also packed.
+        least_votes: items with fewer votes are left out; at least 0. It needs `ratings`.
+        progress: told of the bytes read, about every thousand rows.
+
+    Raises:
+        ValueError: a file cannot be read or written, or is damaged; the message names the file and the line.
+    """
+    if least_votes < 0:
+        raise ValueError(f"least_votes must be at least 0, got {least_votes}")
+    if least_votes and ratings is None:
+        raise ValueError("to leave out what has few votes, IMDb's title.ratings.tsv is needed; give it as ratings")
+    try:
+        votes = _votes(ratings, least_votes) if ratings else None
+        file = target.with_name(f".{target.name}.{os.getpid()}")
+        try:
+            return _fill(file, source, target, votes, progress)
+        finally:
+            file.unlink(missing_ok=True)
+    except (OSError, sqlite3.Error) as error:
+        raise ValueError(f"cannot import {source} into {target}: {error}") from None
+
+
+def _fill(file: Path, source: Path, target: Path, votes: set[str] | None, progress: Progress | None) -> Imported:
+    rows = _Rows(source, progress)
+    database = sqlite3.connect(file)
+    try:
+        taken = write(database, (entry for entry in _entries(rows, votes) if entry))
+    finally:
+        database.close()
+    if not taken:
+        raise ValueError(f"{source}: not one of {rows.count} rows is a film or a series with a year")
+    Catalogue(str(file))  # it must open again
+    os.replace(file, target)
+    return Imported(taken, rows.count - taken)
+
+
+class _Rows:
+    """The lines of a file, unpacked and counted.
+
+    Args:
+        path: the file.
+        progress: told of the bytes read.
+    """
+
+    def __init__(self, path: Path, progress: Progress | None = None) -> None:
+        self.path = path
+        self.count = 0
+        self._progress = progress
+
+    def lines(self) -> Iterator[str]:
+        """Every line, without its end.
+
+        Raises:
+            ValueError: the file is damaged.
+        """
+        size = self.path.stat().st_size
+        number = 0
+        with self.path.open("rb") as raw:
+            packed = raw.read(2) == b"\x1f\x8b"
+            raw.seek(0)
+            stream: Any = gzip.GzipFile(fileobj=raw) if packed else raw
+            with TextIOWrapper(stream, encoding="utf-8-sig", newline="\n") as text:
+                try:
+                    for number, line in enumerate(text, 1):
+                        if self._progress and number % 1000 == 1:
+                            self._progress(raw.tell(), size)
+                        self.count = number - 1
+                        yield line.rstrip("\r\n")
+                except (EOFError, gzip.BadGzipFile, zlib.error, UnicodeDecodeError) as error:
+                    raise ValueError(f"{self.path} is damaged after line {number}: {error}") from None
+        if self._progress:
+            self._progress(size, size)
+
+    def damaged(self, line: int, what: str) -> ValueError:
+        """The error for a line that is not as it should be."""
+        return ValueError(f"{self.path}, line {line}: {what}")
+
+
+def _entries(rows: _Rows, votes: set[str] | None) -> Iterator[Entry | None]:
+    """The items; None for a row that is left out."""
+    with closing(rows.lines()) as lines:
+        yield from _read(rows, lines, votes)
+
+
+def _read(rows: _Rows, lines: Iterator[str], votes: set[str] | None) -> Iterator[Entry | None]:
+    header = next(lines, "")
+    if tuple(header.split("\t")) == BASICS:
+        yield from _imdb(rows, lines, votes)
+    elif tuple(header.split(",")) == MOVIELENS:
+        if votes is not None:
+            raise ValueError(f"{rows.path}: votes of IMDb tell nothing of MovieLens's titles; leave the ratings out")
+        yield from _movielens(rows, lines)
+    else:
+        raise rows.damaged(
+            1,
+            f"got {header[:80]!r}; allowed: the columns of IMDb's title.basics.tsv ({', '.join(BASICS)}), separated by "
+            f"tabs, or of MovieLens ({','.join(MOVIELENS)})",
+        )
+
+
+def _imdb(rows: _Rows, lines: Iterator[str], votes: set[str] | None) -> Iterator[Entry | None]:
+    types = _title_types()
+    for number, line in enumerate(lines, 2):
+        cells = line.split("\t")
+        if len(cells) != len(BASICS):
+            raise rows.damaged(number, f"has {len(cells)} columns, not {len(BASICS)}")
+        id, title_type, title, _, adult, first, last, _, genres = cells
+        if not re.fullmatch(r"tt\d+", id):
+            raise rows.damaged(number, f"an id such as tt0133093 was expected, got {id[:80]!r}")
+        series = types.get(title_type)
+        if series is None or adult != "0" or first == _NONE or not _sayable(title):
+            yield None
+            continue
+        if votes is not None and id not in votes:
+            yield None
+            continue
+        begin = _year(rows, number, first)
+        end = begin if not series else None if last == _NONE else _year(rows, number, last)
+        yield Entry(title, series, begin, end, _genres(genres.split(",")), None, f"IMDb title.basics {id}")
+
+
+def _movielens(rows: _Rows, lines: Iterator[str]) -> Iterator[Entry | None]:
+    try:
+        for number, cells in enumerate(csv.reader(lines, strict=True), 2):
+            if len(cells) != len(MOVIELENS):
+                raise rows.damaged(number, f"has {len(cells)} columns, not {len(MOVIELENS)}")
+            id, text, genres = cells
+            if not id.isdecimal():
+                raise rows.damaged(number, f"a number was expected as movieId, got {id[:80]!r}")
+            dated = _DATED.fullmatch(text)
+            title = dated and _ARTICLE_LAST.sub(r"\2 \1\3", dated[1])
+            if not dated or not _sayable(title):
+                yield None
+                continue
+            year = _year(rows, number, dated[2])
+            yield Entry(title, False, year, year, _genres(genres.split("|")), None, f"MovieLens movieId {id}")
+    except csv.Error as error:
+        raise ValueError(f"{rows.path} is damaged: {error}") from None
+
+
+def _votes(path: Path, least: int) -> set[str]:
+    """The ids that have so many votes."""
+    rows, ids = _Rows(path), set()
+    with closing(rows.lines()) as lines:
+        header = next(lines, "")
+        if tuple(header.split("\t")) != RATINGS:
+            allowed = f"allowed: the columns of title.ratings.tsv ({', '.join(RATINGS)})"
+            raise rows.damaged(1, f"got {header[:80]!r}; {allowed}")
+        for number, line in enumerate(lines, 2):
+            cells = line.split("\t")
+            if len(cells) != len(RATINGS) or not cells[2].isdecimal():
+                raise rows.damaged(number, f"an id, a rating and a number of votes were expected, got {line[:80]!r}")
+            if int(cells[2]) >= least:
+                ids.add(cells[0])
+    return ids
+
+
+def _title_types() -> dict[str, bool]:
+    """Whether IMDb's types of titles are series, of those that are wanted."""
+    text = resources.files("worlds").joinpath("data/imdb_title_types.csv").read_text(encoding="utf-8")
+    return {row["title_type"]: row["type"] == SERIES for row in csv.DictReader(text.splitlines())}
+
+
+def _year(rows: _Rows, number: int, digits: str) -> int:
+    if not (digits.isdecimal() and int(digits) in _YEARS):
+        raise rows.damaged(number, f"a year was expected, got {digits[:80]!r}")
+    return int(digits)
+
+
+def _sayable(title: str | None) -> bool:
+    return bool(title) and title.isprintable() and len(title) <= LONGEST and title == " ".join(title.split())  # type: ignore[union-attr,return-value,arg-type]
+
+
+def _genres(names: list[str]) -> tuple[str, ...]:
+    known = {_ALIASES.get(name, name) for name in names}
+    return tuple(genre for genre in GENRES if genre in known)

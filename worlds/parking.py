@@ -1,0 +1,291 @@
+"""Parking: drive a car into a marked spot of a car park and turn its nose in. The physics are highway-env's."""
+
+import math
+from collections.abc import Iterator
+from numbers import Real
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+from highway_env.envs.common.action import action_factory
+from highway_env.envs.common.observation import KinematicsGoalObservation
+from highway_env.envs.parking_env import ParkingEnv
+from highway_env.vehicle.kinematics import Vehicle
+from highway_env.vehicle.objects import RoadObject
+
+from worlds.world import World, illegal
+
+Action = tuple[float, float]
+
+LENGTH, WIDTH = Vehicle.LENGTH, Vehicle.WIDTH
+"""Size of every car, in metres."""
+WALL_X, WALL_Y = 34.5, 20.5
+"""The walls' inner faces lie at x = -34.5 and 34.5, y = -20.5 and 20.5, in metres."""
+SPOTS = 28
+"""Parking spots, in two rows."""
+_MARGIN = 0.1  # m; things that are farther apart than this cannot touch
+_OPEN_X, _OPEN_Y = (wall - math.hypot(LENGTH, WIDTH) / 2 for wall in (WALL_X, WALL_Y))  # no wall is near inside
+_FAILURE = -1.0
+
+
+class Car(NamedTuple):
+    """The state of one car."""
+
+    x: float
+    """Of its middle, in metres."""
+    y: float
+    """Of its middle, in metres; as on a screen it grows downwards."""
+    heading: float
+    """In radians, from the x axis towards the y axis; not wrapped."""
+    speed: float
+    """In metres per second; negative when it rolls backwards."""
+    impact: tuple[float, float] | None = None
+    """How far a collision that is foreseen will move it in the next fifteenth of a second, a crash whatever is done."""
+    crashed: bool = False
+
+
+class Spot(NamedTuple):
+    """Where to park: the middle of the car, in metres, and its heading, in radians."""
+
+    x: float
+    y: float
+    heading: float
+
+
+class Truth(NamedTuple):
+    """All that determines what happens next."""
+
+    car: Car
+    spot: Spot
+    parked: tuple[Car, ...]
+    """The other cars."""
+    time: float
+    """Seconds since reset."""
+    touched: tuple[bool, ...]
+    """Whether the spot, and each wall, was ever touched; for rendering."""
+
+
+class Parking(World):
+    """highway-env's `parking-v0`, with the same numbers, tens of times faster.
+
+    Observation: highway-env's Dict of `observation`, `achieved_goal` and `desired_goal`, each Box(6): x and y
+    in 100 m, their speeds in 5 m/s, cosine and sine of the heading. Other cars are not in it; `describe` shows them.
+    Action: Box(2) for 0.2 s, each from -1 to 1: acceleration in 5 m/s2, then steering in 45 degrees, positive to the
+    driver's right. Actions are taken in the precision of the action space, float32. Reward: highway-env's, the negated
+    root of a weighted distance to the spot, and -5 for each step as a crashed car; -1 for a text that is no action.
+    A crash and parking terminate, 500 steps truncate. Success: parked without a crash; speed does not matter.
+    The info has highway-env's `speed`, `crashed`, `action` (not at reset) and `is_success`.
+
+    Args:
+        vehicles_count: other cars, in spots of their own, 0 to 26; the car must not touch them.
+    """
+
+    reward_range = (-6.0, 0.0)
+    action_syntax = "[acceleration, steering], two numbers from -1 to 1"
+    failure_reward = _FAILURE
+
+    def __init__(self, vehicles_count: int = 0, *, render_mode: str | None = None) -> None:
+        super().__init__(render_mode=render_mode, vehicles_count=vehicles_count)
+        count, most = vehicles_count, SPOTS - 2
+        if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= most:
+            raise ValueError(f"vehicles_count must be an integer from 0 to {most}, got {count!r}")
+        self._lot = _Lot({"vehicles_count": count})
+        box = spaces.Box(-np.inf, np.inf, (6,), np.float64)
+        self.observation_space = spaces.Dict(dict.fromkeys(_PARTS, box))
+        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+        """Draw a heading of the car, a spot and where other cars stand."""
+        super().reset(seed=seed)
+        lot = self._lot
+        lot.np_random = self.np_random
+        observation, info = lot.reset()
+        del info["action"]  # highway-env makes one up
+        return observation, info | {"is_success": bool(info["is_success"]), "success": False}
+
+    @property
+    def truth(self) -> Truth:
+        """The cars, the spot and the time."""
+        lot = self._lot
+        car, *parked = lot.road.vehicles
+        goal = car.goal
+        return Truth(
+            _state(car),
+            Spot(*goal.position.tolist(), float(goal.heading)),
+            tuple([_state(other) for other in parked]),
+            lot.time,
+            tuple([each.crashed or each.hit for each in lot.road.objects]),
+        )
+
+    def legal(self, action: Any) -> Action:
+        """The action as two Python floats."""
+        numbers = action.tolist() if isinstance(action, np.ndarray) else action
+        if isinstance(numbers, list | tuple) and len(numbers) == 2:
+            acceleration, steering = numbers
+            if _is_share(acceleration) and _is_share(steering):
+                return float(acceleration) + 0.0, float(steering) + 0.0  # so that there is no negative zero
+        raise illegal(action, self.action_syntax)
+
+    def advance(self, action: Action) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """Drive for 0.2 s."""
+        result = self._lot.step(np.array(action, np.float32))
+        info = result[4]
+        info["success"] = info["is_success"] and not info["crashed"]
+        return result
+
+    def describe(self, observation: dict[str, np.ndarray]) -> str:
+        """Position, heading and speed of the car, the spot, and where other cars stand."""
+        x, y, vx, vy, cos, sin = (observation["observation"] * _SCALES).tolist()
+        goal_x, goal_y, _, _, goal_cos, goal_sin = (observation["desired_goal"] * _SCALES).tolist()
+        lines = [
+            f"Car: x = {x:.2f} m, y = {y:.2f} m, heading {_degrees(cos, sin):.1f} degrees, "
+            f"speed {vx * cos + vy * sin:.2f} m/s",
+            f"Spot: x = {goal_x:.2f} m, y = {goal_y:.2f} m, heading {_degrees(goal_cos, goal_sin):.1f} degrees",
+        ]
+        if parked := self._lot.road.vehicles[1:]:
+            places = ", ".join(f"({other.position[0]:.1f}, {other.position[1]:.1f})" for other in parked)
+            lines.append(f"Other cars at (x, y): {places}")
+        return "\n".join(lines)
+
+    def sample_action(self, rng: np.random.Generator) -> np.ndarray:
+        """A uniform action."""
+        return rng.uniform(-1.0, 1.0, 2).astype(np.float32)
+
+    def _load(self, truth: Truth) -> None:
+        lot = self._lot
+        lot.time = truth.time
+        car, *parked = lot.road.vehicles
+        _place(car, truth.car)
+        for other, state in zip(parked, truth.parked, strict=True):
+            _place(other, state)
+        x, y, heading = truth.spot
+        goal = car.goal
+        goal.position, goal.heading = np.array([x, y]), heading
+        for each, touched in zip(lot.road.objects, truth.touched, strict=True):
+            each.crashed, each.hit = touched and each.solid, touched and not each.solid
+
+    def _observe(self) -> dict[str, np.ndarray]:
+        return self._lot.observation_type.observe()
+
+
+_PARTS = ("observation", "achieved_goal", "desired_goal")
+_FEATURES = ["x", "y", "vx", "vy", "cos_h", "sin_h"]
+_SCALES = np.array(ParkingEnv.PARKING_OBS["observation"]["scales"], float)
+
+
+def _is_share(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and -1 <= value <= 1
+
+
+def _degrees(cos: float, sin: float) -> float:
+    return math.degrees(math.atan2(sin, cos))
+
+
+def _state(car: Vehicle) -> Car:
+    impact = car.impact
+    x, y = car.position.tolist()
+    return Car(
+        x, y, float(car.heading), float(car.speed), None if impact is None else tuple(impact.tolist()), car.crashed
+    )
+
+
+def _place(car: Vehicle, state: Car) -> None:
+    x, y, car.heading, car.speed, impact, car.crashed = state
+    car.position = np.array([x, y])
+    car.impact = None if impact is None else np.array(impact)
+
+
+class _Observation(KinematicsGoalObservation):
+    """The same numbers without data frames."""
+
+    def observe(self) -> dict[str, np.ndarray]:
+        car = self.env.vehicle
+        if car is None:  # while the environment is being made
+            return {name: np.zeros(len(_FEATURES)) for name in _PARTS}
+        (x, y), speed, (cos, sin) = car.position, car.speed, car.direction
+        seen = np.array([x, y, speed * cos, speed * sin, cos, sin]) / self.scales
+        (x, y), (cos, sin) = car.goal.position, car.goal.direction
+        goal = np.array([x, y, 0.0, 0.0, cos, sin]) / self.scales
+        return dict(zip(_PARTS, (seen, seen.copy(), goal), strict=True))
+
+
+class _Lot(ParkingEnv):
+    """highway-env's car park without what has no bearing on its results.
+
+    Cars look up no lanes, cars at rest are not moved, nothing is tested for a collision that is out of reach, and
+    a step observes once instead of four times.
+    """
+
+    def define_spaces(self) -> None:
+        """As highway-env does, with the faster observation."""
+        self.action_type = action_factory(self, self.config["action"])
+        self.action_space = self.action_type.space()
+        settings = {name: value for name, value in self.config["observation"].items() if name != "type"}
+        self.observation_type = self.observation_type_parking = _Observation(self, **settings)
+        self.observation_space = self.observation_type.space()
+
+    def _create_vehicles(self) -> None:
+        super()._create_vehicles()
+        for car in self.road.vehicles:
+            car.road = None  # a car without a road looks up no lane
+        self._dt = 1 / self.config["simulation_frequency"]
+        self._frames = self.config["simulation_frequency"] // self.config["policy_frequency"]
+
+    def step(self, action: np.ndarray) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+        """As highway-env does, observing once."""
+        config, car = self.config, self.vehicle
+        self.time += 1 / config["policy_frequency"]
+        self._simulate(action)
+        seen = self.observation_type.observe()
+        closeness = self.compute_reward(seen["achieved_goal"], seen["desired_goal"], {})
+        success = bool(closeness > -config["success_goal_reward"])
+        info = {"speed": car.speed, "crashed": car.crashed, "action": action, "is_success": success}
+        reward = float(closeness + config["collision_reward"] * car.crashed)
+        return seen, reward, car.crashed or success, self.time >= config["duration"], info
+
+    def _simulate(self, action: np.ndarray | None = None) -> None:
+        dt, vehicles = self._dt, self.road.vehicles
+        self.action_type.act(action)
+        for _ in range(self._frames):
+            for car in vehicles:
+                if not _at_rest(car) or car is vehicles[0]:
+                    car.step(dt)
+            for car, other in self._pairs():
+                car.handle_collisions(other, dt)
+
+    def _pairs(self) -> Iterator[tuple[Vehicle, RoadObject]]:
+        """What might collide, in highway-env's order."""
+        (car, *parked), (goal, *walls) = self.road.vehicles, self.road.objects
+        (x, y), drift = car.position.tolist(), abs(car.speed) * self._dt + _MARGIN
+        if parked or not goal.hit or abs(x) + drift > _OPEN_X or abs(y) + drift > _OPEN_Y:
+            cos, sin = abs(math.cos(car.heading)), abs(math.sin(car.heading))
+            # Half of what the car takes up along each axis, now and in the next step.
+            width = drift + (cos * LENGTH + sin * WIDTH) / 2
+            height = drift + (sin * LENGTH + cos * WIDTH) / 2
+            for other in parked:
+                dx, dy = abs(other.position - car.position).tolist()
+                if (dx < width + WIDTH / 2 and dy < height + LENGTH / 2) or not _at_rest(other):
+                    yield car, other
+            if not goal.hit:  # all that comes of touching it
+                dx, dy = abs(goal.position - car.position).tolist()
+                if dx < width + goal.diagonal / 2 and dy < height + goal.diagonal / 2:
+                    yield car, goal
+            beyond = (height - y - WALL_Y, height + y - WALL_Y, width - x - WALL_X, width + x - WALL_X)
+            for wall, far in zip(walls, beyond, strict=True):
+                if far > 0:
+                    yield car, wall
+        for i, first in enumerate(parked):
+            still = _at_rest(first)
+            for other in parked[i + 1 :]:
+                if not still or not _at_rest(other):
+                    yield first, other
+            if not still:
+                for each in (goal, *walls):
+                    yield first, each
+
+
+def _at_rest(car: Vehicle) -> bool:
+    """Whether a parked car stands where it was put."""
+    return car.impact is None and not car.crashed
