@@ -77,6 +77,7 @@ def _turns(env: Any, choose: Callable[[dict[str, Any], str], int], most: int = _
 
 def _actions(family: Family, count: int = 40) -> list[Any]:
     world = family.make_world(**family.environments[family.showcase[0]])
+    world.reset(seed=0)  # so that the actions can be those that are possible
     rng = np.random.default_rng(0)
     return [world.sample_action(rng) for _ in range(count)]
 

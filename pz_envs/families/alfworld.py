@@ -1,0 +1,17 @@
+"""ALFWorld: household tasks in text."""
+
+from pz_envs.family import Family
+
+FAMILY = Family(
+    name="alfworld",
+    summary="do household tasks by text commands",
+    world="Alfworld",
+    oracle="AlfworldOracle",
+    environments={"alfworld-v0": {}},
+    showcase=("alfworld-v0",),
+    max_cycles=100,
+    regret_unit="commands wasted",
+    reward_only="random",
+    extra="alfworld",
+)
+env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

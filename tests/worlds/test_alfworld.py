@@ -1,0 +1,346 @@
+"""ALFWorld: games from floor plans and files, and an engine that equals TextWorld's."""
+
+import copy
+import json
+import multiprocessing
+import os
+import pickle
+import sys
+import tempfile
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from worlds.alfworld import Alfworld, Truth
+from worlds.alfworld.exact import NOTHING, ExactEngine, names
+from worlds.alfworld.games import CHANGING, SPLITS, TASKS, make, parse, plan, plans_for, rules
+from worlds.alfworld.stock import StockEngine
+
+RARE = ("take", "move", "open", "close", "use", "heat", "cool", "clean", "slice", "examine")
+
+
+def game(seed, task="", split="all"):
+    return make(np.random.default_rng(seed), task, split)
+
+
+def reset(seed=0, **options):
+    world = Alfworld(games="generated", **options)
+    world.reset(seed=seed)
+    return world
+
+
+def choose(commands, rng):
+    """A random command, often one of those that change more than the location; now and then one that fails."""
+    rare = [command for command in commands if command.split()[0] in RARE]
+    if rare and rng.random() < 0.6:
+        commands = rare
+    return "dance" if rng.random() < 0.03 else commands[rng.integers(len(commands))]
+
+
+def walk_both(played, steps, rng):
+    """Play both engines side by side, and compare all that they say and know; the number of steps."""
+    own, stock = ExactEngine(played), StockEngine(played)
+    assert own.intro() == stock.intro()
+    for _ in range(steps):
+        assert own.commands() == stock.commands()
+        assert own.facts == stock.facts
+        assert own.facts | played.static == stock.all_facts()
+        assert own.won() == stock.won()
+        if rng.random() < 0.02:
+            stock.load(stock.facts)
+        command = choose(own.commands(), rng)
+        assert own.do(command) == stock.do(command)
+    return steps
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_the_exact_engine_equals_textworld(task):
+    walk_both(game(TASKS.index(task), task), 15, np.random.default_rng(0))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("seed", range(24))
+def test_the_exact_engine_equals_textworld_on_ten_thousand_steps(seed):
+    walk_both(game(1000 + seed, TASKS[seed % 6]), 430, np.random.default_rng(seed))
+
+
+def test_games_are_those_that_were_asked_for():
+    for task in TASKS:
+        assert reset(task=task).truth.game.task == task
+    assert {reset(seed).truth.game.task for seed in range(60)} == set(TASKS)
+
+
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("split", SPLITS)
+def test_no_game_begins_solved_and_none_lies_wrong(task, split):
+    for seed in range(4):
+        played = game(seed, task, split)
+        assert not ExactEngine(played).won()
+        kinds = {fact[1]: fact[2] for fact in played.static if fact[0] in ("objecttype", "receptacletype")}
+        lying = [fact for fact in played.start if fact[0] == "inreceptacle"]
+        held = [("cancontain", kinds[where], kinds[each]) for _, each, where in lying if "desklamp" not in kinds[each]]
+        assert set(held) <= played.static
+        assert sum(kinds[each] == f"{played.target}type" for _, each, _ in lying) >= 1 + (task == TASKS[-1])
+
+
+def test_every_floor_plan_can_be_drawn():
+    numbers = [*range(1, 31), *range(201, 231), *range(301, 331), *range(401, 431)]
+    assert all(len(plan(number).receptacles) > 3 for number in numbers)
+    assert {number for task in TASKS for number in plans_for(task, "all")} == set(numbers)
+    drawn = {game(seed).problem.split(")")[0].rpartition("_")[2] for seed in range(300)}
+    assert len(drawn) > 80
+
+
+def test_unseen_floor_plans_are_in_no_other_split():
+    def drawn(split):
+        return {game(seed, split=split).problem.split(")")[0] for seed in range(150)}
+
+    assert not drawn("valid_unseen") & (drawn("train") | drawn("valid_seen"))
+
+
+def test_observations_list_the_commands():
+    world = reset(3)
+    observation, _, _, _, info = world.step("look")
+    assert observation.endswith(f"\n\nAdmissible commands: {', '.join(info['admissible_commands'])}")
+    assert world.observation_space.contains(observation)
+
+
+def test_the_reward_comes_once():
+    world = reset(0, task="pick_and_place_simple")
+    played = world.truth.game
+    house = world._engine.house
+    target = next(each for each in house.objects if house.type[each] == f"{played.target}type")
+    goal = next(each for each in house.receptacles if house.type[each] == f"{played.destination}type")
+    facts = frozenset(
+        fact for fact in played.start if fact[0] not in ("atlocation", "holds") and target not in fact
+    ) | {("atlocation", "agent1", house.place[goal]), ("holds", "agent1", target), ("holdsany", "agent1")}
+    world.restore(Truth(facts | {("opened", goal)}, "", False, played))
+    move = f"move {house.name[target]} to {house.name[goal]}"
+    assert world.step(move)[1:4] == (1.0, True, False)
+    assert world.step("look")[1:4] == (0.0, True, False)
+    assert world.truth.won
+
+
+@pytest.mark.parametrize("command", ["  LOOK ", "Look", "look\n", "\tlOOk"])
+def test_case_and_space_do_not_matter(command):
+    assert reset().legal(command) == "look"
+    assert reset().step(command)[0] == reset().step("look")[0]
+
+
+@pytest.mark.parametrize("command", ["", "look around", "lok", "go to", "goto cabinet 1", "look.", "é", "examine look"])
+def test_all_else_comes_to_nothing(command):
+    world = reset()
+    before = world.truth
+    observation, reward, *_ = world.step(command)
+    assert observation.startswith(NOTHING)
+    assert (world.truth.facts, reward) == (before.facts, 0.0)
+
+
+@pytest.mark.parametrize("action", [None, 3, "x" * 501, "look\x00", ["look"]])
+def test_what_is_no_text_is_refused(action):
+    world = reset()
+    before = world.truth
+    with pytest.raises(ValueError, match="allowed: a text of at most 500 characters"):
+        world.step(action)
+    assert world.truth == before
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"task": "dance"}, "task must be one of '', 'pick_and_place_simple'.*, got 'dance'"),
+        ({"split": "test"}, "split must be one of 'all', 'train', .*, got 'test'"),
+        ({"games": "mine"}, "games must be one of 'auto', 'generated', 'official', got 'mine'"),
+        ({"engine": "fast"}, "engine must be one of 'exact', 'textworld', got 'fast'"),
+        ({"oracle": "all"}, "oracle must be one of 'planner', 'explorer', got 'all'"),
+        ({"games": "official"}, "games='official' needs game files; ALFWORLD_DATA is ''.* run `alfworld-download`"),
+    ],
+)
+def test_bad_options_are_named(options, message):
+    with pytest.raises(ValueError, match=message):
+        Alfworld(**options)
+
+
+def test_names_are_those_of_alfworld():
+    from types import SimpleNamespace
+
+    from alfworld.agents.utils.misc import Demangler
+
+    ids = [id for id, _ in game(5).kinds]
+    demangler = Demangler(game_infos={id: SimpleNamespace(id=id) for id in ids})
+    assert names(ids) == {id: demangler.demangle_alfred_name(id) for id in ids}
+
+
+@pytest.fixture
+def official(tmp_path, monkeypatch):
+    """A folder of small game files in the official format: per split one game, and one that cannot be solved."""
+    domain, grammar = rules()
+
+    def write(split, number, solvable=True):
+        played = game(number, TASKS[number % 6])
+        name = f"{played.task}-{played.target.title()}-None-{played.destination.title() or played.lamp}-{number}"
+        folder = tmp_path / "json_2.1.1" / split / name / "trial_T1"
+        folder.mkdir(parents=True)
+        typed = {each.lower(): each for each in played.problem.replace("Type", " ").split()}
+        params = {
+            "object_target": typed[played.target],
+            "parent_target": typed.get(played.destination, ""),
+            "toggle_target": "DeskLamp" if played.lamp else "",
+            "mrecep_target": "",
+        }
+        trial = {"task_type": played.task, "pddl_params": params}
+        text = grammar.replace("UNKNOWN GOAL", played.goal)
+        files = {"pddl_domain": domain, "grammar": text, "pddl_problem": played.problem, "solvable": solvable}
+        (folder / "traj_data.json").write_text(json.dumps(trial))
+        (folder / "game.tw-pddl").write_text(json.dumps(files))
+        return played, folder / "game.tw-pddl"
+
+    written = {split: write(split, i) for i, split in enumerate(SPLITS[1:])}
+    write("train", 9, solvable=False)
+    monkeypatch.setenv("ALFWORLD_DATA", str(tmp_path))
+    return written
+
+
+@pytest.mark.parametrize("split", SPLITS[1:])
+def test_official_files_are_played_where_there_are_any(official, split):
+    played, path = official[split]
+    for options in ({"split": split}, {"task": played.task, "games": "official"}):
+        world = Alfworld(**options)
+        for seed in range(5):
+            world.reset(seed=seed)
+            assert world.truth.game == played
+    other = Alfworld(games="generated")
+    other.reset(seed=0, options={"game": path})
+    assert other.truth.game == played
+
+
+def test_all_splits_are_drawn_from(official):
+    world = Alfworld()
+    goals = {(world.reset(seed=seed), world.truth.game.goal)[1] for seed in range(40)}
+    assert goals == {played.goal for played, _ in official.values()}
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"pddl_domain": "(define (domain other))"}, "its domain is not that of the installed alfworld package"),
+        ({"grammar": "grammar :: nothing"}, "its grammar is not that of the installed alfworld package"),
+        ({"pddl_problem": "(define)"}, "a PDDL problem must have :objects, :init and :goal"),
+    ],
+)
+def test_files_of_other_rules_are_refused(official, change, reason):
+    _, path = official["train"]
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(ValueError, match=rf"is no game that can be played here: .*{reason}.* allowed: game.tw-pddl"):
+        Alfworld().reset(seed=0, options={"game": path})
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}"])
+def test_broken_files_are_named(official, text):
+    _, path = official["train"]
+    path.write_text(text)
+    with pytest.raises(ValueError, match=r"game\.tw-pddl is no game that can be played here"):
+        Alfworld().reset(seed=0, options={"game": path})
+    with pytest.raises(ValueError, match="is no game that can be played here"):
+        Alfworld().reset(seed=0, options={"game": path.parent / "missing"})
+
+
+def test_unsolvable_games_are_never_drawn(official):
+    for path in Path(os.environ["ALFWORLD_DATA"]).rglob("game.tw-pddl"):
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"solvable": False}))
+    with pytest.raises(ValueError, match="none of the 4 game files can be solved"):
+        Alfworld().reset(seed=0)
+    with pytest.raises(ValueError, match="must be a file whose game can be solved"):
+        Alfworld().reset(seed=0, options={"game": official["train"][1]})
+
+
+def test_a_problem_must_have_its_tasks_goal():
+    played = game(0, TASKS[0])
+    words = {"obj": "Mug", "recep": "Bed", "toggle": "", "mrecep": ""}
+    with pytest.raises(ValueError, match="goal is not that of the task 'pick_and_place_simple'"):
+        parse(played.problem, TASKS[0], words, "")
+
+
+def test_engines_interleave_and_leave_no_trace():
+    """Many engines in one process: argv, stdout and temporary files are as before."""
+    argv, stdout = list(sys.argv), sys.stdout
+    before = set(os.listdir(tempfile.gettempdir()))
+    worlds = [reset(seed, engine=engine) for seed in (1, 2) for engine in ("exact", "textworld")]
+    rng = np.random.default_rng(0)
+    for _ in range(6):
+        for own, stock in (worlds[:2], worlds[2:]):
+            command = choose(own.commands(), rng)
+            assert own.step(command) == stock.step(command)
+            assert own.truth == stock.truth
+    assert (sys.argv, sys.stdout) == (argv, stdout)
+    assert not {name for name in set(os.listdir(tempfile.gettempdir())) - before if "downward" in name}
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda world: pickle.loads(pickle.dumps(world))])
+def test_textworlds_state_is_saved_and_copied(copied):
+    world = reset(4, engine="textworld")
+    for command in ("go to fridge 1", "look"):
+        world.step(command)
+    saved, twin = world.save(), copied(world)
+    commands = [*world.commands()[:3], "dance"]
+    first = [world.step(command) for command in commands]
+    assert [twin.step(command) for command in commands] == first
+    world.restore(saved)
+    assert [world.step(command) for command in commands] == first
+
+
+def _play(seed):
+    world = reset(seed, engine="textworld")
+    return [world.step(command)[0] for command in ("look", world.commands()[0], "inventory")]
+
+
+def test_textworld_in_threads_and_processes():
+    expected = [_play(seed) for seed in (1, 2)]
+    found = {}
+    threads = [threading.Thread(target=lambda s=seed: found.__setitem__(s, _play(s))) for seed in (1, 2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [found[1], found[2]] == expected
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        assert pool.map(_play, [1, 2]) == expected
+
+
+def test_importing_touches_neither_environment_nor_home(tmp_path):
+    import subprocess
+
+    program = "import os, worlds.alfworld; print(os.environ.get('ALFWORLD_DATA'), os.listdir(os.environ['HOME']))"
+    environment = os.environ | {"HOME": str(tmp_path)}
+    result = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
+    )
+    assert result.stdout.split() == ["None", "[]"]
+
+
+def test_truths_hold_what_actions_change():
+    for seed in range(3):
+        world = reset(seed)
+        rng = np.random.default_rng(seed)
+        for _ in range(40):
+            world.step(choose(world.commands(), rng))
+            assert {fact[0].removeprefix("not_") for fact in world.truth.facts} <= CHANGING
+            assert not {fact for fact in world.truth.facts if (f"not_{fact[0]}", *fact[1:]) in world.truth.facts}
+
+
+@pytest.mark.full
+def test_memory_is_bounded():
+    """300 games in one process."""
+    import resource
+
+    world = Alfworld(games="generated")
+    rng = np.random.default_rng(0)
+    sizes = []
+    for seed in range(300):
+        world.reset(seed=seed)
+        for _ in range(50):
+            world.step(choose(world.commands(), rng))
+        sizes.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+    assert sizes[-1] - sizes[50] < 20_000  # KiB

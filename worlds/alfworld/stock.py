@@ -1,0 +1,152 @@
+"""TextWorld's own engine, set up as the `alfworld` package does: the reference for the exact one.
+
+Its PDDL planner is a shared library that holds one state and cannot be unloaded safely. All engines of a process share
+one copy of it; each hands over its state before it uses the library. Translating a problem overwrites `sys.argv` and
+redirects `sys.stdout`; both are put back.
+"""
+
+import re
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+from worlds.alfworld.games import CHANGING, Fact, Game, package, rules
+
+_LOCK = threading.RLock()
+_STATE = re.compile(r"begin_state\n(.*?)\nend_state", re.DOTALL)
+_VARIABLE = re.compile(r"begin_variable\n\w+\n(-?\d+)\n\d+\nAtom (\w\S*)\((.*?)\)\n")
+_owner: Any = None  # the engine whose state the library holds
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One thread at a time; `sys.argv` and `sys.stdout` are as before afterwards."""
+    with _LOCK:
+        argv, stdout = sys.argv, sys.stdout
+        try:
+            yield
+        finally:
+            sys.argv, sys.stdout = argv, stdout
+
+
+@cache
+def _library() -> Any:
+    import fast_downward
+
+    return fast_downward.load_lib()
+
+
+@cache
+def _environment() -> type:
+    """TextWorld's environment, with the library of this process."""
+    package()
+    import textworld
+    from textworld.envs import PddlEnv
+
+    class Environment(PddlEnv):
+        def __init__(self) -> None:
+            textworld.Environment.__init__(self, textworld.EnvInfos(admissible_commands=True, won=True))
+            self.downward_lib = _library()
+
+    return Environment
+
+
+class StockEngine:
+    """A house in a state, and what commands do in it, by TextWorld; as `worlds.alfworld.exact.ExactEngine`.
+
+    Args:
+        game: the game to play; it begins at its start.
+    """
+
+    def __init__(self, game: Game) -> None:
+        global _owner
+        self.game = game
+        domain, grammar = rules()
+        with _alone():
+            self._env = _environment()()
+            _owner = self
+            grammar = grammar.replace("UNKNOWN GOAL", game.goal)
+            self._env.load({"pddl_domain": domain, "grammar": grammar, "pddl_problem": game.problem})
+            from alfworld.agents.utils.misc import Demangler
+
+            infos = self._env._entity_infos
+            named = Demangler(game_infos=infos, shuffle=False)
+            for info in infos.values():
+                info.name = named.demangle_alfred_name(info.id)
+            self._sas: str = self._env._pddl_state.sas
+            self._variables = [
+                (int(layer), (name, *filter(None, arguments.split(", "))))
+                for layer, name, arguments in _VARIABLE.findall(self._sas)
+            ]
+            self._signs = _STATE.search(self._sas)[1].split("\n")  # type: ignore[index]
+            if len(self._signs) != len(self._variables):
+                raise RuntimeError(
+                    f"{len(self._variables)} variables, but {len(self._signs)} values in the translation"
+                )
+        self.load(game.start)
+
+    @property
+    def facts(self) -> frozenset[Fact]:
+        """All facts of `CHANGING` predicates that are true, and those that have become false, as `not_...`."""
+        return frozenset(fact for fact in self.all_facts() if fact[0].removeprefix("not_") in CHANGING)
+
+    def all_facts(self) -> frozenset[Fact]:
+        """All that TextWorld knows to be true, but for the planner's auxiliary facts."""
+        facts = ((fact.name, *fact.names) for fact in self._env._pddl_state.facts)
+        return frozenset(fact for fact in facts if not fact[0].startswith("new-axiom"))
+
+    def load(self, facts: frozenset[Fact]) -> None:
+        """Take over a state."""
+        from textworld import GameState
+        from textworld.logic import Proposition, Variable
+
+        with _alone():
+            state = self._env._pddl_state
+            for fact in list(state.facts):
+                if fact.name.removeprefix("not_") in CHANGING:
+                    state.remove_fact(fact)
+            state.add_facts(
+                Proposition(name, [Variable(each, state.name2type[each]) for each in arguments])
+                for name, *arguments in sorted(facts)
+            )
+            self._hand_over()
+            env = self._env
+            env.state, env.prev_state, env._last_action, env._moves = GameState(), None, None, 0
+            env._gather_infos()
+
+    def _hand_over(self) -> None:
+        """Give the library this engine's state."""
+        global _owner
+        known = self.all_facts()
+        values = [
+            sign if layer >= 0 or fact[0] not in CHANGING else str(int(fact not in known))
+            for sign, (layer, fact) in zip(self._signs, self._variables, strict=True)
+        ]
+        sas = _STATE.sub(lambda _: "begin_state\n" + "\n".join(values) + "\nend_state", self._sas)
+        self._env.downward_lib.load_sas(sas.encode())
+        _owner = self
+
+    def intro(self) -> str:
+        """The first words of a game."""
+        state, infos = self._env._pddl_state, self._env._entity_infos
+        context = {"state": state, "facts": list(state.facts), "variables": {}, "mapping": {}, "entity_infos": infos}
+        with _alone():
+            return str(self._env._logic.grammar.derive("#intro#", context))
+
+    def commands(self) -> list[str]:
+        """The commands that can be carried out, sorted."""
+        return list(self._env.state["admissible_commands"])
+
+    def do(self, command: str) -> str:
+        """Carry out a command; the answer."""
+        with _alone():
+            if _owner is not self:
+                self._hand_over()
+            return str(self._env.step(command)[0].feedback)
+
+    def won(self) -> bool:
+        """Whether the goal is reached now."""
+        return bool(self._env.state["won"])
