@@ -279,8 +279,6 @@ class Family(Subject):
     """Further names, each with the environment that it stands for."""
     alias_warning: str = ""
     """What users of an alias are warned of."""
-    reference: str = ""
-    """Id, for `gymnasium.make`, of an environment that the world repeats faster, for the benchmark to compare."""
     extra: str = field(default="")
     """The extra of the distribution that the world needs, if the core does not do."""
     distribution: str = "llf-teacher"

@@ -1,7 +1,7 @@
 """Parking: drive a car into a marked spot of a car park and turn its nose in. The physics are highway-env's."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -152,6 +152,10 @@ class Parking(World):
     def sample_action(self, rng: np.random.Generator) -> np.ndarray:
         """A uniform action."""
         return rng.uniform(-1.0, 1.0, 2).astype(np.float32)
+
+    def original(self, actions: Sequence[Any]) -> ParkingEnv:
+        """highway-env's own."""
+        return ParkingEnv({"vehicles_count": self.options["vehicles_count"]})
 
     def _load(self, truth: Truth) -> None:
         lot = self._lot

@@ -9,14 +9,13 @@ def add_to(app: typer.Typer) -> None:
 
 
 def benchmark() -> None:
-    """Measure steps of families beside their worlds, FrozenLake and what they repeat, and seats beside tictactoe."""
+    """Measure steps of families beside their worlds, FrozenLake and the originals, and seats beside tictactoe."""
     from rich.console import Console
 
-    from llf_teacher.benchmark import forms, imports, references, seats, steps
+    from llf_teacher.benchmark import forms, imports, seats, steps
 
     console = Console()
     console.print(steps())
-    console.print(references())
     console.print(seats())
     console.print(forms())
     console.print(imports())

@@ -12,6 +12,5 @@ FAMILY = Family(
     max_cycles=100,
     regret_unit="turns lost",
     reward_only="run_and_tumble",
-    reference="highway_env:parking-v0",
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env
