@@ -121,7 +121,7 @@ class Phrasebook:
             raise ValueError(f"bad phrases in {source}:\n  " + "\n  ".join(problems))
         framed = {cls: tuple(map(Template, tone.frame(_kind(cls), plain))) for cls, plain in self.items()}
         toned = object.__new__(Phrasebook)
-        toned._templates = _Templates(framed | words._templates)
+        toned._set(_Templates(framed | words._templates))
         return toned
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Phrasebook":
@@ -182,7 +182,7 @@ class Rewriting(Phrasebook):
     """A phrasebook whose sentences a function puts into other words."""
 
     def __init__(self, book: Phrasebook, voice: Callable[[str], str]) -> None:
-        self._templates = book._templates
+        self._set(book._templates)
         self._voice = voice
         self.changes: tuple[Change, ...] = ()
         """What became of the numbers and names in the last utterance, where something did."""
