@@ -8,14 +8,17 @@ of times in that lifetime, and differ in when they do. Prints a table and draws 
 
 import argparse
 from concurrent.futures import ProcessPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import llf_teacher
+from llf_teacher.lifetime import FIELDS
 from llf_teacher.studies.statistics import mean_band, mean_interval, paired_difference
-from teachers.personality import parse_personality
+from teachers.atoms import Utterance
+from teachers.teacher import Teacher
 
+MISTAKE = FIELDS.index("mistake")
 STUDENT = "q_learning(trust=1.0, forget=False, optimism=0.0, alpha={alpha}, gamma={gamma}, epsilon=0.1)"
 
 
@@ -41,8 +44,27 @@ TEACHERS = {
     "early": "early(budget={budget})",
     "importance": "importance(budget={budget}, threshold={threshold})",
     "mistake correcting": "mistake_correcting(budget={budget}, threshold={threshold})",
+    "announced mistake": "oracle",
     "predictive": "predictive(budget={budget}, threshold={threshold})",
 }
+
+
+class Announced:
+    """Mistake correcting as the paper has it: the student announces its action, and is corrected before it acts."""
+
+    def __init__(self, teacher: Teacher, threshold: float) -> None:
+        self._teacher, self._threshold = teacher, threshold
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin a lifetime."""
+        self._teacher.reset(rng)
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Utterance:
+        """Advise if the announced action is a mistake in an important state; the instruction is always given."""
+        said = self._teacher.act(observation, info)
+        important = self._teacher.oracle.importance(info["moment"].after) >= self._threshold
+        advise = observation["lifetime"][MISTAKE] and important
+        return Utterance.of([atom for atom in said.atoms if advise or atom.kind is None])
 
 
 def lifetime(setting: Setting, teacher: str, seed: int) -> list[float]:
@@ -56,9 +78,12 @@ def lifetime(setting: Setting, teacher: str, seed: int) -> list[float]:
         budget=setting.budget,
         cost=0.0,
         teacher_reward="student_progress",
+        announce=True,
     )
     spec = TEACHERS[teacher].format(budget=setting.budget, threshold=setting.threshold)
-    policy = env.family.make_teacher(env.aec.world, parse_personality(spec), feedback_type="fp")
+    policy = env.family.make_teacher(env.aec.world, spec, feedback_type="fp")
+    if teacher == "announced mistake":
+        policy = Announced(policy, setting.threshold)
     policy.reset(np.random.default_rng(seed))  # once: its budget is that of the lifetime
     observation, info = env.reset(seed=seed)
     regret = [0.0]
