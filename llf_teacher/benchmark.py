@@ -1,6 +1,5 @@
 """Benchmarks: all that is compared is measured in the same run, in turns, and the medians are shown."""
 
-import importlib.util
 import statistics
 import subprocess
 import sys
@@ -111,11 +110,7 @@ def steps() -> Table:
 
 
 def seats() -> Table:
-    """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe.
-
-    Raises:
-        ModuleNotFoundError: pygame is not installed, which tictactoe needs; the message has the pip line.
-    """
+    """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe."""
     runs = {"tictactoe-v3": _tictactoe()}
     for family in all_families():
         name = family.showcase[0]
@@ -162,16 +157,7 @@ def forms() -> Table:
 
 
 def _tictactoe() -> Callable[[], float]:
-    """Seconds per turn of PettingZoo's tictactoe.
-
-    Raises:
-        ModuleNotFoundError: pygame is not installed, which tictactoe needs; the message has the pip line.
-    """
-    if importlib.util.find_spec("pygame") is None:
-        raise ModuleNotFoundError(
-            "PettingZoo's tictactoe needs 'pygame', which is not installed; run: pip install 'llf-teacher[test]'",
-            name="pygame",
-        )
+    """Seconds per turn of PettingZoo's tictactoe."""
     env = pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped
     return _turns(env, lambda observation, _: int(observation["action_mask"].argmax()))
 
