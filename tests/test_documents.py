@@ -12,9 +12,10 @@ from teachers.personality import PERSONALITIES
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+LEARN = "# Needs the extra `learn`"
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 BLOCKS = [
-    pytest.param(code, id=f"{path.name}-{number}")
+    pytest.param(code, id=f"{path.name}-{number}", marks=[pytest.mark.full] if code.startswith(LEARN) else [])
     for path in DOCUMENTS
     for number, (language, code) in enumerate(BLOCK.findall(path.read_text(encoding="utf-8")))
     if language == "python"
@@ -40,7 +41,7 @@ def test_the_study_file_of_the_readme_is_a_study(tmp_path):
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (text,) = [code for language, code in BLOCK.findall(readme) if language == "toml"]
     (tmp_path / "study.toml").write_text(text)
-    assert len(list(load_study(tmp_path / "study.toml").episodes())) == 180
+    assert len(list(load_study(tmp_path / "study.toml").episodes())) == 210
 
 
 def test_the_readme_names_every_personality():
