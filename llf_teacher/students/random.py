@@ -16,5 +16,6 @@ class Random(Student):
         """Draws what the world offers as an untaught student's try."""
 
         def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """A random legal action."""
-            return self.world.sample_action(self.rng)
+            """A random legal action; of the admissible ones, where the environment tells which they are."""
+            commands = info.get("admissible_commands")
+            return commands[self.rng.integers(len(commands))] if commands else self.world.sample_action(self.rng)

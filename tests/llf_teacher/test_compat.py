@@ -10,6 +10,7 @@ from sampling import IDS
 
 import llf_teacher
 import llf_teacher.compat as llfbench
+from llf_teacher.registry import entry
 
 DISCRETE = [id for id in llf_teacher.ids() if isinstance(llf_teacher.make(id).action_space, spaces.Discrete)]
 GRID = "llf-gridworld-v0"
@@ -181,7 +182,7 @@ def test_experts_succeed(id):
             return plan[0]
 
     env = llfbench.make(id)
-    assert evaluate(Expert(), env, sparse_reward=True) == 1.0
+    assert evaluate(Expert(), env, horizon=entry(id).family.max_cycles, sparse_reward=True) == 1.0
 
 
 @pytest.mark.parametrize("id", IDS)

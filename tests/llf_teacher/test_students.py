@@ -68,7 +68,9 @@ def test_learning_from_rewards_beats_chance(id):
     def regret(student):
         return np.mean([episode(id, student, seed, "silent").episode.regret for seed in seeds])
 
-    assert regret("oracle") == 0 < regret("reward_only") < regret("random")
+    assert regret("oracle") == 0 < regret("reward_only")
+    if entry(id).family.reward_only != "random":  # where no reward comes before the end, there is nothing to learn from
+        assert regret("reward_only") < regret("random")
 
 
 def test_q_learning_finds_a_shortest_path_in_a_house_that_stays():
@@ -96,7 +98,7 @@ def test_students_see_what_they_are_entitled_to(id, student):
     policy.reset(np.random.default_rng(0))
     info = entitled(policy, env.aec)
     reads = policy.reads
-    assert reads == parse_student(student).reads
+    assert reads == parse_student(env.family.reward_only if student == "reward_only" else student).reads
     assert ("atoms" in info) == (reads in ("atoms", "atoms and reward", "truth"))
     assert ("reward" in info) == (reads in ("reward", "atoms and reward"))
     assert ("moment" in info) == (reads == "truth")

@@ -22,7 +22,7 @@ ALL = 31
 
 
 def ids():
-    return [f"{f.showcase[0].rpartition('-')[0]}-classroom-v0" for f in all_families()]
+    return ["{}-classroom-{}".format(*f.showcase[0].rsplit("-", 1)) for f in all_families()]
 
 
 def optimal(env, agent):

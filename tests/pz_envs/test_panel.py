@@ -20,7 +20,7 @@ ALL = 31
 
 
 def ids():
-    return [f"{f.showcase[0].rpartition('-')[0]}-panel-v0" for f in all_families()]
+    return ["{}-panel-{}".format(*f.showcase[0].rsplit("-", 1)) for f in all_families()]
 
 
 def round_of(env, actions=None):
