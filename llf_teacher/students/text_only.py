@@ -10,6 +10,7 @@ from llf_teacher.reading import Reader
 from llf_teacher.student import Student
 from pz_envs.text_mode import parse_action
 from teachers.atoms import FP, ParseFailure
+from teachers.common import Right, Wrong
 
 _BLANK = "..."  # a line that is yet to be written
 
@@ -18,8 +19,8 @@ _BLANK = "..."  # a line that is yet to be written
 class TextOnly(Student):
     """Believes every sentence it understands.
 
-    It takes actions by their names or as the `target` to go to, lists of them as a plan, and a line in quotes as a
-    correction of its last text.
+    It takes actions by their names, as the `target` to go to, or as the first of some `steps`, lists of them as a plan,
+    a line in quotes as a correction of its last text, and right or wrong as said of its action.
     """
 
     reads = "words"
@@ -33,14 +34,18 @@ class TextOnly(Student):
             if not hasattr(self, "_reader"):
                 self._reader = Reader(self.family.make_teacher(self.world).voice)
             self._draft = ""
+            self._actions: list[Any] = []
 
         def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
             """Obey what is understood."""
             turn = self.arrive(observation)
             text = observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}"
             for claim, slots, about in self._reader.read(text):
-                named = slots.get("action") or slots.get("target")
-                if named:
+                named = slots.get("action") or slots.get("target") or _first(slots.get("steps", ""))
+                if claim in (Right, Wrong) and self._actions:
+                    of = turn if about is None else about
+                    self.learn(claim.kind, self._actions[of - 1], of)
+                elif named:
                     action = parse_action(named, self.world)
                     if type(action) is ParseFailure:
                         continue
@@ -55,6 +60,7 @@ class TextOnly(Student):
                 elif claim.kind is FP and {"line", "words"} <= slots.keys():
                     self.learn(FP, self._correct(int(slots["line"]), slots["words"]), turn)
             action = self.decide()
+            self._actions.append(self.world.legal(action))
             if isinstance(self.world.action_space, spaces.Text):
                 self._draft = action
             return action
@@ -65,3 +71,9 @@ class TextOnly(Student):
             lines += [_BLANK] * (number - len(lines))
             lines[number - 1] = words
             return "\n".join(lines)
+
+
+def _first(steps: str) -> str:
+    """The first of steps that are told one after the other."""
+    step = steps.partition(", then ")[0]
+    return step[1:-1] if step.startswith('"') else step

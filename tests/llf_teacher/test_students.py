@@ -171,6 +171,14 @@ def test_the_bayesian_student_says_where_it_cannot_play(id):
         parse_student("bayesian").seat(env.family, env.aec.world)
 
 
+@pytest.mark.parametrize("id", DISCRETE)
+@pytest.mark.parametrize("teacher", ["worked_example", "verification", "verification | delayed(turns=1)"])
+def test_words_are_understood_like_claims(id, teacher):
+    for seed in range(10):
+        regrets = {episode(id, student, seed, teacher).episode.regret for student in ("obedient", "text_only")}
+        assert len(regrets) == 1
+
+
 def test_reading_skips_what_it_does_not_know():
     env = llf_teacher.make("llf-gridworld-v0")
     heard = list(Reader(env.teacher.voice).read("Hello there! Go north next. What a day. Do not go east next."))
