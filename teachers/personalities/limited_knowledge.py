@@ -12,7 +12,7 @@ from teachers.spec import check_range
 class LimitedKnowledge(Personality):
     """Says a claim iff it knows the state in which the action was or will be taken that the claim is about.
 
-    Which states it knows is fixed once and for all. Rewards (r) are there for everybody to see.
+    Which states it knows is drawn when an episode begins. Rewards (r) are there for everybody to see.
     """
 
     fraction: float = 0.5
@@ -24,9 +24,15 @@ class LimitedKnowledge(Personality):
         check_range("fraction", self.fraction, 0, 1)
 
     class Stage(Stage):
-        """Has nothing to remember."""
+        """Knows the states whose fingerprints, as shares of a circle, lie in an arc."""
+
+        def begin(self) -> None:
+            """Draw where the arc begins."""
+            self._start = float(self.rng.random())
 
         def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
             """What it knows of."""
-            known = self.spec.fraction
-            return [claim for claim in claims if claim.kind is R or view.share(view.state_of(claim)) < known]
+            known, start = self.spec.fraction, self._start
+            return [
+                claim for claim in claims if claim.kind is R or (view.share(view.state_of(claim)) - start) % 1.0 < known
+            ]
