@@ -134,8 +134,8 @@ def forms() -> Table:
     """Turns per second of every form of the seats with `speech="kinds"`, where the worlds cost least.
 
     These are the first environments of families with finitely many actions. A turn is one of a teacher or of a student.
-    In a classroom the teacher speaks to every student in every round, and `per student` is what a student's turn and the
-    words to it cost together, relative to a class of one.
+    In a classroom the teacher speaks to every student in every round, and `per student` is what a student's turn and
+    the words to it cost together, relative to a class of one.
     """
     runs = {"tictactoe-v3": _tictactoe()}
     for family in simple_families():
