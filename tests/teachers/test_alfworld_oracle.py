@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from houses import plan_by_downward
 
 import llf_teacher
 from llf_teacher.student import entitled, parse_student
@@ -69,7 +70,7 @@ def downward(played):
 
     context = multiprocessing.get_context("spawn")
     queue = context.Queue()
-    process = context.Process(target=_downward, args=(played, queue))
+    process = context.Process(target=plan_by_downward, args=(played, queue))
     process.start()
     try:
         return queue.get(timeout=90)
@@ -78,13 +79,6 @@ def downward(played):
     finally:
         process.kill()
         process.join()
-
-
-def _downward(played, queue):
-    from worlds.alfworld.stock import StockEngine
-
-    env = StockEngine(played)._env
-    queue.put(len(env._pddl_state.replan(env._entity_infos)))
 
 
 @pytest.mark.full

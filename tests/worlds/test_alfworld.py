@@ -8,10 +8,12 @@ import pickle
 import sys
 import tempfile
 import threading
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
+from houses import play_in_textworld
 
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import NOTHING, ExactEngine, names
@@ -291,22 +293,17 @@ def test_textworlds_state_is_saved_and_copied(copied):
     assert [world.step(command) for command in commands] == first
 
 
-def _play(seed):
-    world = reset(seed, engine="textworld")
-    return [world.step(command)[0] for command in ("look", world.commands()[0], "inventory")]
-
-
 def test_textworld_in_threads_and_processes():
-    expected = [_play(seed) for seed in (1, 2)]
+    expected = [play_in_textworld(seed) for seed in (1, 2)]
     found = {}
-    threads = [threading.Thread(target=lambda s=seed: found.__setitem__(s, _play(s))) for seed in (1, 2)]
+    threads = [threading.Thread(target=lambda s=seed: found.__setitem__(s, play_in_textworld(s))) for seed in (1, 2)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
     assert [found[1], found[2]] == expected
-    with multiprocessing.get_context("spawn").Pool(2) as pool:
-        assert pool.map(_play, [1, 2]) == expected
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        assert list(pool.map(play_in_textworld, [1, 2])) == expected
 
 
 def test_importing_touches_neither_environment_nor_home(tmp_path):
