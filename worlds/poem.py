@@ -63,6 +63,7 @@ class Poem(World):
 
     reward_range = (-1.0, 0.0)
     failure_reward = -1.0
+    several_lines = True
     action_syntax = (
         f"the poem itself, one line of verse a line of text, at most {MAX_LENGTH} characters, no control characters"
     )

@@ -35,6 +35,8 @@ class World(gymnasium.Env):
     """Lower-case words that name an action in text mode, each with its action."""
     action_syntax: str
     """What an answer in text mode has to look like, to complete "the answer must be ..."."""
+    several_lines: bool = False
+    """Whether a text that is an action may have several lines; people who type it then end it with an empty one."""
     failure_reward: float = 0.0
     """Reward of a turn in which the student's text was no action; the world did not step."""
     options: dict[str, Any]

@@ -47,12 +47,11 @@ def play(
 
 def _learn(console: Console, id: str, seed: int | None, **settings: Any) -> None:
     """An episode in the student's seat."""
-    from gymnasium import spaces
-
     import llf_teacher
 
     env = llf_teacher.make(id, text=True, **settings)
-    many_lines = isinstance(env.aec.world.action_space, spaces.Text)
+    several_lines = env.aec.world.several_lines
+    hint = " (an empty line ends it)" if several_lines else ""
     observation, _ = env.reset(seed=seed)
     total, turn, done = 0.0, 0, False
     while True:
@@ -62,7 +61,7 @@ def _learn(console: Console, id: str, seed: int | None, **settings: Any) -> None
         if done:
             break
         turn += 1
-        action = _ask(console, f"Turn {turn}> ", many_lines)
+        action = _ask(console, f"Turn {turn}{hint}> ", several_lines)
         observation, reward, terminated, truncated, info = env.step(action)
         total += reward
         done = terminated or truncated or (info["success"] and not env.family.repeated)
@@ -111,8 +110,8 @@ def _choose(console: Console, prompt: str) -> int:
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 
 
-def _ask(console: Console, prompt: str, many_lines: bool) -> str:
+def _ask(console: Console, prompt: str, several_lines: bool) -> str:
     lines = [console.input(prompt)]
-    while many_lines and lines[-1].strip():
+    while several_lines and lines[-1].strip():
         lines.append(input())
     return "\n".join(lines)

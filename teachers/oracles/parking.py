@@ -525,7 +525,7 @@ def _distance(truth: Truth) -> float:
 
 def _named(said: TriedWell | TriedInVain | Drive | Crash | Trap | Detour) -> bool:
     """Whether the text of a claim's action is that action."""
-    return tuple(map(float, said.target.strip("[]").split(", "))) == said.action
+    return said.target == _write(said.action)
 
 
 def _counted(said: TriedWell | TriedInVain | Drive) -> bool:

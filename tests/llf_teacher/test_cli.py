@@ -99,6 +99,11 @@ def test_play_a_text_of_several_lines(tmp_path):
     assert "Over after 1 turns: solved, total reward 0." in result.stdout
 
 
+def test_play_commands_of_one_line(tmp_path):
+    result = llf("play", "llf-alfworld-v0", "--max-turns", "2", "--seed", "1", cwd=tmp_path, text="look\ninventory\n")
+    assert "Over after 2 turns" in result.stdout, result.stderr
+
+
 def test_leaving(tmp_path):
     result = llf("play", "llf-gridworld-v0", cwd=tmp_path)
     assert result.returncode == 0

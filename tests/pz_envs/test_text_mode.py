@@ -64,6 +64,7 @@ REFUSED = [
     *('{"action": [0]}', '{"action": {"action": 0}}', '{"action": {}}', '{"action": "jump"}', '{"action": 1.0}'),
     *('{"Action": 0}', '{"move": 0}', '{"action": 0, "why": 1}', '{"why": 1, "action": 0}', '[{"action": 0}]'),
     *("{'action': 0}", '{"action": NaN}', '{"action": 1e400}', '{"action": 0}}', '{"action": 0} {"action": 1}'),
+    # Would be actions, or worse, if anything evaluated them.
     *("__import__('os').system('echo ran')", "exec('1')", "1 if True else 0", "lambda: 0", "int('0')", "0 or 1", "0+0"),
     *("\x00", "0\x00", "\x1b[31m0", "\ud800", "0\ud800", "\u202e0", "\u200b0", "\\u0030"),
     "Response: 0\nThought: or rather not",
