@@ -18,6 +18,8 @@ from teachers.reeds_shepp import Word, words, wrapped
 Action = tuple[float, float]
 Car = tuple[float, float, float, float]
 """Position of the middle in m, heading in radians, speed in m/s."""
+_Hundredths = tuple[int, int]
+"""An action, in hundredths."""
 
 
 class Ground(NamedTuple):
@@ -120,16 +122,29 @@ def _free(ground: Ground, x: float, y: float, heading: float, margin: float) -> 
 @lru_cache(maxsize=4096)
 def solve(ground: Ground, car: Car) -> tuple[Action, ...]:
     """Actions that park the car; none if no way was found."""
-    if actions := _direct(ground, car):
+    if actions := _until_parked(ground, car, _direct(ground, car)):
         return actions
     for before, there in _elsewhere(ground, car):
-        if actions := _direct(ground, there):
-            return _told(before) + actions
+        if (further := _direct(ground, there)) and (actions := _until_parked(ground, car, before + further)):
+            return actions
     return ()
 
 
-def _direct(ground: Ground, car: Car) -> tuple[Action, ...]:
-    """Actions along one path; none if the promising ones fail."""
+def _until_parked(ground: Ground, car: Car, actions: Sequence[_Hundredths]) -> tuple[Action, ...]:
+    """The actions as they are told, up to the first that parks the car; none if that one is in doubt."""
+    there: Car | None = car
+    for count, action in enumerate(actions, 1):
+        there = there and move(ground, there, *action)
+        if there is None:
+            break
+        off_by = misfit(ground, *there[:3]) - ground.tolerance
+        if off_by < _SURE:
+            return tuple([(pedal / 100, wheel / 100) for pedal, wheel in actions[:count]]) if off_by < -_SURE else ()
+    return ()
+
+
+def _direct(ground: Ground, car: Car) -> tuple[_Hundredths, ...]:
+    """Actions along one path; none if the promising ones fail. Those before the path may park the car already."""
     starts = list(_starts(ground, car))
     for ends in (_ENDS, _STRAIGHT_ENDS):
         tried = 0
@@ -139,18 +154,14 @@ def _direct(ground: Ground, car: Car) -> tuple[Action, ...]:
             if segments is not None:
                 driven = _follow(ground, there, segments)
                 if driven is not None:
-                    return _told((*before, *driven))
+                    return (*before, *driven)
                 tried += 1
                 if tried == _DRIVEN:
                     break
     return ()
 
 
-def _told(actions: Sequence[tuple[int, int]]) -> tuple[Action, ...]:
-    return tuple([(pedal / 100, wheel / 100) for pedal, wheel in actions])
-
-
-def _starts(ground: Ground, car: Car) -> Iterator[tuple[tuple[tuple[int, int], ...], Car]]:
+def _starts(ground: Ground, car: Car) -> Iterator[tuple[tuple[_Hundredths, ...], Car]]:
     """Where a path may begin: here, and where the car comes to a stop; with the actions that lead there."""
     yield (), car
     if abs(car[3]) > _PUSH:
@@ -160,7 +171,7 @@ def _starts(ground: Ground, car: Car) -> Iterator[tuple[tuple[tuple[int, int], .
                 yield stop
 
 
-def brake(ground: Ground, car: Car, wheel: int) -> tuple[tuple[tuple[int, int], ...], Car] | None:
+def brake(ground: Ground, car: Car, wheel: int) -> tuple[tuple[_Hundredths, ...], Car] | None:
     """Full braking with the wheel held, in hundredths: the actions and where the car stops, or None if it crashes."""
     actions = []
     there: Car | None = car
@@ -172,7 +183,7 @@ def brake(ground: Ground, car: Car, wheel: int) -> tuple[tuple[tuple[int, int], 
 
 
 def _paths(
-    ground: Ground, starts: Sequence[tuple[tuple[tuple[int, int], ...], Car]], ends: Sequence[tuple[float, float]]
+    ground: Ground, starts: Sequence[tuple[tuple[_Hundredths, ...], Car]], ends: Sequence[tuple[float, float]]
 ) -> Iterator[tuple[float, int, Word]]:
     """Paths of the rear axle to the spot, each with its estimated cost in m and its start."""
     goal_x, goal_y, goal = ground.spot
@@ -234,9 +245,9 @@ def _trace(ground: Ground, car: Car, path: Word) -> list[_Segment] | None:
     return segments
 
 
-def _follow(ground: Ground, car: Car, segments: list[_Segment]) -> list[tuple[int, int]] | None:
+def _follow(ground: Ground, car: Car, segments: list[_Segment]) -> list[_Hundredths] | None:
     """Drive along a path by pursuit of a point ahead: the actions until the car is parked, or None if it is not."""
-    actions: list[tuple[int, int]] = []
+    actions: list[_Hundredths] = []
     number = at = 0
     while len(actions) < _LONGEST:
         x, y, heading, speed = car
@@ -281,7 +292,7 @@ def _follow(ground: Ground, car: Car, segments: list[_Segment]) -> list[tuple[in
     return None
 
 
-def _elsewhere(ground: Ground, car: Car) -> Iterator[tuple[tuple[tuple[int, int], ...], Car]]:
+def _elsewhere(ground: Ground, car: Car) -> Iterator[tuple[tuple[_Hundredths, ...], Car]]:
     """Other places to stop at: after a few equal actions and full braking with any wheel; with the way there."""
     for times, pedal, wheel in product((1, 4, 7), (-100, 100, 0), range(-100, 101, 50)):
         there: Car | None = car

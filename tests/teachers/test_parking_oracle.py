@@ -110,6 +110,19 @@ def test_the_model_is_the_simulator():
         assert moment.success
 
 
+def test_a_way_is_over_when_the_car_is_parked():
+    """A car that brakes on its way to a path may come to stand in the spot."""
+    world = Parking()
+    rng = np.random.default_rng(2)
+    world.reset(seed=2)
+    spot, ground = world.truth.spot, engaged(world)._ground(world.truth)
+    for _ in range(150):
+        x, y, turn_by, speed = rng.uniform((-4, 0, -0.8, -6), (4, 4, 0.8, 6))
+        car = Car(spot[0] + x, spot[1] - math.copysign(y, spot[1]), spot[2] + turn_by, speed)
+        way, truth = solve(ground, car[:4]), world.truth._replace(car=car)
+        assert not way or claims._parks(world.scratch(), truth, way)
+
+
 def test_a_way_is_kept_to_while_the_student_does():
     world = Parking()
     world.reset(seed=5)
