@@ -7,6 +7,7 @@ of times in that lifetime, and differ in when they do. Prints a table and draws 
 """
 
 import argparse
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any, NamedTuple
 
@@ -32,6 +33,8 @@ class Setting(NamedTuple):
     threshold: float
     """Of importance, in units of the oracle's values."""
     student: str
+    world: Mapping[str, Any] = {}
+    """Its options."""
 
 
 SETTINGS = (
@@ -79,6 +82,7 @@ def lifetime(setting: Setting, teacher: str, seed: int) -> list[float]:
         cost=0.0,
         teacher_reward="student_progress",
         announce=True,
+        **setting.world,
     )
     spec = TEACHERS[teacher].format(budget=setting.budget, threshold=setting.threshold)
     policy = env.family.make_teacher(env.aec.world, spec, feedback_type="fp")

@@ -202,7 +202,7 @@ class TeacherEnv(_Flat):
     With `episodes` above 1, one episode of this environment is a lifetime: so many episodes of one student, who may
     learn from each for the next (`q_learning(forget=False, trust=1.0)`). Each lifetime has a new student, one budget of
     advice, and one world, from the same start and with fresh randomness (`same_world`). The last word of an episode is
-    followed by the opening of the next. The observation has one more entry, `lifetime`, Box (8,) from 0 to 1:
+    followed by the opening of the next. The observation has one more entry, `lifetime`, Box (9,) from 0 to 1:
 
     0. episodes that are over / episodes
     1. moving average of the success of episodes, weight 0.2 for the latest
@@ -212,6 +212,7 @@ class TeacherEnv(_Flat):
     5. n / (n + 4) for n of those visits in which an action was advised
     6. 1 if the student has announced its next action, else 0
     7. 1 if what it announced is a mistake, else 0
+    8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
 
     Info: the privileged `moment`; in a lifetime also `student`, its spec, and `intention`, what it announced or None.
 

@@ -27,6 +27,7 @@ FIELDS = (
     "advised",  # n / (n + 4) for n of these visits in which advice for the next action was said
     "announced",  # 1 if the student has announced its next action, else 0
     "mistake",  # 1 if what it announced is less than optimal, else 0
+    "way",  # n / (n + 4) for n turns of the oracle's plan from here, at most max_cycles; 0 without one
 )
 """The numbers of `lifetime`, each from 0 to 1."""
 
@@ -72,9 +73,11 @@ class Lifetime:
         self._optimal = 0.0
 
     def features(self, announced: Any = None) -> np.ndarray:
-        """The numbers of `FIELDS`, float32 of shape (8,)."""
+        """The numbers of `FIELDS`, float32 of shape (9,)."""
         visits, advised = self._visits.get(self._state, 0), self._advised.get(self._state, 0)
         mistake = announced is not None and _is_mistake(self._aec, announced)
+        moment = self._aec.moment
+        way = () if moment.over else self._aec.tutor.oracle.plan(moment.after, self._aec.max_cycles)
         return np.array(
             (
                 self.episode / self.episodes,
@@ -85,6 +88,7 @@ class Lifetime:
                 advised / (advised + _HALF),
                 announced is not None,
                 mistake,
+                len(way) / (len(way) + _HALF),
             ),
             np.float32,
         )

@@ -170,7 +170,8 @@ def test_what_it_announces_is_what_it_does():
 def test_what_the_teacher_sees_of_a_lifetime():
     env = llf_teacher.TeacherEnv(GRID, student="random", episodes=2, max_turns=3, cost=0.0, budget=2)
     observation, info = env.reset(seed=0)
-    assert observation["lifetime"].tolist() == [0, 0, 0, 0, 0, 0, 0, 0]
+    way = len(env.aec.tutor.oracle.plan(info["moment"].after, 3))
+    assert observation["lifetime"].tolist() == pytest.approx([0] * 8 + [way / (way + 4)])
     assert info["student"] == "random"
     assert info["intention"] is None
     env.step(FP)
