@@ -48,6 +48,8 @@ _ASIDE = 0.15  # metres by which warnings lead away
 class MetaWorldOracle(Oracle):
     """Advises what metaworld's scripted policy aims at now, and judges an action by what it aimed at before."""
 
+    max_importance = 4.0
+
     def start(self, truth: Truth, rng: np.random.Generator) -> None:
         """Forget the last episode."""
         super().start(truth, rng)
@@ -159,8 +161,11 @@ class MetaWorldOracle(Oracle):
         return ()
 
     def importance(self, truth: Truth) -> float:
-        """How far the hand is from where it is wanted, in metres, at most 1; 0 once the task is solved."""
-        return 0.0 if truth.solved else min(math.dist(hand_of(truth), self._aim(truth).target), 1.0)
+        """What is lost by sending the hand to the other side of where it is, the gripper wrong; 0 once it is solved."""
+        if truth.solved:
+            return 0.0
+        place = self.lab.target(truth, action_for(self._aim(truth), truth, self.lab))
+        return min(2 * math.dist(hand_of(truth), place) + 0.2, self.max_importance)
 
     def plan(self, truth: Truth, n: int) -> tuple[Pose, ...]:
         """The advice of the next turns, if each is followed, until the task is solved."""
@@ -181,12 +186,12 @@ class MetaWorldOracle(Oracle):
     def regret(self, moment: Moment) -> float:
         """How far the target was from the advised one, in metres, and a tenth of how much the grip was off.
 
-        A turn without an action loses as if it had sent the hand to the other side of where it is, the gripper wrong.
+        A turn without an action loses all that is at stake.
         """
-        truth = moment.after if moment.before is None else moment.before
+        truth = moment.before
+        if truth is None:
+            return self.importance(moment.after)
         if truth.solved:
             return 0.0
         advised = action_for(self._aim(truth), truth, self.lab)
-        if moment.before is None:
-            return 2 * math.dist(hand_of(truth), self.lab.target(truth, advised)) + 0.2
         return math.dist(moment.action[:3], advised[:3]) + abs(moment.action[3] - advised[3]) / 10
