@@ -71,7 +71,7 @@ class Oracle(ABC):
 
     @classmethod
     def claims(cls) -> tuple[type[Claim], ...]:
-        """The classes of claims that this oracle's module defines."""
+        """The classes of claims that this oracle's module defines; see `claims_of`."""
         return claims_of(cls.__module__)
 
     def start(self, truth: Any, rng: np.random.Generator) -> None:
@@ -171,9 +171,14 @@ def _reward(reward: float) -> Reward:
 
 
 def claims_of(module: str) -> tuple[type[Claim], ...]:
-    """The concrete claim classes that a module defines, in its order."""
+    """The concrete claim classes that a module defines, in its order.
+
+    A package may have them in a module `claims` of its own: these come after those that it defines itself.
+    """
+    inner = f"{module}.claims"
     return tuple(
         value
-        for value in vars(sys.modules[module]).values()
-        if isinstance(value, type) and issubclass(value, Claim) and value.__module__ == module
+        for name in ((module, inner) if inner in sys.modules else (module,))
+        for value in vars(sys.modules[name]).values()
+        if isinstance(value, type) and issubclass(value, Claim) and value.__module__ == name
     )

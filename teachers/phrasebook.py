@@ -314,7 +314,7 @@ def load_phrasebook(source: str, module: str, voice: Voice = PLAIN) -> Phraseboo
 
     Args:
         source: the TOML file, as `package:file`.
-        module: name of the module that defines the family's claims.
+        module: name of the module that has the family's claims, as for `claims_of`.
         voice: the tone: a name, the path of a file, or a function that rewrites a sentence.
 
     Raises:

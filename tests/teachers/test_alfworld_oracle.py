@@ -7,7 +7,9 @@ from houses import plan_by_downward
 import llf_teacher
 from llf_teacher.student import entitled, parse_student
 from teachers.atoms import Moment
-from teachers.oracles.alfworld import AlfworldOracle, Do, DoAbout, DoVerb, Planner, _distance, seen
+from teachers.oracles.alfworld import AlfworldOracle, Planner
+from teachers.oracles.alfworld.claims import Do, DoAbout, DoVerb, seen
+from teachers.oracles.alfworld.search import distance
 from teachers.testing import CHECKS, Pupil
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import ExactEngine
@@ -61,7 +63,7 @@ def states(task, seed, steps):
 def test_plans_are_as_short_as_search_finds_them(task):
     for seed in range(4):
         for played, planner, facts in states(task, 300 + seed, 12):
-            assert len(planner.plan(facts)) == _distance(Truth(facts, "", False, played))
+            assert len(planner.plan(facts)) == distance(Truth(facts, "", False, played))
 
 
 def downward(played):

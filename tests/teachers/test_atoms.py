@@ -22,7 +22,7 @@ COPIES = [copy.copy, copy.deepcopy, *(lambda value, p=p: pickle.loads(pickle.dum
 
 
 def name(cls):
-    return f"{cls.__module__.rpartition('.')[2]}-{cls.__name__}"
+    return f"{cls.__module__.removesuffix('.claims').rpartition('.')[2]}-{cls.__name__}"
 
 
 def some(cls, value=1):

@@ -7,14 +7,13 @@ from llf_teacher.registry import make
 from llf_teacher.student import entitled, parse_student
 from pz_envs.tutoring import STUDENT
 from teachers.atoms import FN, FP, HN, HP, KINDS, Moment
-from teachers.oracles.metaworld import (
-    PURPOSES,
+from teachers.oracles.metaworld import MetaWorldOracle
+from teachers.oracles.metaworld.claims import (
     Aiming,
     Avoid,
     Distance,
     Done,
     Heading,
-    MetaWorldOracle,
     Neared,
     Off,
     RightGrip,
@@ -25,6 +24,7 @@ from teachers.oracles.metaworld import (
     TooTight,
     WellAimed,
 )
+from teachers.oracles.metaworld.purposes import PURPOSES
 from teachers.testing import Pupil, check_honesty
 from worlds.metaworld import CONTROLS, TASKS, MetaWorld
 

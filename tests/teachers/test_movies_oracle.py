@@ -11,7 +11,8 @@ import llf_teacher
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.study import EpisodeSpec
 from teachers.atoms import FN, FP, HN, HP, Moment
-from teachers.oracles.movies import (
+from teachers.oracles.movies import MoviesOracle
+from teachers.oracles.movies.claims import (
     AllFit,
     Ambiguous,
     AttributeFits,
@@ -19,7 +20,6 @@ from teachers.oracles.movies import (
     AvoidTitle,
     AvoidTrait,
     Fits,
-    MoviesOracle,
     Nothing,
     NotInCatalogue,
     Recommend,

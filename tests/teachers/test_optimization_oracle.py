@@ -7,13 +7,13 @@ import pytest
 
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, Moment
-from teachers.oracles.optimization import (
+from teachers.oracles.optimization import OptimizationOracle
+from teachers.oracles.optimization.claims import (
     Avoid,
     Cross,
     Fell,
     Helped,
     Hurt,
-    OptimizationOracle,
     Reached,
     Rose,
     Solution,

@@ -1,6 +1,8 @@
 """Oracles: values, plans and claims agree with each other and with the world, ties included."""
 
+import sys
 from itertools import combinations, islice
+from types import ModuleType
 
 import networkx as nx
 import numpy as np
@@ -11,8 +13,11 @@ from hypothesis import strategies as st
 from sampling import fewer
 
 from pz_envs.family import all_families
-from teachers.atoms import FN, FP, HN, HP, KINDS, Moment, ParseFailure
-from teachers.oracles import bandits, gridworld, poem
+from teachers.atoms import FN, FP, HN, HP, KINDS, Claim, Moment, ParseFailure
+from teachers.oracle import claims_of
+from teachers.oracles import bandits, gridworld
+from teachers.oracles.poem import PoemOracle
+from teachers.oracles.poem.claims import AllRight, Empty, LinesRight, WrongLine, WrongNumber
 from teachers.testing import Pupil
 from worlds.bandits import Bandit
 from worlds.bandits import Truth as Arms
@@ -254,19 +259,19 @@ def test_warnings_go_through_all_poor_arms():
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", [poem.Empty]),
-        ("snow", [poem.WrongNumber]),
-        ("snow\nrain\nash\nmoss", [poem.WrongNumber]),
-        ("snow\ncold rain", [poem.AllRight]),
-        ("snow\nrain", [poem.LinesRight, poem.WrongLine]),
-        ("cold rain\nrain", [poem.WrongLine, poem.WrongLine]),
-        ("fire\nfire", [poem.AllRight]),
+        ("", [Empty]),
+        ("snow", [WrongNumber]),
+        ("snow\nrain\nash\nmoss", [WrongNumber]),
+        ("snow\ncold rain", [AllRight]),
+        ("snow\nrain", [LinesRight, WrongLine]),
+        ("cold rain\nrain", [WrongLine, WrongLine]),
+        ("fire\nfire", [AllRight]),
     ],
 )
 def test_poems_are_judged_line_by_line(text, said):
     world = Poem("LineSyllableConstrainedPoem")
     truth = Form((1, 2), False, "")
-    oracle, lab = started(poem.PoemOracle, world, truth), world.scratch()
+    oracle, lab = started(PoemOracle, world, truth), world.scratch()
     moment = turn(world, truth, text)
     claims = oracle.judge(moment)
     assert [type(claim) for claim in claims if claim.kind in (HP, HN)] == said
@@ -308,7 +313,7 @@ free = st.builds(Form, st.tuples(st.integers(1, 40)), st.just(True), st.just("")
 @settings(deadline=None)
 def test_what_is_said_of_any_poem_holds_and_its_advice_helps(pieces, times, truth, number):
     world = Poem("SyllableConstrainedPoem" if truth.free else "LineSyllableConstrainedPoem")
-    oracle, lab = started(poem.PoemOracle, world, truth), world.scratch()
+    oracle, lab = started(PoemOracle, world, truth), world.scratch()
     moment = turn(world, truth, ("".join(pieces) * times)[: world.action_space.max_length], number)
     claims = oracle.judge(moment)
     assert [claim for claim in claims if not claim.holds(moment, lab)] == []
@@ -319,7 +324,7 @@ def test_what_is_said_of_any_poem_holds_and_its_advice_helps(pieces, times, trut
 def test_following_the_advice_leads_to_a_right_poem():
     world = Poem("LineSyllableConstrainedPoem")
     truth = Form((5, 7, 5, 17, 40), False, "")
-    oracle = started(poem.PoemOracle, world, truth)
+    oracle = started(PoemOracle, world, truth)
     moment = turn(world, truth, "snow")
     for _ in range(6):
         (advice,) = oracle.judge(moment, frozenset((FP,)))
@@ -346,5 +351,17 @@ def test_false_counterparts_are_of_the_same_turn_and_false(name):
 def test_oracles_define_their_claims_and_instruction_types(name):
     cls = ENVIRONMENTS[name][0].oracle_class()
     assert cls.instruction_types == ("b", "p", "c")
-    assert all(claim.__module__ == cls.__module__ for claim in cls.claims())
+    assert all(claim.__module__ in (cls.__module__, f"{cls.__module__}.claims") for claim in cls.claims())
     assert len(cls.claims()) > 5
+
+
+def test_a_package_has_claims_of_its_own_and_of_its_module_of_claims(monkeypatch):
+    names = ("maze", "maze.claims", "maze.checks")
+    package, inner, other = modules = [ModuleType(name) for name in names]
+    for name, module in zip(names, modules, strict=True):
+        monkeypatch.setitem(sys.modules, name, module)
+        module.Said = type("Said", (Claim,), {"__module__": name})
+    package.Imported, package.Foreign = inner.Said, other.Said
+    assert claims_of("maze") == (package.Said, inner.Said)
+    assert claims_of("maze.claims") == (inner.Said,)
+    assert claims_of("maze.checks") == (other.Said,)

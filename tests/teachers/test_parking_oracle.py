@@ -9,8 +9,9 @@ import pytest
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.driving import move, solve
-from teachers.oracles import parking as claims
-from teachers.oracles.parking import Crash, Crashed, Detour, Doomed, Drive, OnCourse, Parked, ParkingOracle, Trap
+from teachers.oracles.parking import ParkingOracle
+from teachers.oracles.parking.checks import effort_of, parks, stops
+from teachers.oracles.parking.claims import Crash, Crashed, Detour, Doomed, Drive, OnCourse, Parked, Trap
 from teachers.testing import Pupil, check_honesty
 from worlds.parking import Car, Parking
 
@@ -39,7 +40,7 @@ def at_random(world, rng):
     while True:
         car = Car(rng.uniform(-30, 30), rng.uniform(-17, 17), rng.uniform(-7, 7), rng.uniform(-6, 6))
         truth = world.truth._replace(car=car)
-        if claims._stops(lab, truth):
+        if stops(lab, truth):
             world.restore(truth)
             return
 
@@ -120,7 +121,7 @@ def test_a_way_is_over_when_the_car_is_parked():
         x, y, turn_by, speed = rng.uniform((-4, 0, -0.8, -6), (4, 4, 0.8, 6))
         car = Car(spot[0] + x, spot[1] - math.copysign(y, spot[1]), spot[2] + turn_by, speed)
         way, truth = solve(ground, car[:4]), world.truth._replace(car=car)
-        assert not way or claims._parks(world.scratch(), truth, way)
+        assert not way or parks(world.scratch(), truth, way)
 
 
 def test_a_way_is_kept_to_while_the_student_does():
@@ -137,7 +138,7 @@ def test_a_way_is_kept_to_while_the_student_does():
         assert hindsight[0] == (
             Parked(action=advice.action)
             if left == 1
-            else OnCourse(action=advice.action, effort=claims._effort(left - 1), rest=advice.rest)
+            else OnCourse(action=advice.action, effort=effort_of(left - 1), rest=advice.rest)
         )
     assert oracle.judge(moment, {FP, FN}) == ()
 

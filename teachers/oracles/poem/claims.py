@@ -1,15 +1,18 @@
-"""The poem's oracle: it counts syllables in every reading, and offers lines that fit."""
+"""What is said about poems, each checked by offering poems to the world."""
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from functools import lru_cache
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Grounded, Moment, claim
-from teachers.oracle import Oracle
-from worlds.poem import HAIKU, MAX_LENGTH, TANKA, Truth, compose, fits, lines_of, readings
+from teachers.atoms import FN, FP, HN, HP, Claim, Grounded, Moment, claim
+from worlds.poem import HAIKU, MAX_LENGTH, TANKA, Truth, compose, lines_of
 from worlds.world import World
 
 PLACEHOLDER = "..."
 """Stands for a line that is still to be written: a line without syllables, so a wrong one."""
+TITLES = {HAIKU: "haiku", TANKA: "tanka"}
+"""What poems of a form are called."""
+TOLD = 20
+"""A poem can have thousands of lines; feedback does not speak of more than these."""
 
 
 @claim
@@ -27,9 +30,9 @@ class Goal(Claim):
         drum = [_drum(number) for number in self.pattern]
         wrong = [[_drum(n + (i == j)) for j, n in enumerate(self.pattern)] for i in range(len(self.pattern))]
         return (
-            self.form == _TITLES.get(lab.form, "poem")
+            self.form == TITLES.get(lab.form, "poem")
             and self.lines == len(self.pattern)
-            and self.listing == _listing(self.pattern)
+            and self.listing == listing_of(self.pattern)
             and _solves(lab, moment.after, drum)
             and not any(_solves(lab, moment.after, lines) for lines in (*wrong, [*drum, drum[-1]], drum[:-1]))
         )
@@ -167,8 +170,8 @@ class LinesRight(Claim):
 
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Praise the other lines, or find fault with these."""
-        others = tuple(i for i in range(1, len(lines_of(moment.action)) + 1) if i not in self.lines)[:_TOLD]
-        praise = (_lines_right(others),) if others else ()
+        others = tuple(i for i in range(1, len(lines_of(moment.action)) + 1) if i not in self.lines)[:TOLD]
+        praise = (lines_right(others),) if others else ()
         return (*praise, *_faults(moment, self.lines[0]))
 
 
@@ -192,7 +195,7 @@ class WrongLine(Claim):
         """Count wrong, or praise the line."""
         counts = (n for n in _near(self.counted) if n != self.required)
         wrong = (WrongLine(line=self.line, counted=n, required=self.required) for n in counts)
-        return (*wrong, _lines_right((self.line,)))
+        return (*wrong, lines_right((self.line,)))
 
 
 @claim
@@ -258,7 +261,7 @@ class Write(Claim):
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Miscount the syllables of the line."""
         lines = self.action.split("\n")
-        return tuple(_write(lines, self.line, self.syllables, wrong) for wrong in _near(self.syllables) if wrong)
+        return tuple(write_line(lines, self.line, self.syllables, wrong) for wrong in _near(self.syllables) if wrong)
 
     def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """The line to work on, then its number of syllables."""
@@ -332,8 +335,8 @@ class Repeat(Claim):
     def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
         """Put a line in it that does not fit."""
         required = _required(moment.after, 1)
-        lines = _pliable(lines_of(self.action), moment.after)
-        return tuple(_write(lines, 1, required, wrong) for wrong in _near(required) if wrong)
+        lines = pliable_lines(lines_of(self.action), moment.after)
+        return tuple(write_line(lines, 1, required, wrong) for wrong in _near(required) if wrong)
 
 
 @claim
@@ -410,24 +413,19 @@ def _judged(moment: Moment, line: int) -> bool:
     return 1 <= line <= lines and (moment.before.free or lines == len(moment.before.pattern))
 
 
-def _listing(items: Sequence[int]) -> str:
+def listing_of(items: Sequence[int]) -> str:
+    """Numbers in words, such as `5, 7 and 5`."""
     return ", ".join(map(str, items[:-1])) + " and " * (len(items) > 1) + str(items[-1])
 
 
 def _lines_listing(lines: tuple[int, ...]) -> str:
-    return ("lines " if len(lines) > 1 else "line ") + _listing(lines)
+    return ("lines " if len(lines) > 1 else "line ") + listing_of(lines)
 
 
 @lru_cache(maxsize=1024)
-def _lines_right(lines: tuple[int, ...]) -> LinesRight:
+def lines_right(lines: tuple[int, ...]) -> LinesRight:
+    """Praise of these lines."""
     return LinesRight(lines=lines, listing=_lines_listing(lines))
-
-
-@lru_cache(maxsize=1024)
-def _nearest(line: str, number: int) -> int:
-    """The number of syllables, of those that a line can be read with, that is nearest to `number`."""
-    counts = readings(line)
-    return min((n for n in range(counts.bit_length()) if counts >> n & 1), key=lambda n: abs(n - number))
 
 
 def _near(number: int) -> tuple[int, ...]:
@@ -439,114 +437,23 @@ def _faults(moment: Moment, line: int) -> tuple[Claim, ...]:
     return tuple(WrongLine(line=line, counted=counted, required=required) for counted in _near(required))
 
 
-def _write(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
+def write_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
     """Advice to put a line of `number` syllables at a place where `syllables` are required."""
     words = compose(number, line)
     action = "\n".join((*lines[: line - 1], words, *lines[line:]))
     return Write(action=action, line=line, words=words, syllables=syllables)
 
 
-def _example(truth: Truth) -> tuple[str, ...]:
+def example_of(truth: Truth) -> tuple[str, ...]:
     """The lines of a poem that is right."""
     pattern = truth.pattern * _FREE_LINES if truth.free else truth.pattern
     return tuple(compose(number, line) for line, number in enumerate(pattern, 1))
 
 
-def _pliable(lines: tuple[str, ...], truth: Truth) -> tuple[str, ...]:
+def pliable_lines(lines: tuple[str, ...], truth: Truth) -> tuple[str, ...]:
     """The lines of the last poem, if there is room to edit it; else those of a poem that is right."""
-    return lines if len(truth.draft) <= MAX_LENGTH - _ROOM else _example(truth)
+    return lines if len(truth.draft) <= MAX_LENGTH - _ROOM else example_of(truth)
 
 
-_TITLES = {HAIKU: "haiku", TANKA: "tanka"}
-_TRIES = 3
 _FREE_LINES = 3
-_TOLD = 20  # a poem can have thousands of lines; feedback does not speak of more than these
 _ROOM = 500  # characters, more than any line that `compose` makes and the placeholders beside it take
-_COUNTING, _ANSWER = Counting(), Answer(limit=MAX_LENGTH)
-_ALL_RIGHT, _EMPTY = AllRight(), Empty()
-
-
-class PoemOracle(Oracle):
-    """Judges poems line by line, and has the student write them so."""
-
-    max_importance = 1.0
-
-    def _basics(self, truth: Truth) -> tuple[Claim, ...]:
-        pattern = truth.pattern
-        if truth.free:
-            return FreeGoal(syllables=pattern[0]), _COUNTING, _ANSWER
-        form = _TITLES.get(self.lab.options["form"], "poem")
-        return Goal(form=form, lines=len(pattern), pattern=pattern, listing=_listing(pattern)), _COUNTING, _ANSWER
-
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
-        """A few lines that were tried, some of them right; none is told twice."""
-        told: dict[Claim, None] = {}
-        for _ in range(_TRIES):
-            line = int(self.rng.integers(len(truth.pattern))) + 1
-            required = truth.pattern[line - 1]
-            counted = max(1, required + (0, 0, -1, 1, 2)[self.rng.integers(5)])
-            words = compose(counted, int(self.rng.integers(1000)))
-            if counted == required:
-                told[TriedWell(words=words, line=line, syllables=required)] = None
-            else:
-                told[TriedInVain(words=words, line=line, counted=counted, required=required)] = None
-        return tuple(told)
-
-    def _solution(self, truth: Truth) -> tuple[Claim, ...]:
-        return tuple(Solution(action=action) for action in self.plan(truth, 1))
-
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
-        """Lines are judged if their number is right, and at most 20 right and 20 wrong ones are told."""
-        lines = lines_of(moment.action)
-        wanted = moment.before.demands(len(lines))
-        right, wrong = [], []
-        for line, (words, required) in enumerate(zip(lines, wanted, strict=False), 1):
-            (right if fits(words, required) else wrong).append(line)
-        if HP in kinds and right:
-            claims.append(_lines_right(tuple(right[:_TOLD])) if wrong else _ALL_RIGHT)
-        if HN in kinds:
-            for line in wrong[:_TOLD]:
-                required = wanted[line - 1]
-                claims.append(WrongLine(line=line, counted=_nearest(lines[line - 1], required), required=required))
-            if not lines:
-                claims.append(_EMPTY)
-            elif not wanted:
-                claims.append(WrongNumber(lines=len(lines), required=len(moment.before.pattern)))
-
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
-        """Brought to the right number of lines, the last poem gets a line that fits for its first wrong one."""
-        truth = moment.after
-        lines = lines_of(truth.draft)
-        wanted = truth.demands(len(lines))
-        pattern = wanted or truth.pattern
-        kept = lines[: len(pattern)] + (PLACEHOLDER,) * (len(pattern) - len(lines))
-        line = next((i for i, words in enumerate(kept, 1) if not fits(words, pattern[i - 1])), 0)
-        if FP in kinds:
-            if line:
-                pliable = _pliable(kept, truth)
-                place = line if line <= len(pliable) else 1
-                claims.append(_write(pliable, place, pattern[place - 1], pattern[place - 1]))
-            elif wanted:
-                claims.append(Repeat(action=truth.draft))
-            else:
-                claims.append(Shorten(action="\n".join(kept), lines=len(kept)))
-        if FN in kinds:
-            if lines and not wanted:
-                claims.append(AvoidLines(lines=len(lines)))
-            elif lines and line:
-                claims.append(AvoidCount(line=line, counted=_nearest(lines[line - 1], pattern[line - 1])))
-            else:
-                line = moment.turn % len(pattern) + 1
-                claims.append(AvoidCount(line=line, counted=pattern[line - 1] + 1))
-
-    def importance(self, truth: Truth) -> float:
-        """The reward of a poem that is right less that of one that is all wrong: always 1."""
-        return 1.0
-
-    def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
-        """The same poem `n` times."""
-        return ("\n".join(_example(truth)),) * n
-
-    def regret(self, moment: Moment) -> float:
-        """The reward of a right poem less the action's: 0 to 1; a turn without an action loses 1."""
-        return 1.0 if moment.before is None else 0.0 - moment.reward

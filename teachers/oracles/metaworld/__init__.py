@@ -1,0 +1,197 @@
+"""Meta-World's oracle: what metaworld's scripted policies aim at, and what a copy of the simulator shows."""
+
+import math
+from collections.abc import Set
+
+import numpy as np
+
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.common import Syntax
+from teachers.oracle import Oracle
+from teachers.oracles.metaworld.checks import (
+    NOTABLE,
+    action_for,
+    apart,
+    hand_of,
+    off_by,
+    origin_of,
+    rounded,
+    slip_of,
+    write,
+    write_compactly,
+)
+from teachers.oracles.metaworld.claims import (
+    SLIPS,
+    Aiming,
+    Avoid,
+    Done,
+    Driving,
+    Goal,
+    Neared,
+    Off,
+    RightGrip,
+    RightPlace,
+    Solution,
+    Strayed,
+    TriedInVain,
+    TriedWell,
+    WellAimed,
+)
+from teachers.oracles.metaworld.purposes import PURPOSES
+from worlds.metaworld import Aim, Pose, Truth
+
+_TRIES = 3
+_TURNS = 30
+_ASIDE = 0.15  # metres by which warnings lead away
+
+
+class MetaWorldOracle(Oracle):
+    """Advises what metaworld's scripted policy aims at now, and judges an action by what it aimed at before."""
+
+    max_importance = 4.0
+
+    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+        """Forget the last episode."""
+        super().start(truth, rng)
+        self._aims: list[tuple[Truth, Aim]] = []
+        self._warned: tuple[Truth | None, tuple[Avoid, ...]] = (None, ())
+
+    def _aim(self, truth: Truth) -> Aim:
+        """What the policy aims at; the advice of one turn is the measure of the next, so two are remembered."""
+        for known, aim in self._aims:
+            if known is truth:
+                return aim
+        aim = self.lab.script.aim(truth.observation)
+        self._aims = [*self._aims[-1:], (truth, aim)]
+        return aim
+
+    def _basics(self, truth: Truth) -> tuple[Claim, ...]:
+        lab = self.lab
+        return (
+            Goal(task=lab.task, purpose=PURPOSES[lab.task]),
+            Driving(origin=origin_of(lab), most=lab.longest),
+            Syntax(expected=lab.action_syntax),
+        )
+
+    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+        """The advised action and a few random ones, tried at the start."""
+        lab = self.lab
+        tries = [action_for(self._aim(truth), truth, lab)]
+        tries += [rounded(lab.sample_action(self.rng).tolist()) for _ in range(_TRIES)]
+        told: list[Claim] = []
+        for action in tries:
+            before, after = self._trial(truth, action)
+            if abs(after - before) >= NOTABLE:
+                cls = TriedWell if after < before else TriedInVain
+                told.append(cls(action=action, target=write(action), before=before, after=after))
+        return tuple(told)
+
+    def _solution(self, truth: Truth) -> tuple[Claim, ...]:
+        """A whole roll-out of the advice; nothing where that does not solve the task."""
+        actions, solved = self._followed(truth, _TURNS)
+        if not solved:
+            return ()
+        return (Solution(actions=actions, listing=", ".join(map(write_compactly, actions)), count=len(actions)),)
+
+    def _trial(self, truth: Truth, action: Pose) -> tuple[float, float]:
+        """How far the hand is from where it is wanted, before and after an action."""
+        lab, place = self.lab, self._aim(truth).target
+        lab.restore(truth)
+        lab.advance(action)
+        return apart(hand_of(truth), place), apart(hand_of(lab.truth), place)
+
+    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        before, action = moment.before, moment.action
+        if before.solved or not (HP in kinds or HN in kinds):
+            return
+        target = write(action)
+        good: list[Claim] = []
+        bad: list[Claim] = []
+        if moment.after.solved:
+            good.append(Done(action=action, target=target))
+        else:
+            aim = self._aim(before)
+            faults = off_by(self.lab.target(before, action), aim.target)
+            slip = slip_of(action[3] - aim.grip)
+            grip = round(action[3], 2)
+            if not faults and not slip:
+                good.append(WellAimed(action=action, target=target))
+            elif not faults:
+                good.append(RightPlace(place=write(action[:3])))
+            elif not slip:
+                good.append(RightGrip(grip=grip))
+            if faults:
+                bad.append(Off(action=action, target=target, faults=faults))
+                start, end = apart(hand_of(before), aim.target), apart(hand_of(moment.after), aim.target)
+                # How the hand moved is news only of who aimed elsewhere: obstacles are not the student's fault.
+                if start - end >= NOTABLE:
+                    good.append(Neared(before=start, after=end))
+                elif end - start >= NOTABLE:
+                    bad.append(Strayed(before=start, after=end))
+            if slip:
+                bad.append(SLIPS[slip > 0](action=action, target=target, grip=grip))
+        if HP in kinds:
+            claims += good
+        if HN in kinds:
+            claims += bad
+
+    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        truth = moment.after
+        if truth.solved or not (FP in kinds or FN in kinds):
+            return
+        if FP in kinds:
+            action = action_for(self._aim(truth), truth, self.lab)
+            claims.append(Aiming(action=action, target=write(action)))
+        if FN in kinds:
+            if truth is not self._warned[0]:
+                self._warned = truth, self._warnings(truth)
+            claims += self._warned[1]
+
+    def _warnings(self, truth: Truth) -> tuple[Avoid, ...]:
+        """A pose away from where the hand is wanted, which the simulator shows to lose ground."""
+        aim, hand = self._aim(truth), hand_of(truth)
+        far = math.dist(hand, aim.target)
+        away = [(h - t) / far for h, t in zip(hand, aim.target, strict=True)] if far > 1e-3 else [0.0, 0.0, 1.0]
+        for way in (away, [0.0, 0.0, 1.0]):
+            place = [h + _ASIDE * w for h, w in zip(hand, way, strict=True)]
+            action = action_for(aim._replace(target=tuple(place)), truth, self.lab)
+            before, after = self._trial(truth, action)
+            if after - before >= NOTABLE and not self.lab.truth.solved:
+                return (Avoid(action=action, target=write(action), before=before, after=after),)
+        return ()
+
+    def importance(self, truth: Truth) -> float:
+        """What is lost by sending the hand to the other side of where it is, the gripper wrong; 0 once it is solved."""
+        if truth.solved:
+            return 0.0
+        place = self.lab.target(truth, action_for(self._aim(truth), truth, self.lab))
+        return min(2 * math.dist(hand_of(truth), place) + 0.2, self.max_importance)
+
+    def plan(self, truth: Truth, n: int) -> tuple[Pose, ...]:
+        """The advice of the next turns, if each is followed, until the task is solved."""
+        if n == 1 and not truth.solved:
+            return (action_for(self._aim(truth), truth, self.lab),)
+        return self._followed(truth, n)[0]
+
+    def _followed(self, truth: Truth, n: int) -> tuple[tuple[Pose, ...], bool]:
+        """At most `n` pieces of advice, each followed in a copy of the simulator; whether the last solves the task."""
+        lab, actions = self.lab, []
+        lab.restore(truth)
+        while not truth.solved and len(actions) < n:
+            actions.append(action_for(lab.script.aim(truth.observation), truth, lab))
+            lab.advance(actions[-1])
+            truth = lab.truth
+        return tuple(actions), truth.solved
+
+    def regret(self, moment: Moment) -> float:
+        """How far the target was from the advised one, in metres, and a tenth of how much the grip was off.
+
+        A turn without an action loses all that is at stake.
+        """
+        truth = moment.before
+        if truth is None:
+            return self.importance(moment.after)
+        if truth.solved:
+            return 0.0
+        advised = action_for(self._aim(truth), truth, self.lab)
+        return math.dist(moment.action[:3], advised[:3]) + abs(moment.action[3] - advised[3]) / 10

@@ -1,0 +1,91 @@
+"""What the claims about the hand are checked by: where it is, where it is wanted, and the words for both."""
+
+import math
+from collections.abc import Sequence
+
+from worlds.metaworld import REACH, Aim, Pose, Truth
+from worlds.world import World
+
+Place = tuple[float, float, float]
+AXES = ("x", "y", "z")
+NOTABLE = 1.0
+"""Centimetres that are worth mentioning."""
+_PLACE, _GRIP = 0.03, 0.3  # how far from what is wanted is right enough
+
+
+def hand_of(truth: Truth) -> Place:
+    """Where the hand is."""
+    x, y, z = truth.observation[:3]
+    return x, y, z
+
+
+def origin_of(world: World) -> str:
+    """From where x, y and z count, in words."""
+    return "from where the hand is" if world.relative else "from a fixed point of the table"
+
+
+def reach_of(truth: Truth, world: World) -> tuple[Place, Place]:
+    """The smallest and the largest place that an action can name."""
+    low, high = (world.target(truth, (bound, bound, bound, 0.0)) for bound in (-REACH, REACH))
+    return low, high
+
+
+def rounded(pose: Sequence[float]) -> Pose:
+    """To two decimals, within the action space."""
+    x, y, z, grip = (round(number, 2) + 0.0 for number in pose)
+    x, y, z = (min(max(number, -REACH), REACH) for number in (x, y, z))
+    return x, y, z, min(max(grip, -1.0), 1.0)
+
+
+def write(pose: Sequence[float]) -> str:
+    """Coordinates to a millimetre; advice has no more than two decimals."""
+    return f"[{', '.join(f'{round(number, 3) + 0.0:g}' for number in pose)}]"
+
+
+def write_compactly(pose: Pose) -> str:
+    """As `write`, without spaces."""
+    return write(pose).replace(" ", "")
+
+
+def action_for(aim: Aim, truth: Truth, world: World) -> Pose:
+    """The action that aims as the policy does."""
+    place = aim.target
+    if world.relative:
+        x, y, z = hand_of(truth)
+        place = place[0] - x, place[1] - y, place[2] - z
+    return rounded((*place, aim.grip))
+
+
+def commanded(truth: Truth, lab: World) -> tuple[Place, float]:
+    """What is wanted, from the command that the policy itself would send: the hand, and the command over the gain."""
+    x, y, z, grip = lab.script.command(truth.observation).tolist()
+    gain, hand = lab.script.aim(truth.observation).gain, hand_of(truth)
+    return (hand[0] + x / gain, hand[1] + y / gain, hand[2] + z / gain), grip
+
+
+def off_by(place: Place, wanted: Place) -> str:
+    """Per axis how much too large or too small."""
+    return " and ".join(
+        f"{axis} was {100 * abs(a - w):.0f} cm too {'large' if a > w else 'small'}"
+        for axis, a, w in zip(AXES, place, wanted, strict=True)
+        if abs(a - w) > _PLACE
+    )
+
+
+def directions(hand: Place, place: Place, slack: float = 0.0) -> str:
+    """The axes along which there are more than 2 cm, and which way."""
+    return " and ".join(
+        f"{'+' if b > a else '-'}{axis}"
+        for axis, a, b in zip(AXES, hand, place, strict=True)
+        if abs(a - b) > 0.02 + slack
+    )
+
+
+def slip_of(excess: float) -> int:
+    """-1 if a grip is too small, 1 if it is too large, 0 if it is right enough."""
+    return (excess > _GRIP) - (excess < -_GRIP)
+
+
+def apart(hand: Place, place: Place) -> float:
+    """Centimetres, to a millimetre."""
+    return round(100 * math.dist(hand, place), 1)

@@ -1,0 +1,212 @@
+"""The movies' oracle: it judges each recommended title by each wish, and names titles that fit.
+
+What it finds in tables of bits, its claims look up in the catalogue's SQLite tables, or try on the world.
+"""
+
+from collections.abc import Iterable, Set
+from functools import lru_cache
+
+import numpy as np
+
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.oracle import Oracle
+from teachers.oracles.movies.checks import found_words, wish_words
+from teachers.oracles.movies.claims import (
+    LISTED,
+    AgeGroups,
+    AllFit,
+    Ambiguous,
+    Answer,
+    AttributeFits,
+    AttributeMisses,
+    AvoidTitle,
+    AvoidTrait,
+    Fits,
+    Goal,
+    Nothing,
+    NotInCatalogue,
+    Recommend,
+    Repeat,
+    Rules,
+    Solution,
+    TakenFor,
+    TriedInVain,
+    TriedWell,
+    Unrated,
+    Wish,
+)
+from worlds.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, period_bit
+from worlds.movies import (
+    AGE,
+    MAX_LENGTH,
+    MAX_TITLES,
+    PERIOD_NAMES,
+    TYPE,
+    TYPE_NAMES,
+    YEAR,
+    Profile,
+    Truth,
+    answer_of,
+    titles_of,
+)
+
+_TRIES = 3
+_TOLD = 12  # claims of a kind: a list can have a hundred titles
+_SHOWN = 3
+_ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
+_AGE_GROUPS = AgeGroups(**dict(zip(("child", "family", "adult"), map(", ".join, AGES), strict=True)))
+
+
+class MoviesOracle(Oracle):
+    """Judges lists title by title and wish by wish, and has the student replace a title that does not fit."""
+
+    max_importance = 1.0
+
+    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+        """Find what fits, and what is to be avoided."""
+        super().start(truth, rng)
+        catalogue: Catalogue = self.lab.catalogue  # type: ignore[attr-defined]
+        items = [catalogue.items[i] for i in catalogue.fitting(truth.profile.wishes.values()).tolist()]
+        first, second = truth.manner  # another user hears of other titles first
+        begin = (7 * first + 31 * second) % max(1, len(items))
+        self._fitting = [item.label for item in (items[begin:] + items[:begin])[:_LONGEST]]
+        self._traits = [AvoidTrait(attribute=a, trait=t) for a, t in _traits(catalogue, truth.profile, items)]
+
+    def _basics(self, truth: Truth) -> tuple[Claim, ...]:
+        return _GOAL, _RULES, _AGE_GROUPS, _ANSWER
+
+    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+        """A few titles that were tried; each is told once."""
+        told: dict[Claim, None] = {}
+        items = [item for item in self.lab.catalogue.items if item.named]  # type: ignore[attr-defined]
+        for draw in self.rng.integers(len(items), size=_TRIES).tolist():
+            item = items[draw]
+            wrong = next((each for each in truth.profile.wishes.items() if not item.bits & each[1]), None)
+            if wrong is None:
+                told[TriedWell(title=item.label)] = None
+            elif found := found_words(item, wrong[0]):
+                told[
+                    TriedInVain(title=item.label, attribute=wrong[0], found=found, wanted=truth.profile.words(wrong[0]))
+                ] = None
+        return tuple(told)
+
+    def _solution(self, truth: Truth) -> tuple[Claim, ...]:
+        wishes = (Wish(attribute=attribute, wish=wish) for attribute, wish in wish_words(truth.profile))
+        return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
+
+    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        """At most twelve claims of a kind are told."""
+        right: list[Claim] = []
+        wrong: list[Claim] = []
+        catalogue, profile = self.lab.catalogue, moment.before.profile  # type: ignore[attr-defined]
+        titles = titles_of(moment.action)
+        for place, said in enumerate(titles, 1):
+            for found in _verdicts(catalogue, profile, place, said):
+                (right if found.kind is HP else wrong).append(found)
+            if len(right) >= _TOLD and len(wrong) >= _TOLD:
+                break
+        if HP in kinds:
+            if moment.success:
+                right = [_ALL_FIT, *(claim for claim in right if type(claim) is TakenFor)]
+            claims += right[:_TOLD]
+        if HN in kinds:
+            claims += wrong[:_TOLD] if titles else (_NOTHING,)
+
+    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        """The first title that does not fit is replaced by one that does."""
+        truth = moment.after
+        catalogue = self.lab.catalogue  # type: ignore[attr-defined]
+        titles, wishes = titles_of(truth.answer), truth.profile.wishes.values()
+        found = [catalogue.find(title) for title in titles]
+        items = [catalogue.items[each[0]] if len(each) == 1 else None for each in found]
+        wrong = [i for i, item in enumerate(items) if item is None or not all(item.bits & wish for wish in wishes)]
+        if FP in kinds:
+            if titles and not wrong:
+                claims.append(Repeat(action=truth.answer))
+            elif self._fitting:  # a user that was made by hand may have wishes that nothing meets
+                used = {item.label for item in items if item}
+                title = next((label for label in self._fitting if label not in used), self._fitting[0])
+                claims.append(_recommend(titles, wrong[0] if wrong else 0, title))
+        if FN in kinds:
+            bad = next((items[i].label for i in wrong if items[i] and items[i].named), None)  # type: ignore[union-attr]
+            if bad:
+                claims.append(AvoidTitle(title=bad))
+            elif self._traits:
+                claims.append(self._traits[moment.turn % len(self._traits)])
+
+    def importance(self, truth: Truth) -> float:
+        """The reward of a list that fits less that of one that fits in nothing: always 1."""
+        return 1.0
+
+    def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
+        """The same list of titles that fit `n` times."""
+        return (answer_of(self._fitting[:_SHOWN]),) * n if self._fitting else ()
+
+    def regret(self, moment: Moment) -> float:
+        """The reward of a list that fits less the action's: 0 to 1; a turn without an action loses 1."""
+        return 1.0 if moment.before is None else 0.0 - moment.reward
+
+
+_LONGEST = MAX_TITLES + 1
+
+
+@lru_cache(maxsize=4096)
+def _recommend(titles: tuple[str, ...], place: int, title: str) -> Recommend:
+    """Advice to put a title at a place of a list; it stands alone if the list would be too long."""
+    action = answer_of([*titles[:place], title, *titles[place + 1 :]])
+    return Recommend(action=action if len(action) <= MAX_LENGTH else answer_of([title]), title=title)
+
+
+def _traits(catalogue: Catalogue, profile: Profile, fitting: Iterable[Item]) -> list[tuple[str, str]]:
+    """Attributes that no fitting title has, where they matter: the other type, periods and certificates."""
+    fitting = tuple(fitting)
+    some = [(TYPE, TYPE_NAMES[not profile.series])] if _has_series(catalogue, not profile.series) else []
+    if profile.age >= 0:
+        bad = {item.certificate for item in catalogue.items} - {item.certificate for item in fitting}
+        some += [(AGE, certificate) for certificate in CERTIFICATES if certificate in bad]
+    if profile.periods:
+        bits = {period: period_bit(period) for period in range(len(PERIODS))}
+        some += [
+            (YEAR, PERIOD_NAMES[period])
+            for period, bit in bits.items()
+            if not any(item.bits & bit for item in fitting) and any(item.bits & bit for item in catalogue.items)
+        ]
+    return some
+
+
+@lru_cache(maxsize=16)
+def _has_series(catalogue: Catalogue, series: bool) -> bool:
+    return any(item.series == series for item in catalogue.items)
+
+
+@lru_cache(maxsize=4096)
+def _verdicts(catalogue: Catalogue, profile: Profile, place: int, said: str) -> tuple[Claim, ...]:
+    """What there is to say of a title of the list."""
+    found = catalogue.find(said)
+    if not found:
+        return (NotInCatalogue(item=place, said=said),)
+    if len(found) > 1:
+        works = [f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]]
+        return (Ambiguous(item=place, said=said, count=len(found), candidates="; ".join(works)),)
+    item = catalogue.items[found[0]]
+    if not item.named:
+        return ()
+    claims: list[Claim] = []
+    plain = (item.title, f"{item.title} ({item.first})")
+    if said.casefold() not in map(str.casefold, plain):
+        claims.append(TakenFor(item=place, said=said, title=item.label))
+    wrong = [attribute for attribute, wish in profile.wishes.items() if not item.bits & wish]
+    if not wrong:
+        return (*claims, Fits(item=place, title=item.label))
+    for attribute in profile.wishes:
+        words = found_words(item, attribute)
+        if attribute not in wrong:
+            claims.append(AttributeFits(item=place, title=item.label, attribute=attribute, found=words))
+        elif not words:
+            claims.append(Unrated(item=place, title=item.label, wanted=profile.words(AGE)))
+        else:
+            wanted = profile.words(attribute)
+            claims.append(
+                AttributeMisses(item=place, title=item.label, attribute=attribute, found=words, wanted=wanted)
+            )
+    return tuple(claims)

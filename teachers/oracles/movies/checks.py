@@ -1,0 +1,184 @@
+"""What the claims about titles are checked by: SQL on the catalogue, and offers to users with given wishes."""
+
+import json
+from collections.abc import Sequence
+from difflib import SequenceMatcher
+from functools import lru_cache
+from typing import Any
+
+from worlds.catalogue import AGES, GENRES, PERIODS, Catalogue, Item
+from worlds.catalogue.titles import fold
+from worlds.movies import (
+    AGE,
+    AGE_NAMES,
+    GENRE,
+    PERIOD_NAMES,
+    TYPE,
+    TYPE_NAMES,
+    YEAR,
+    Profile,
+    Truth,
+)
+from worlds.world import World
+
+
+def user_with(profile: Profile) -> Truth:
+    """A world's truth in which the user has these wishes."""
+    return Truth(profile, "", (0, 0), "")
+
+
+def earns(lab: World, truth: Truth, answer: str) -> float:
+    """The reward that the world gives for an answer."""
+    lab.restore(truth)
+    return lab.step(answer)[1]
+
+
+def pays(lab: World, profile: Profile, title: str) -> bool:
+    """Whether a user with these wishes is content with a title."""
+    return earns(lab, user_with(profile), json.dumps([title])) == 0.0
+
+
+def exists(lab: World, said: str) -> bool:
+    """Whether the world takes what was said for a title at all."""
+    return any(pays(lab, Profile(series), said) for series in (False, True))
+
+
+def split_label(said: str) -> tuple[str, int]:
+    """A title and the year in brackets behind it, 0 if there is none."""
+    name, bracket, year = said.rpartition(" (")
+    digits = year[:4]
+    return (name, int(digits)) if bracket and digits.isdecimal() and year.endswith(")") else (said, 0)
+
+
+def row_of(lab: World, label: str, several: bool = False) -> tuple[Any, ...] | None:
+    """The row (id, title, series, first, last, certificate) of the work that a label names; None if it names none."""
+    sql = "SELECT id, title, series, first, last, certificate FROM title WHERE title = ?"
+    name, year = split_label(label)
+    rows = lab.catalogue.query(sql, label) or lab.catalogue.query(f"{sql} AND first = ?", name, year)
+    return rows[0] if len(rows) == 1 or (several and rows) else None
+
+
+def item_of(lab: World, label: str) -> Item:
+    """The catalogue's item that a label names."""
+    return lab.catalogue.items[lab.catalogue.find(label)[0]]
+
+
+@lru_cache(maxsize=4)
+def years_of(catalogue: Catalogue) -> dict[str, list[int]]:
+    """Per title, folded, the first years of the works that have it."""
+    years: dict[str, list[int]] = {}
+    for title, first in catalogue.query("SELECT title, first FROM title"):
+        years.setdefault(fold(title), []).append(first)
+    return years
+
+
+@lru_cache(maxsize=4096)
+def alike(said: str, title: str) -> bool:
+    """Whether a spelling is close to another one."""
+    return SequenceMatcher(None, fold(said), fold(title)).ratio() > 0.7
+
+
+def means(lab: World, said: str, title: str) -> bool:
+    """Whether what was said stands for a title of the catalogue."""
+    row = row_of(lab, title)
+    return row is not None and alike(split_label(said)[0], row[1]) and pays(lab, Profile(bool(row[2])), said)
+
+
+def meets(lab: World, id: int, profile: Profile, attribute: str) -> bool:
+    """Whether a work meets a wish; there must be one."""
+    query = lab.catalogue.query
+    if attribute == TYPE:
+        return bool(query("SELECT 1 FROM title WHERE id = ? AND series = ?", id, profile.series))
+    if attribute == YEAR:
+        sql = "SELECT 1 FROM title WHERE id = ? AND coalesce(last, 9999) >= ? AND first <= ?"
+        return any(query(sql, id, *PERIODS[period]) for period in profile.periods)
+    if attribute == GENRE:
+        sql = "SELECT 1 FROM genre WHERE id = ? AND genre = ?"
+        return any(query(sql, id, GENRES[genre]) for genre in profile.genres)
+    return any(query("SELECT 1 FROM title WHERE id = ? AND certificate = ?", id, each) for each in AGES[profile.age])
+
+
+@lru_cache(maxsize=64)
+def works_meeting(catalogue: Catalogue, profile: Profile) -> dict[int, tuple[Any, ...]]:
+    """The rows (id, series, first, last, certificate) of all works that meet all wishes, by id."""
+    periods, genres, certificates = (
+        json.dumps([list_[i] for i in chosen if i >= 0])
+        for list_, chosen in ((PERIODS, profile.periods), (GENRES, profile.genres), (AGES, (profile.age,)))
+    )
+    rows = catalogue.query(_MEETING, profile.series, periods, genres, certificates)
+    return {row[0]: row for row in rows}
+
+
+_MEETING = """
+SELECT id, series, first, last, certificate FROM title
+WHERE series = ?1
+AND (?2 = '[]' OR EXISTS (
+    SELECT 1 FROM json_each(?2)
+    WHERE first <= json_extract(value, '$[1]') AND coalesce(last, 9999) >= json_extract(value, '$[0]')))
+AND (?3 = '[]' OR EXISTS (SELECT 1 FROM genre JOIN json_each(?3) ON genre = value WHERE genre.id = title.id))
+AND (?4 = '[]' OR certificate IN (SELECT value FROM json_each(?4, '$[0]')))
+"""
+
+
+def suits(lab: World, profile: Profile, title: str) -> bool:
+    """Whether a title meets all wishes, by SQL."""
+    row = row_of(lab, title)
+    return row is not None and row[0] in works_meeting(lab.catalogue, profile)
+
+
+def is_wished(lab: World, truth: Truth, attribute: str, wish: str) -> bool:
+    """Whether these words are the user's wish: what SQL finds for them is what the world pays for this wish alone."""
+    names = wish.split(" or ")
+    series = truth.profile.series
+    if attribute == TYPE:
+        read = Profile(wish == TYPE_NAMES[1])
+    elif attribute == YEAR:
+        read = Profile(series, tuple(map(PERIOD_NAMES.index, names)))
+    elif attribute == GENRE:
+        read = Profile(series, (), tuple(map(GENRES.index, names)))
+    else:
+        read = Profile(series, age=AGE_NAMES.index(wish))
+    items = [item for item in lab.catalogue.items if item.named and (item.series == series or attribute == TYPE)]
+    alone = truth.profile.only(attribute)
+    return bool(truth.profile.words(attribute)) and all(
+        pays(lab, alone, item.label) == suits(lab, read, item.label) for item in items[:: max(1, len(items) // _SAMPLE)]
+    )
+
+
+def row_words(lab: World, row: tuple[Any, ...], attribute: str) -> str:
+    """What a work is, in words, from its row; as `found_words` says it of an item."""
+    id, _, series, first, last, certificate = row
+    if attribute == TYPE:
+        return TYPE_NAMES[series]
+    if attribute == YEAR:
+        return _years(first, last)
+    if attribute == AGE:
+        return certificate
+    return _genres(
+        [genre for (genre,) in lab.catalogue.query("SELECT genre FROM genre WHERE id = ? ORDER BY rowid", id)]
+    )
+
+
+def found_words(item: Item, attribute: str) -> str:
+    """What an item is, in words, such as "1994 to 2004"; empty for an unknown age rating."""
+    if attribute == TYPE:
+        return TYPE_NAMES[item.series]
+    if attribute == YEAR:
+        return _years(item.first, item.last)
+    return _genres(item.genres) if attribute == GENRE else item.certificate or ""
+
+
+def _years(first: int, last: int | None) -> str:
+    return f"{first}" if last == first else f"{first} to {last or 'now'}"
+
+
+def _genres(genres: Sequence[str]) -> str:
+    return " and ".join((", ".join(genres[:-1]), genres[-1]) if len(genres) > 1 else genres) or "none listed"
+
+
+def wish_words(profile: Profile) -> list[tuple[str, str]]:
+    """The attributes that a user has wishes about, and the wishes in words."""
+    return [(attribute, profile.words(attribute)) for attribute in profile.wishes]
+
+
+_SAMPLE = 30

@@ -1,0 +1,215 @@
+"""The oracle of losses: it knows their derivatives and where they are least, and tries out what it says."""
+
+import math
+from collections.abc import Iterator, Sequence, Set
+
+import numpy as np
+
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.oracle import Oracle
+from teachers.oracles.optimization.checks import (
+    NAMES,
+    between,
+    contains,
+    corners_of,
+    directions,
+    moved_inside,
+    with_coordinate,
+    write,
+)
+from teachers.oracles.optimization.claims import (
+    FARTHER,
+    Answer,
+    Cross,
+    Fell,
+    Goal,
+    Helped,
+    Hurt,
+    Proposals,
+    Reached,
+    Rose,
+    Solution,
+    Stay,
+    Step,
+    TriedInVain,
+    TriedWell,
+    avoid,
+)
+from worlds.optimization import TOLERANCE, Landscape, Point, Truth
+
+
+def _differ(a: float, b: float) -> bool:
+    """Whether two losses differ in the six digits that phrases tell."""
+    a, b, gap = abs(a), abs(b), abs(a - b)
+    return gap > 1e-5 * (a if a > b else b)
+
+
+def _newton(gradient: Sequence[float], hessian: Sequence[float]) -> Point:
+    """Newton's step, with the curvature raised to be positive in every direction."""
+    g1, g2 = gradient
+    h11, h12, h22 = hessian
+    mean, radius = (h11 + h22) / 2, math.hypot((h11 - h22) / 2, h12)
+    floor = 1e-3 * (abs(mean) + radius) + 1e-9
+    extra = max(0.0, floor - (mean - radius))
+    h11, h22 = h11 + extra, h22 + extra
+    determinant = h11 * h22 - h12 * h12
+    return (h12 * g2 - h22 * g1) / determinant, (h12 * g1 - h11 * g2) / determinant
+
+
+_BEHIND = range(400, 500, 10)  # of `FARTHER`, the ones about a minimiser to which the way is nine tenths gone
+_TRIES = 3
+_SHORT = 0.9  # the greatest share of the way to a minimiser that advice goes
+_SHARES = (_SHORT, 0.8, 0.6, 0.4, 0.2)
+_ENOUGH = 0.1  # Newton's step is taken if it leaves no more than this share of the loss that can be saved
+_CLOSE = 1e-6
+_PROPOSALS = Proposals()
+
+
+class OptimizationOracle(Oracle):
+    """Judges proposals by what the loss did, and advises points whose loss it has looked up.
+
+    The advised point is a Newton step, with the exact gradient and curvature, if that saves nine tenths of the loss
+    that can be saved. Where it does not, as in the basin of a lesser minimum, the oracle uses what else it knows:
+    the point lies on the way to the nearest minimiser. Either stops at nine tenths of that way: the minimiser itself is
+    told by the instruction `c` only.
+    """
+
+    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+        """Look at the loss as it is shifted in this episode."""
+        super().start(truth, rng)
+        self._landscape = Landscape(self.lab.loss, truth.shift)
+        self._minimisers = self._landscape.minimisers()
+        self._minimum = self.lab.minimum
+
+    @property
+    def max_importance(self) -> float:  # type: ignore[override]
+        """The greatest reward less the least: each loss has its own."""
+        low, high = self.lab.reward_range
+        return high - low
+
+    def _basics(self, truth: Truth) -> tuple[Claim, ...]:
+        (low1, low2), (high1, high2) = self.lab.lows, self.lab.highs
+        return Goal(tolerance=TOLERANCE), _PROPOSALS, Answer(low1=low1, high1=high1, low2=low2, high2=high2)
+
+    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+        """A few random proposals, tried at the start."""
+        told: list[Claim] = []
+        for _ in range(_TRIES):
+            action = moved_inside(self.lab, self.lab.sample_action(self.rng).tolist())
+            self.lab.restore(truth)
+            self.lab.advance(action)
+            after = self.lab.truth.y
+            if _differ(after, truth.y):
+                verdict = TriedWell if after < truth.y else TriedInVain
+                told.append(verdict(action=action, target=write(action), before=truth.y, after=after))
+        return tuple(told)
+
+    def _solution(self, truth: Truth) -> tuple[Claim, ...]:
+        action = self._nearest(truth.x)
+        return (Solution(action=action, target=write(action), loss=self._landscape.value(*action)),)
+
+    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        """The verdict on the proposal, then those on what each coordinate did by itself; no change is no news."""
+        x, before, _ = moment.before
+        action, after = moment.action, moment.after.y
+        good: list[Claim] = []
+        bad: list[Claim] = []
+        if moment.success:
+            good.append(Reached(action=action, loss=after))
+        elif _differ(before, after):
+            if after < before:
+                good.append(Fell(action=action, before=before, after=after))
+            else:
+                bad.append(Rose(action=action, before=before, after=after))
+        for i, name in enumerate(NAMES):
+            if action[i] != x[i]:
+                alone = self._landscape.value(*with_coordinate(x, i, action[i]))
+                if _differ(before, alone):
+                    told, verdict = (good, Helped) if alone < before else (bad, Hurt)
+                    told.append(verdict(name=name, start=x[i], end=action[i], before=before, after=alone))
+        if HP in kinds:
+            claims += good
+        if HN in kinds:
+            claims += bad
+
+    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        truth = moment.after
+        x, y, _ = truth
+        good = None
+        if y - self._minimum <= TOLERANCE:
+            if FP in kinds:
+                claims.append(Stay(action=x, target=write(x)))
+        else:
+            good = self._step(truth)
+            if FP in kinds and good:
+                point, loss = good
+                cls = Step if loss < y else Cross
+                claims.append(cls(action=point, target=write(point), ways=directions(x, point), now=y, loss=loss))
+        if FN in kinds:
+            for point in self._warnings(x, good and good[0], moment.turn):
+                loss = self._landscape.value(*point)
+                if loss > y and _differ(loss, y):
+                    claims.append(avoid(point, y, loss))
+                    break
+
+    def _step(self, truth: Truth) -> tuple[Point, float] | None:
+        """A point of less loss, with its loss, or where there is none one behind which the loss is less."""
+        x, y, _ = truth
+        landscape = self._landscape
+        step = _newton(landscape.gradient(*x), landscape.hessian(*x))
+        newton = self._short(x, (x[0] + step[0], x[1] + step[1]))
+        if newton:
+            loss = landscape.value(*newton)
+            if loss - self._minimum <= _ENOUGH * (y - self._minimum):
+                return newton, loss
+        minimiser = self._nearest(x)
+        for share in _SHARES:
+            point = self._short(x, between(x, minimiser, share))
+            if point:
+                loss = landscape.value(*point)
+                if loss < y and _differ(loss, y):
+                    return point, loss
+        # Here a ridge has to be crossed, behind which the minimiser lies.
+        point = self._short(x, between(x, minimiser, _SHORT))
+        if point:
+            for i in _BEHIND:
+                farther = between(x, point, 1 + i / FARTHER / 4)
+                if contains(self.lab, farther) and landscape.value(*farther) < y:
+                    return point, landscape.value(*point)
+        return None
+
+    def _short(self, x: Point, point: Point) -> Point | None:
+        """The point, in the domain, or one that is no closer to a minimiser than a tenth of the way from `x`."""
+        point = moved_inside(self.lab, point)
+        minimiser = self._nearest(point)
+        if math.dist(point, minimiser) < (1 - _SHORT) * math.dist(x, minimiser):
+            point = moved_inside(self.lab, between(x, minimiser, _SHORT))
+            minimiser = self._nearest(point)
+        return point if math.dist(point, minimiser) > _CLOSE and point != x else None
+
+    def _warnings(self, x: Point, good: Point | None, turn: int) -> Iterator[Point]:
+        """Points whose loss may be higher: opposite to the good one, and the corners."""
+        if good:
+            yield moved_inside(self.lab, (2 * x[0] - good[0], 2 * x[1] - good[1]))
+        corners = corners_of(self.lab)
+        for i in range(len(corners)):
+            yield corners[(turn + i) % len(corners)]
+
+    def _nearest(self, x: Point) -> Point:
+        """The nearest point of least loss."""
+        minimisers = self._minimisers
+        return minimisers[0] if len(minimisers) == 1 else min(minimisers, key=lambda m: math.dist(x, m))
+
+    def importance(self, truth: Truth) -> float:
+        """The reward that can still be gained: that of a least loss, less that of proposing the same point again."""
+        low, high = self.lab.reward_range
+        return high - min(max(-truth.y / 100, low), high)
+
+    def plan(self, truth: Truth, n: int) -> tuple[Point, ...]:
+        """The nearest point of least loss, again and again."""
+        return (self._nearest(truth.x),) * n
+
+    def regret(self, moment: Moment) -> float:
+        """The greatest reward less the action's; a turn without an action loses all that can be lost."""
+        low, high = self.lab.reward_range
+        return high - (low if moment.before is None else moment.reward)

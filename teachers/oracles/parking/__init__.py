@@ -1,0 +1,221 @@
+"""The oracle of the car park: it plans ways into the spot, drives them in a model, and shows them in the simulator."""
+
+import math
+from collections.abc import Iterator, Set
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.common import Syntax
+from teachers.driving import Ground, can_stop, misfit, misses, move, solve
+from teachers.oracle import Oracle
+from teachers.oracles.parking.checks import after_action, crashes, distance_to_spot, effort_of, stops, write
+from teachers.oracles.parking.claims import (
+    Controls,
+    Crash,
+    Crashed,
+    Detour,
+    Doomed,
+    Farther,
+    Goal,
+    Hazards,
+    Manoeuvre,
+    Nearer,
+    OnCourse,
+    Parked,
+    Strayed,
+    Trap,
+    TriedInVain,
+    TriedWell,
+    drive,
+    opposites,
+)
+from worlds.parking import WALL_X, WALL_Y, Action, Truth
+
+TOLERANCE = 1.44
+"""highway-env's threshold for the reward, squared and counted in metres."""
+
+
+@lru_cache(maxsize=16)
+def _ground(spot: tuple[float, float, float], places: tuple[tuple[float, float], ...]) -> Ground:
+    return Ground(tuple(spot), TOLERANCE, places, WALL_X, WALL_Y)
+
+
+_TRIES = 2
+_LOST = 100.0  # turns that a crash costs
+_WASTE = 2  # turns that a plan must have grown by for blame
+_NEWS = 0.05  # m that are worth mentioning
+_EXTREMES = tuple(product((1.0, -1.0), (0.0, 1.0, -1.0)))
+_CONTROLS = Controls(seconds=0.2, acceleration=5.0, degrees=45.0)
+_HAZARDS = Hazards(wall_x=WALL_X, wall_y=WALL_Y)
+
+
+class ParkingOracle(Oracle):
+    """Plans a way into the spot from any state, keeps to it while the student does, and judges by it.
+
+    What is said of a way is shown by driving it. That a way is the shortest is not known and never said; whether to
+    blame or to praise an action is decided by the lengths of the ways found before and after it, with a margin.
+    """
+
+    max_importance = _LOST
+
+    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+        """Know no way yet."""
+        super().start(truth, rng)
+        self._ways: dict[tuple[float, ...], tuple[Action, ...]] = {}
+
+    def _way(self, truth: Truth) -> tuple[Action, ...]:
+        """Actions that park the car, as few as were found; none if none were, or if it is parked."""
+        car = truth.car
+        if car.crashed or car.impact is not None or self._is_parked(truth):
+            return ()
+        key = tuple([round(each, 6) for each in car[:4]])  # what the model foresaw may differ in the last digit
+        way = self._ways.get(key)
+        ground = self._ground(truth)
+        if way is None:
+            way = self._ways[key] = solve(ground, car[:4])
+        if way:
+            pedal, wheel = way[0]
+            there = move(ground, car[:4], round(100 * pedal), round(100 * wheel))
+            if there is not None and len(way) > 1:
+                self._ways.setdefault(tuple([round(each, 6) for each in there]), way[1:])
+        return way
+
+    def _ground(self, truth: Truth) -> Ground:
+        return _ground(truth.spot, tuple([(other.x, other.y) for other in truth.parked]))
+
+    def _is_parked(self, truth: Truth) -> bool:
+        car = truth.car
+        return misfit(self._ground(truth), car.x, car.y, car.heading) < TOLERANCE and not car.crashed
+
+    def _turns(self, truth: Truth) -> float:
+        """Turns that the way takes; `_LOST` if there is none."""
+        if way := self._way(truth):
+            return min(len(way), _LOST - 1)
+        return 0.0 if self._is_parked(truth) else _LOST
+
+    def _basics(self, truth: Truth) -> tuple[Claim, ...]:
+        x, y, heading = truth.spot
+        goal = Goal(x=x, y=y, degrees=math.degrees(heading), tolerance=TOLERANCE)
+        return goal, _HAZARDS, _CONTROLS, Syntax(expected=self.lab.action_syntax)
+
+    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+        """The way's first action, and random ones in its place."""
+        way = self._way(truth)
+        if not way:
+            return ()
+        effort, rest = effort_of(len(way)), way[1:]
+        told: list[Claim] = [TriedWell(action=way[0], target=write(way[0]), effort=effort, rest=rest)]
+        for _ in range(_TRIES):
+            action = tuple(np.round(self.rng.uniform(-1, 1, 2), 2).tolist())
+            if misses(self._ground(truth), truth.car[:4], (action, *rest)):
+                told.append(TriedInVain(action=action, target=write(action), effort=effort, rest=rest))
+        return tuple(dict.fromkeys(told))
+
+    def _solution(self, truth: Truth) -> tuple[Claim, ...]:
+        way = self._way(truth)
+        if not way:
+            return ()
+        listing = ", ".join(f"[{pedal!r},{wheel!r}]" for pedal, wheel in way)
+        return (Manoeuvre(actions=way, listing=listing, effort=effort_of(len(way))),)
+
+    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        before, after, action = moment.before, moment.after, moment.action
+        if before.car.crashed or not (kinds & {HP, HN}) or self._is_parked(before):
+            return
+        if after.car.crashed:
+            if HN in kinds:
+                claims.append(Crashed(action=action))
+            return
+        if moment.success:
+            if HP in kinds:
+                claims.append(Parked(action=action))
+            return
+        way, turns = self._way(before), self._turns(before)
+        wasted = self._turns(after) + 1 - turns
+        moved = distance_to_spot(after) - distance_to_spot(before)
+        far = {"action": action, "before": distance_to_spot(before), "after": distance_to_spot(after)}
+        if wasted <= 0 and HP in kinds and (rest := self._way(after)):
+            claims.append(OnCourse(action=action, effort=effort_of(len(rest)), rest=rest))
+            if moved < -_NEWS:
+                claims.append(Nearer(**far))
+        elif wasted >= _WASTE and HN in kinds:
+            if not self._way(after) and stops(self.lab, before) and not stops(self.lab, after):
+                claims.append(Doomed(action=action))
+            elif way and misses(self._ground(after), after.car[:4], way[1:]):
+                claims.append(Strayed(action=action, instead=write(way[0]), effort=effort_of(len(way)), way=way))
+            if moved > _NEWS:
+                claims.append(Farther(**far))
+
+    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+        truth = moment.after
+        if truth.car.crashed or not (kinds & {FP, FN}) or self._is_parked(truth):
+            return
+        if moment.before is not None:
+            self._way(moment.before)  # so that a way is kept to whichever kinds are wanted
+        way = self._way(truth)
+        if way and FP in kinds:
+            claims.append(drive(way))
+        if FN in kinds:
+            warning = next(self._warnings(truth, way, moment.turn), None)
+            if warning:
+                claims.append(warning)
+
+    def _warnings(self, truth: Truth, way: tuple[Action, ...], turn: int) -> Iterator[Claim]:
+        """What not to do, the worst first."""
+        yield from self._dangers(truth)
+        if way:
+            ground, others = self._ground(truth), opposites(way[0])
+            for i in range(2):
+                action = others[(turn + i) % 2]
+                after = move(ground, truth.car[:4], *(round(100 * share) for share in action))
+                if after is None or misfit(ground, *after[:3]) < TOLERANCE + _NEWS:
+                    continue  # it may park the car itself
+                detour = solve(ground, after)
+                if len(detour) >= len(way):
+                    yield Detour(
+                        action=action,
+                        target=write(action),
+                        effort=effort_of(len(way)),
+                        longer=effort_of(1 + len(detour)),
+                        way=way,
+                        detour=detour,
+                    )
+
+    def _dangers(self, truth: Truth) -> Iterator[Claim]:
+        """Actions that crash, or after which no braking helps."""
+        car, ground = truth.car, self._ground(truth)
+        near = 4.0 + 0.3 * abs(car.speed) + car.speed**2 / 8
+        by_wall = abs(car.x) + near > WALL_X or abs(car.y) + near > WALL_Y
+        if not by_wall and all(math.dist((other.x, other.y), (car.x, car.y)) > near + 3 for other in truth.parked):
+            return
+        for action in _EXTREMES:
+            there = move(ground, car[:4], *(round(100 * share) for share in action))
+            if there is None and crashes(self.lab, truth, action):
+                yield Crash(action=action, target=write(action))
+            elif there is not None and not can_stop(ground, there):
+                trap = Trap(action=action, target=write(action))
+                if stops(self.lab, truth) and not stops(self.lab, after_action(self.lab, truth, action)):
+                    yield trap
+
+    def importance(self, truth: Truth) -> float:
+        """1 turn, all that is lost by a crash where some action leads to one, or 0 when it is over."""
+        if truth.car.crashed or self._is_parked(truth):
+            return 0.0
+        return _LOST if any(self._dangers(truth)) else 1.0
+
+    def plan(self, truth: Truth, n: int) -> tuple[Action, ...]:
+        """The way, or its beginning."""
+        return self._way(truth)[:n]
+
+    def regret(self, moment: Moment) -> float:
+        """Turns by which the way has grown, the turn included; a crash costs 100."""
+        before = moment.before
+        if before is None:
+            return self.importance(moment.after)
+        if before.car.crashed or self._is_parked(before):
+            return 0.0
+        turns = self._turns(before)  # first, so that a way that was followed is known after it
+        return max(0.0, self._turns(moment.after) + 1 - turns)
