@@ -17,7 +17,6 @@ import gymnasium
 import numpy as np
 import torch
 from sb3_contrib import MaskablePPO
-from sb3_contrib.common.wrappers import ActionMasker
 from stable_baselines3.common.running_mean_std import RunningMeanStd
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from teaching_on_a_budget import SETTINGS, TEACHERS, Setting, lifetime
@@ -34,11 +33,32 @@ environment has them.
 """
 _ENVS, _TRIALS, _STAGES = 8, 60, 10
 _NEAR = 4  # moves
+_MISTAKE, _WAY = FIELDS.index("mistake"), FIELDS.index("way")
 Policy = Callable[[Mapping[str, Any], np.ndarray], int]
 
 
+class Correcting(gymnasium.Wrapper):
+    """Numbers to see, and two things to do: to be silent, or to advise against a mistake that has been announced."""
+
+    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
+        """Begin a lifetime."""
+        self._seen, info = self.env.reset(**kwargs)
+        return self._seen, info
+
+    def step(self, action: int) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """Speak or not."""
+        self._seen, *rest = self.env.step(action)
+        return self._seen, *rest
+
+    def action_masks(self) -> np.ndarray:
+        """Advice is masked where no mistake is about to be made."""
+        mask = self.env.unwrapped.action_masks()
+        mask[1:] &= bool(self._seen["lifetime"][_MISTAKE])
+        return mask
+
+
 def seat(setting: Setting) -> gymnasium.Env:
-    """The teacher's seat over a lifetime, with advice as the only kind: speak or be silent."""
+    """The teacher's seat over a lifetime, with advice as the only kind."""
     env = llf_teacher.TeacherEnv(
         setting.id,
         student=setting.student,
@@ -51,13 +71,12 @@ def seat(setting: Setting) -> gymnasium.Env:
         announce=True,
         **setting.world,
     )
-    numbers = gymnasium.wrappers.FilterObservation(env, ["features", "lifetime"])
-    return ActionMasker(numbers, lambda wrapped: wrapped.unwrapped.action_masks())
+    return Correcting(gymnasium.wrappers.FilterObservation(env, ["features", "lifetime"]))
 
 
 def learner(setting: Setting, seed: int) -> MaskablePPO:
     """An untrained teacher."""
-    gamma = 0.99  # what advice is good for shows within some episodes; beyond that is mostly noise
+    gamma = 0.99  # some episodes ahead: what comes later says little of one piece of advice
     envs = VecNormalize(DummyVecEnv([lambda: seat(setting)] * _ENVS), gamma=gamma)
     envs.seed(seed)
     return MaskablePPO(
@@ -74,21 +93,21 @@ def learner(setting: Setting, seed: int) -> MaskablePPO:
     )
 
 
-def policy_of(model: MaskablePPO) -> Policy:
-    """What a trained teacher does, without its exploration."""
+def policy_of(model: MaskablePPO, explores: bool = False) -> Policy:
+    """What a teacher does, by chance as in training or by what it thinks best."""
     scale = model.get_vec_normalize_env()
 
     def act(observation: Mapping[str, Any], mask: np.ndarray) -> int:
-        return int(model.predict(scale.normalize_obs(observation), action_masks=mask, deterministic=True)[0])
+        seen = scale.normalize_obs(observation)
+        return int(model.predict(seen, action_masks=mask, deterministic=not explores)[0])
 
     return act
 
 
 def near_mistakes(observation: Mapping[str, Any], mask: np.ndarray) -> int:
-    """Correct an announced mistake if the treasure is near."""
-    numbers = dict(zip(FIELDS, observation["lifetime"], strict=True))
-    near = 0 < numbers["way"] <= _NEAR / (_NEAR + 4)
-    return int(np.flatnonzero(mask)[-1]) if numbers["mistake"] and near else 0
+    """Correct the mistakes that are made near the treasure."""
+    near = observation["lifetime"][_WAY] <= _NEAR / (_NEAR + 4)
+    return int(np.flatnonzero(mask)[-1]) if near else 0
 
 
 def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.ndarray:
@@ -184,7 +203,7 @@ def main() -> None:
     setting = SETTING._replace(episodes=arguments.episodes)
     seeds = range(HELD_OUT, HELD_OUT + arguments.seeds)
     model = learner(setting, arguments.seed)
-    areas = {"untrained policy": accompanied(policy_of(model), setting, seeds)}
+    areas = {"untrained policy": accompanied(policy_of(model, explores=True), setting, seeds)}
     stages = train(model, setting, arguments.steps)
     if arguments.save:
         folder = Path(arguments.save)
