@@ -1,6 +1,7 @@
 """TextWorld's own engine, set up as the `alfworld` package does: the reference for the exact one.
 
-Its PDDL planner is a shared library that holds one state and cannot be unloaded safely. All engines of a process share
+TextWorld keeps every fact of every game in a cache; it is emptied for each game, since facts are equal by value. The
+PDDL planner is a shared library that holds one state and cannot be unloaded safely. All engines of a process share
 one copy of it; each hands over its state before it uses the library. Translating a problem overwrites `sys.argv` and
 redirects `sys.stdout`; both are put back.
 """
@@ -39,6 +40,13 @@ def _library() -> Any:
     return fast_downward.load_lib()
 
 
+def _memory() -> dict[Any, Any]:
+    """TextWorld's cache of facts."""
+    from mementos import core
+
+    return core._memento_cache
+
+
 @cache
 def _environment() -> type:
     """TextWorld's environment, with the library of this process."""
@@ -67,6 +75,7 @@ class StockEngine:
         domain, grammar = rules()
         with _alone():
             self._env = _environment()()
+            _memory().clear()
             _owner = self
             grammar = grammar.replace("UNKNOWN GOAL", game.goal)
             self._env.load({"pddl_domain": domain, "grammar": grammar, "pddl_problem": game.problem})
