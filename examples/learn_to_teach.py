@@ -4,7 +4,7 @@ The student learns a house by tabular Q-learning in a lifetime of episodes; the 
 turns of that lifetime, sees numbers only, and is paid by the student's progress. Prints a table and draws how the
 teacher got there. Needs the extra `learn`:
 
-    python examples/learn_to_teach.py --steps 800000 --seeds 200 --plot docs/learn-to-teach.png
+    python examples/learn_to_teach.py --steps 900000 --seeds 200 --plot docs/learn-to-teach.png
 """
 
 import argparse
@@ -192,7 +192,7 @@ def draw(stages: list[Stage], areas: Mapping[str, np.ndarray], path: str) -> Non
 def main() -> None:
     """Train, and compare on held-out seeds."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=800_000, help="turns of the teacher to learn from")
+    parser.add_argument("--steps", type=int, default=900_000, help="turns of the teacher to learn from")
     parser.add_argument("--seeds", type=int, default=200, help="lifetimes to compare on")
     parser.add_argument("--seed", type=int, default=0, help="of the training")
     parser.add_argument("--episodes", type=int, default=SETTING.episodes, help="of a lifetime")
