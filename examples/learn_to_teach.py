@@ -140,8 +140,9 @@ def train(model: MaskablePPO, setting: Setting, steps: int) -> list[Stage]:
     """Train in stages; the model becomes the best of them."""
     scale = model.get_vec_normalize_env()
     stages = []
-    for _ in range(_STAGES):
-        model.learn(steps // _STAGES, reset_num_timesteps=False, progress_bar=True)
+    count = max(1, min(_STAGES, steps // (model.n_steps * model.n_envs)))  # it learns from so many turns at once
+    for _ in range(count):
+        model.learn(steps // count, reset_num_timesteps=False, progress_bar=True)
         regret = accompanied(policy_of(model), setting, range(TRIAL, TRIAL + _TRIALS)).mean()
         weights = {name: values.clone() for name, values in model.policy.state_dict().items()}
         scales = {name: each.copy() for name, each in scale.obs_rms.items()}
