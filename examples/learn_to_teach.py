@@ -15,15 +15,19 @@ from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
-import torch
-from sb3_contrib import MaskablePPO
-from stable_baselines3.common.running_mean_std import RunningMeanStd
-from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 from teaching_on_a_budget import SETTINGS, TEACHERS, Setting, lifetime
 
 import llf_teacher
 from llf_teacher.lifetime import FIELDS
 from llf_teacher.studies.statistics import mean_interval, paired_difference
+
+try:
+    import torch
+    from sb3_contrib import MaskablePPO
+    from stable_baselines3.common.running_mean_std import RunningMeanStd
+    from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+except ModuleNotFoundError as error:
+    raise SystemExit(f'{error}; install it by: pip install -e ".[learn]" -c constraints.txt') from None
 
 SETTING = SETTINGS[0]._replace(episodes=30, turns=40, budget=8, world={"min_goal_dist": 6})
 """Eight pieces of advice for treasures that are six moves away and more: not enough to show the way twice."""
@@ -183,9 +187,9 @@ def draw(stages: list[Stage], areas: Mapping[str, np.ndarray], path: str) -> Non
     left.set(xlabel="turns of training", ylabel="regret per episode, on trial", ylim=(0, None))
     names = sorted(areas, key=lambda name: -areas[name].mean())
     for row, name in enumerate(names):
-        estimate = mean_interval(areas[name])
-        right.plot((estimate.low, estimate.high), (row, row), color="C0" if name != "learned" else "C1", linewidth=2)
-        right.plot(estimate.mean, row, "o", color="C0" if name != "learned" else "C1")
+        estimate, color = mean_interval(areas[name]), "C1" if name == "learned" else "C0"
+        right.plot((estimate.low, estimate.high), (row, row), color=color, linewidth=2)
+        right.plot(estimate.mean, row, "o", color=color)
     right.set(yticks=range(len(names)), yticklabels=names, xlabel="regret per episode, held out", xlim=(0, None))
     figure.savefig(path, dpi=110)
 
@@ -216,7 +220,7 @@ def main() -> None:
         for teacher in TEACHERS:
             areas[teacher] = heuristic(teacher, setting, seeds, pool.map)
     areas["near mistakes"] = accompanied(near_mistakes, setting, seeds)
-    print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice, {arguments.steps} turns\n")
+    print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice, {stages[-1].turns} turns\n")
     compare(areas, "learned")
     if arguments.plot:
         draw(stages, areas, arguments.plot)

@@ -1,0 +1,59 @@
+"""One seat of a `TutoringEnv` as a Gymnasium environment."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+
+from llf_teacher.registry import entry
+from pz_envs.family import Subject
+
+
+class SeatEnv(gymnasium.Env):
+    """What `StudentEnv` and `TeacherEnv` have in common; the other seat is theirs to fill."""
+
+    metadata = {"render_modes": ["ansi", "human"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
+
+    def __init__(
+        self, seat: str, env_id: str | Subject, max_turns: int | None, render_mode: str | None, **settings: Any
+    ) -> None:
+        self.family: Subject
+        options: dict[str, Any] = {}
+        if isinstance(env_id, Subject):
+            self.env_id, self.family = env_id.name, env_id
+        else:
+            self.env_id, self.family, options, _ = entry(env_id)
+        self.aec = self.family.raw_env(max_cycles=max_turns, render_mode=render_mode, **{**options, **settings})
+        self.render_mode = render_mode
+        self.action_space = self.aec.action_space(seat)
+        self._partner_rng: np.random.Generator | None = None
+        self._running = False
+
+    @property
+    def reward_range(self) -> tuple[float, float]:
+        """Least and greatest reward that the world pays for one step."""
+        return self.aec.world.reward_range
+
+    def _restart(self, seed: int | None, options: dict[str, Any] | None) -> np.random.Generator:
+        """Reset the seats; the partner's random stream for this episode. Without a seed all streams go on."""
+        super().reset(seed=seed)
+        if seed is not None or self._partner_rng is None:
+            seats, self._partner_rng = self.np_random.spawn(2)
+            self.aec.reset(int(seats.integers(2**31)), options)
+        else:
+            self.aec.reset(None, options)
+        self._running = True
+        return self._partner_rng.spawn(1)[0]
+
+    def _check_running(self) -> None:
+        if not self._running:
+            raise ResetNeeded("the episode has not begun, or has ended; call reset() before step()")
+
+    def render(self) -> str | None:
+        """What `TutoringEnv.render` gives."""
+        return self.aec.render()
+
+    def close(self) -> None:
+        """Close the world."""
+        self.aec.close()

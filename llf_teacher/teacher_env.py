@@ -1,0 +1,184 @@
+"""Gymnasium's view of the teacher's seat."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from llf_teacher.lifetime import Lifetime, check_vary, drawn, lifetime_space
+from llf_teacher.seat_env import SeatEnv
+from llf_teacher.student import Student, entitled, parse_student
+from pz_envs.family import Subject
+from pz_envs.tutoring import STUDENT, TEACHER
+
+
+class TeacherEnv(SeatEnv):
+    """The teacher's seat; observation, action and reward as `teacher_0` has them in `pz_envs.tutoring`.
+
+    A step is the teacher's turn and the student's next one. The reward is the sum of both.
+
+    With `episodes` above 1, one episode of this environment is a lifetime: so many episodes of one student, who may
+    learn from each for the next (`q_learning(forget=False, trust=1.0)`). Each lifetime has a new student, one budget of
+    advice, and one world, from the same start and with fresh randomness (`same_world`). The last word of an episode is
+    followed by the opening of the next. The observation has one more entry, `lifetime`, Box (9,) from 0 to 1:
+
+    0. episodes that are over / episodes
+    1. moving average of the success of episodes, weight 0.2 for the latest
+    2. 1 if the student's last action was optimal, else 0
+    3. moving average of that over the turns, weight 0.1 for the latest
+    4. n / (n + 4) for n earlier visits of the student's state in this lifetime
+    5. n / (n + 4) for n of those visits in which an action was advised
+    6. 1 if the student has announced its next action, else 0
+    7. 1 if what it announced is a mistake, else 0
+    8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
+
+    Info: the privileged `moment`; in a lifetime also `student`, its spec, and `intention`, what it announced or None.
+
+    Args:
+        env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
+        student: a spec string, a `Student`, a policy with `reset(rng)` and `act(observation, info)`, or a function of a
+            random generator that makes such a policy, which is asked for a new one at each reset.
+        speech: `kinds` or `message`.
+        max_turns: turns after which the student's episode is truncated; None: the family's.
+        episodes: episodes of the student in one of this environment, at least 1.
+        same_world: whether the episodes of a lifetime begin in the same state of the world.
+        vary: parameters of the student that are drawn at each reset, uniformly between their least and their greatest
+            value, such as `{"alpha": (0.1, 0.9)}`.
+        announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
+        render_mode: None, `ansi` or `human`.
+        options: those of `pz_envs.family.Family.raw_env` (`cost`, `budget`, `teacher_reward`, `until_success`, ...) and
+            the world's. In a lifetime `until_success` is True unless it is given.
+
+    Raises:
+        ValueError: an argument is not supported.
+    """
+
+    def __init__(
+        self,
+        env_id: str | Subject,
+        *,
+        student: str | Student | Any = "obedient",
+        speech: str = "kinds",
+        max_turns: int | None = None,
+        episodes: int = 1,
+        same_world: bool = True,
+        vary: Mapping[str, Any] | None = None,
+        announce: bool = False,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> None:
+        if not isinstance(episodes, int) or episodes < 1:
+            raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
+        if isinstance(student, str | Student):
+            student = parse_student(student)
+            options.setdefault("text", student.text)
+        if episodes > 1:
+            options.setdefault("until_success", True)
+        super().__init__(TEACHER, env_id, max_turns, render_mode, speech=speech, **options)
+        self.episodes, self.same_world, self.announce = episodes, same_world, announce
+        self._spec, self._vary = student, dict(vary or {})
+        if self._vary:
+            check_vary(student, self._vary)
+        given = isinstance(student, Student)
+        self.student: Any = self._enrol(np.random.default_rng(0)) if given else student
+        self._renews = episodes > 1 or bool(self._vary) or not (given or _is_policy(student))
+        if announce and given and not hasattr(self.student, "intend"):
+            raise ValueError(f"the student {student!s} cannot announce its actions; announce must be False")
+        self._life: Lifetime | None = None
+        self.observation_space = self.aec.observation_space(TEACHER)
+        if episodes > 1:
+            seat = self.observation_space
+            self.observation_space = spaces.Dict({**seat, "lifetime": lifetime_space()})  # type: ignore[dict-item]
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Begin an episode or a lifetime; the teacher speaks first."""
+        self.aec.start = None
+        self._rng = self._restart(seed, options)
+        if self._renews:
+            self.student = self._enrol(self._rng)
+        if self.episodes > 1:
+            self._options = options
+            self._life = Lifetime(self.aec, self.episodes)
+            self._life.arrive()
+            if self.same_world:
+                self.aec.start = self.aec.moment.after
+        self.student.reset(self._rng.spawn(1)[0] if self.episodes > 1 else self._rng)
+        return self._observe()
+
+    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Speak, and see what the student does.
+
+        Raises:
+            ResetNeeded: before `reset`, or after the episode's end.
+            ValueError: the action is outside the action space; nothing has changed.
+        """
+        self._check_running()
+        aec, life = self.aec, self._life
+        aec.teacher_turn(action)
+        reward = aec.rewards[TEACHER]
+        terminated, truncated = aec.ended
+        if life is not None:
+            life.said()
+        if terminated or truncated:
+            self._running = life is not None and self._next_episode(life, terminated)
+            if self._running:
+                terminated = truncated = False
+        else:
+            aec.student_turn(self.student.act(aec.observe(STUDENT), entitled(self.student, aec)))
+            reward += aec.rewards[TEACHER]
+            if life is not None:
+                life.acted()
+                life.arrive()
+            if self.render_mode == "human":
+                self.render()
+        observation, info = self._observe()
+        return observation, reward, terminated, truncated, info
+
+    def _enrol(self, rng: np.random.Generator) -> Any:
+        """A new student."""
+        student = self._spec
+        if not isinstance(student, Student):
+            return student if _is_policy(student) else student(rng)
+        if self._vary:
+            student = drawn(student, self._vary, rng)
+        self._drawn = student
+        return student.seat(self.family, self.aec.world)
+
+    def _next_episode(self, life: Lifetime, terminated: bool) -> bool:
+        """End an episode of a lifetime; begin the next one, if there is one."""
+        aec, student = self.aec, self.student
+        if hasattr(student, "finish"):
+            student.finish(aec.observe(STUDENT), entitled(student, aec), terminated)
+        life.over()
+        if life.episode == life.episodes:
+            return False
+        spent = aec.purse.spent
+        aec.reset(None, self._options)
+        aec.purse.spent = spent
+        student.reset(self._rng.spawn(1)[0])
+        life.arrive()
+        return True
+
+    def _observe(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        aec, life = self.aec, self._life
+        observation, info = aec.observe(TEACHER), aec.infos[TEACHER]
+        if life is not None:
+            intention = None
+            if self.announce and self._running and not any(aec.ended):
+                intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
+            info["intention"] = intention
+            info["student"] = str(self._drawn) if isinstance(self._spec, Student) else None
+            observation["lifetime"] = life.features(intention)
+        return observation, info
+
+    def action_masks(self) -> np.ndarray:
+        """Which subsets of kinds can be said now, bool (32,); the form that maskable learners ask for."""
+        return self.aec.observe(TEACHER)["action_mask"].astype(bool)
+
+
+def _is_policy(student: Any) -> bool:
+    """Whether it acts itself, and is not a function or a class that makes such policies."""
+    return hasattr(student, "act") and not isinstance(student, type)
