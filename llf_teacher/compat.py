@@ -131,7 +131,7 @@ class LLFEnv(LLFWrapper):
         observation, info = self.env.reset(seed=seed, options=options)
         aec = self._student.aec
         self._oracle = self._student.family.oracle_class()(aec.world.scratch)
-        self._oracle.start(aec.moment.after, np.random.default_rng(0))
+        self._oracle.start(aec.moment.after)
         return self._absent(observation) | {"feedback": None}, self._expert(info)
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:

@@ -115,6 +115,7 @@ class TutoringEnv(SeatsEnv):
         self.start: Any = None
         """A world's truth with which every episode begins; None: each begins as the world's reset draws it."""
         self._rng: np.random.Generator | None = None
+        self._episode = 0  # counted from the last seed
         self.state_now: Any = None
         """The world's observation as the student sees it; made anew by each action, and handed out as it is."""
 
@@ -122,6 +123,7 @@ class TutoringEnv(SeatsEnv):
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
         if seed is not None or self._rng is None:
             self._rng, _ = seeding.np_random(seed)
+            self._episode = 0
         world = self.world
         self._state, world_info = world.reset(seed=int(self._rng.integers(2**31)), options=options)
         if self.start is not None:
@@ -137,7 +139,8 @@ class TutoringEnv(SeatsEnv):
         self.infos[STUDENT] = world_info | {"atoms": ()}
         self._pass_to_teacher()
         if self.speech == "kinds" or self._own_reward:
-            self.tutor.begin(self._rng.bit_generator.seed_seq.spawn(1)[0])  # type: ignore[attr-defined]
+            self.tutor.begin(self._rng.bit_generator.seed_seq, self._episode)  # type: ignore[attr-defined]
+            self._episode += 1
             opening = self.tutor.open(self.moment)
             if self.speech == "kinds":
                 self.instruction = opening

@@ -74,21 +74,26 @@ class Oracle(ABC):
         """The classes of claims that this oracle's module defines; see `claims_of`."""
         return claims_of(cls.__module__)
 
-    def start(self, truth: Any, rng: np.random.Generator) -> None:
-        """Begin an episode: look at the world as reset left it; keep the episode's random stream."""
-        self.rng = rng
+    def start(self, truth: Any) -> None:
+        """Begin an episode: look at the world as reset left it."""
 
-    def brief(self, truth: Any, instruction_type: str) -> tuple[Claim, ...]:
+    def brief(self, truth: Any, instruction_type: str, rng: np.random.Generator | None = None) -> tuple[Claim, ...]:
         """The parts of the instruction.
 
         Args:
             truth: the world's truth at the start.
             instruction_type: `b` goal, actions, syntax; `p` adds how some actions went that the oracle
                 tried out; `c` adds enough to infer an optimal policy.
+            rng: from which `p` draws what is tried out. All else that an oracle says is determined by the truth.
+
+        Raises:
+            ValueError: `p` without a generator.
         """
         parts = self._basics(truth)
         if instruction_type == "p":
-            return parts + self._practice(truth)
+            if rng is None:
+                raise ValueError("the instruction `p` draws what is tried out; it needs a generator, rng=...")
+            return parts + self._practice(truth, rng)
         return parts + self._solution(truth) if instruction_type == "c" else parts
 
     def judge(self, moment: Moment, kinds: Set[FeedbackType] = ALL_KINDS) -> tuple[Claim, ...]:
@@ -106,7 +111,7 @@ class Oracle(ABC):
     def _basics(self, truth: Any) -> tuple[Claim, ...]:
         """Goal, meaning of the actions, syntax of the answer."""
 
-    def _practice(self, truth: Any) -> tuple[Claim, ...]:
+    def _practice(self, truth: Any, rng: np.random.Generator) -> tuple[Claim, ...]:
         """Hindsight on some actions that were tried out."""
         raise RefusalError(f"{type(self).__name__} has `p` among its instruction_types, but no _practice")
 

@@ -96,24 +96,22 @@ class Teacher:
         """Begin an episode, with a random stream each for oracle, personality, mixing and voice."""
         self._start(rng.bit_generator.seed_seq.spawn(len(_STREAMS)).__getitem__)  # type: ignore[attr-defined]
 
-    def begin(self, seeds: np.random.SeedSequence) -> None:
-        """What `reset` does with a generator of these seeds, for seeds that nobody else spawns from; it is faster."""
-        self._start(partial(_child, seeds))
+    def begin(self, seeds: np.random.SeedSequence, episode: int) -> None:
+        """What `reset` does with a generator of the child number `episode` that would be spawned; it is faster."""
+        self._start(partial(_grandchild, seeds, episode))
 
     def _start(self, seeds: Callable[[int], np.random.SeedSequence]) -> None:
-        generator = np.random.default_rng
         self._seeds = seeds
-        self._oracle_rng = generator(seeds(_STREAMS.index("oracle")))
-        self._draws = Draws(generator(seeds(_STREAMS.index("voice"))))
+        self._draws = Draws(self._stream("voice"))
         self._mix_rng = None
         transparent = self.personality.transparent
         self._view = None if transparent else View(self.oracle, self.voice.words)
         # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
-        self._stage = (
-            None
-            if transparent
-            else Pipeline(stages_of(self.personality)).start(generator(seeds(_STREAMS.index("personality"))))
-        )
+        self._stage = None if transparent else Pipeline(stages_of(self.personality)).start(self._stream("personality"))
+
+    def _stream(self, name: str) -> np.random.Generator:
+        """One of the episode's random streams from its beginning; made when it is needed, which takes a while."""
+        return np.random.default_rng(self._seeds(_STREAMS.index(name)))
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
         """Speak in the teacher's seat."""
@@ -137,8 +135,9 @@ class Teacher:
         """What is said whatever the personality: the instruction, or that a text was no action."""
         action = moment.action
         if action is None:
-            self.oracle.start(moment.after, self._oracle_rng)
-            return self.oracle.brief(moment.after, self._instruction_type)
+            self.oracle.start(moment.after)
+            rng = self._stream("oracle") if self._instruction_type == "p" else None
+            return self.oracle.brief(moment.after, self._instruction_type, rng)
         if type(action) is ParseFailure:
             return (NotUnderstood(got=action.got, expected=action.expected),)
         return ()
@@ -156,7 +155,7 @@ class Teacher:
     def _mix(self) -> frozenset[FeedbackType]:
         """A random subset of the kinds for this turn."""
         if self._mix_rng is None:
-            self._mix_rng = np.random.default_rng(self._seeds(_STREAMS.index("mixing")))
+            self._mix_rng = self._stream("mixing")
         return draw_kinds(self._able, self._mix_rng)
 
     @property
@@ -169,6 +168,6 @@ class Teacher:
         return self.voice.say(claims, turn, self._draws, self._paraphrase) if claims else SILENCE
 
 
-def _child(seeds: np.random.SeedSequence, i: int) -> np.random.SeedSequence:
-    """The i-th of the children that `spawn` would give first, without the others."""
-    return np.random.SeedSequence(seeds.entropy, spawn_key=(*seeds.spawn_key, i), pool_size=seeds.pool_size)
+def _grandchild(seeds: np.random.SeedSequence, i: int, j: int) -> np.random.SeedSequence:
+    """Child number `j` of child number `i`, as spawning gives them, without the others: each takes a while."""
+    return np.random.SeedSequence(seeds.entropy, spawn_key=(*seeds.spawn_key, i, j), pool_size=seeds.pool_size)

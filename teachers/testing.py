@@ -68,7 +68,7 @@ class Pupil:
         oracle = self.make_teacher(world).oracle
         for moment in self.moments(world, seed):
             if moment.turn == 0:
-                oracle.start(moment.after, np.random.default_rng(seed))
+                oracle.start(moment.after)
             yield oracle, moment
 
 
@@ -137,9 +137,9 @@ def check_no_meddling(pupil: Pupil) -> None:
     for moment in pupil.moments(world):
         before = plain(world.save())
         if moment.turn == 0:
-            oracle.start(moment.after, np.random.default_rng(0))
+            oracle.start(moment.after)
             for instruction_type in oracle.instruction_types:
-                oracle.brief(moment.after, instruction_type)
+                oracle.brief(moment.after, instruction_type, np.random.default_rng(0))
         oracle.judge(moment)
         oracle.importance(moment.after)
         oracle.plan(moment.after, 3)
@@ -170,7 +170,7 @@ def check_plans(pupil: Pupil) -> None:
     planned = False
     for seed in range(10):
         world.reset(seed=seed)
-        oracle.start(world.truth, np.random.default_rng(seed))
+        oracle.start(world.truth)
         for turn, action in enumerate(oracle.plan(world.truth, pupil.max_turns), 1):
             before = world.truth
             _, reward, _, _, info = world.advance(world.legal(action))

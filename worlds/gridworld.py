@@ -172,8 +172,9 @@ class Gridworld(World):
         """Which doors and objects there are in a room, as it is first seen."""
         here = self._layout.objects[room]
         doors = [behind != NO_DOOR for behind in self._doors[room]]
-        objects = [*(thing in here for thing in OBJECTS), room == self._treasure]
-        return np.array(doors, np.int8), np.array(objects, np.int8)
+        objects = [thing in here for thing in OBJECTS]
+        view = np.array((*doors, *objects, room == self._treasure), np.int8)
+        return view[: len(doors)], view[len(doors) :]
 
     def _draw(self, rng: np.random.Generator) -> tuple[int, Layout]:
         """A start room and a house whose treasure is at least `min_goal_dist` moves away from it."""
@@ -227,35 +228,32 @@ def _house(rooms: int, rng: np.random.Generator) -> _Doors:
             if cell not in index:
                 index[cell] = built
                 cells.append(cell)
-                _open(doors, room, side, built)
+                doors[room][side] = built
+                doors[built][3 - side] = room  # opposite directions add up to 3
                 built += 1
                 if built == rooms:
                     break
-    walls = []
-    for room, cell in enumerate(cells):
-        row = doors[room]
-        for side in _AHEAD:
-            behind = index.get(cell + _OFFSETS[side])
-            if behind is not None and row[side] == NO_DOOR:
-                walls.append((room, side, behind))
+    walls = [
+        (room, side, index[cell + _OFFSETS[side]])
+        for room, cell in enumerate(cells)
+        for side in _AHEAD
+        if doors[room][side] == NO_DOOR and cell + _OFFSETS[side] in index
+    ]
     draws = rng.random(len(walls)).tolist()
     least = min(draws, default=0.0)
-    for wall, draw in zip(walls, draws, strict=True):
+    for (room, side, behind), draw in zip(walls, draws, strict=True):
         if draw < 0.5 or draw == least:  # at least one, so that there is a cycle
-            _open(doors, *wall)
+            doors[room][side] = behind
+            doors[behind][3 - side] = room
     return doors
 
 
 def _corridor(rooms: int) -> _Doors:
     doors = [[NO_DOOR] * len(DIRECTIONS) for _ in range(rooms)]
     for room in range(rooms - 1):
-        _open(doors, room, Direction.EAST, room + 1)
+        doors[room][Direction.EAST] = room + 1
+        doors[room + 1][Direction.WEST] = room
     return doors
-
-
-def _open(doors: _Doors, room: int, side: int, behind: int) -> None:
-    doors[room][side] = behind
-    doors[behind][3 - side] = room  # opposite directions add up to 3
 
 
 def _furnish(doors: _Doors, treasure: int, num_objects: int, rng: np.random.Generator) -> Layout:
@@ -266,10 +264,11 @@ def _furnish(doors: _Doors, treasure: int, num_objects: int, rng: np.random.Gene
     names = []
     for draw in draws[:rooms]:
         kind = ROOM_TYPES[int(draw * len(ROOM_TYPES))]
-        count[kind] += 1
-        names.append(f"{kind}-{count[kind]}")
-    things: dict[int, set[str]] = {}
+        count[kind] = number = count[kind] + 1
+        names.append(f"{kind}-{number}")
+    objects: list[tuple[str, ...]] = [()] * rooms
     for place, kind in zip(draws[rooms::2], draws[rooms + 1 :: 2], strict=True):
-        things.setdefault(int(place * rooms), set()).add(OBJECTS[int(kind * len(OBJECTS))])
-    objects = tuple(tuple(sorted(things[room])) if room in things else () for room in range(rooms))
-    return Layout(tuple(map(tuple, doors)), tuple(names), objects, treasure)
+        room, thing = int(place * rooms), OBJECTS[int(kind * len(OBJECTS))]
+        if thing not in objects[room]:
+            objects[room] = tuple(sorted((*objects[room], thing)))
+    return Layout(tuple(map(tuple, doors)), tuple(names), tuple(objects), treasure)

@@ -23,6 +23,6 @@ class Oracle(Student):
             """The first step of the best plan; anything once there is nothing left to do."""
             moment = info["moment"]
             if moment.turn == 0:
-                self._oracle.start(moment.after, self.rng)
+                self._oracle.start(moment.after)
             plan = self._oracle.plan(moment.after, 1)
             return plan[0] if plan else self.world.sample_action(self.rng)

@@ -122,7 +122,7 @@ def play(spec: EpisodeSpec) -> Record:
     for scene in scenes(env, student, spec.seed):
         moment = scene.moment
         if moment.turn == 0:
-            oracle.start(moment.after, np.random.default_rng(spec.seed))
+            oracle.start(moment.after)
         rows.append(_row(scene, oracle.regret(moment) if moment.turn else 0.0, _seen(env.aec)))
     env.close()
     return Record(spec, _summary(env.family.name, student.reads, rows), tuple(rows))

@@ -195,9 +195,8 @@ class BanditOracle(Oracle):
 
     max_importance = 200.0
 
-    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+    def start(self, truth: Truth) -> None:
         """Sort the arms into best and poor ones, and make the claims about each once."""
-        super().start(truth, rng)
         self._best = truth.best
         self._poor = tuple(arm for arm in range(len(truth.means)) if arm not in self._best)
         self._pulled = tuple(
@@ -210,9 +209,9 @@ class BanditOracle(Oracle):
         arms = len(truth.means)
         return Goal(arms=arms), Answer(last=arms - 1)
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """Poor arms with what they pay on average; one of them at most where there are two."""
-        tries = self.rng.permutation(self._poor)[:_TRIES].tolist()
+        tries = rng.permutation(self._poor)[:_TRIES].tolist()
         return tuple(TriedPoor(action=arm, mean=round(truth.means[arm], 3)) for arm in tries)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence, Set
+from functools import lru_cache
 from itertools import combinations
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
 from teachers.oracle import Oracle
-from worlds.gridworld import DIRECTIONS, NO_DOOR, Direction, Layout, Truth, distances_from
+from worlds.gridworld import DIRECTIONS, NO_DOOR, Direction, Truth, distances_from
 from worlds.world import World
 
 
@@ -264,6 +265,11 @@ def _made(said: Nearer | NoNearer, moment: Moment) -> bool:
     )
 
 
+@lru_cache(maxsize=4096)
+def _verdict(nearer: bool, action: Direction, room: str) -> Nearer | NoNearer:
+    return (Nearer if nearer else NoNearer)(action=action, room=room)
+
+
 _GO = tuple(Go(action=direction) for direction in DIRECTIONS)
 _AVOID = tuple(Avoid(action=direction) for direction in DIRECTIONS)
 _BASICS = (
@@ -293,12 +299,10 @@ class GridworldOracle(Oracle):
 
     max_importance = 2.0
 
-    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+    def start(self, truth: Truth) -> None:
         """Find all distances to the treasure, once an episode."""
-        super().start(truth, rng)
         self._doors = truth.layout.doors
         self._distance = distances_from(truth.layout.treasure, self._doors)
-        self._verdicts: dict[tuple[int, Direction], Nearer | NoNearer] = {}
         self._rooms: dict[int, _Room] = {}
 
     def _room(self, room: int) -> _Room:
@@ -320,23 +324,16 @@ class GridworldOracle(Oracle):
             found = self._rooms[room] = _Room(tuple(values), max(values) - min(values), _MEMBERS[good], warnings)
         return found
 
-    def _verdict(self, layout: Layout, room: int, action: Direction) -> Nearer | NoNearer:
-        verdict = self._verdicts.get((room, action))
-        if verdict is None:
-            cls = Nearer if action in self._room(room).good else NoNearer
-            verdict = self._verdicts[room, action] = cls(action=action, room=layout.names[room])
-        return verdict
-
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         return _BASICS
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A short random walk from the start, move by move; a move that was tried before is not told twice."""
         told: dict[Claim, None] = {}
         for _ in range(_TRIES):
             if truth.found:
                 break
-            action = DIRECTIONS[self.rng.integers(len(DIRECTIONS))]
+            action = DIRECTIONS[rng.integers(len(DIRECTIONS))]
             verdict = TriedWell if action in self._room(truth.room).good else TriedInVain
             told[verdict(action=action, room=truth.layout.names[truth.room])] = None
             truth = _step(self.lab, truth, action)
@@ -355,7 +352,7 @@ class GridworldOracle(Oracle):
         if moment.after.found:
             verdict: Claim = Found(action=action, room=layout.names[moment.after.room])
         else:
-            verdict = self._verdict(layout, room, action)
+            verdict = _verdict(action in self._room(room).good, action, layout.names[room])
         if verdict.kind in kinds:
             claims.append(verdict)
 

@@ -42,8 +42,8 @@ class Strange(Claim):
 class Misleader(BanditOracle):
     """Recommends the worst arm."""
 
-    def start(self, truth, rng):
-        super().start(truth, rng)
+    def start(self, truth):
+        super().start(truth)
         self._pull = Pull(action=truth.means.index(min(truth.means)))
 
 
@@ -64,10 +64,10 @@ class Unordered(BanditOracle):
 class Meddler(BanditOracle):
     """Pulls arms of the taught world."""
 
-    def start(self, truth, rng):
-        super().start(truth, rng)
+    def start(self, truth):
+        super().start(truth)
         world = self._scratch.__self__
-        if world.np_random_seed is not None and rng.bit_generator.state["has_uint32"] == 0:
+        if world.np_random_seed is not None:
             world.np_random.random()
 
 
@@ -92,8 +92,8 @@ class Restless(BanditOracle):
 
     count = 0
 
-    def start(self, truth, rng):
-        super().start(truth, rng)
+    def start(self, truth):
+        super().start(truth)
         Restless.count += 1
         self._avoid = self._avoid[Restless.count % 5 :] or self._avoid
 
@@ -108,8 +108,8 @@ class Hinted(Pull):
 class Misguided(BanditOracle):
     """Gives hints that are false."""
 
-    def start(self, truth, rng):
-        super().start(truth, rng)
+    def start(self, truth):
+        super().start(truth)
         self._pull = Hinted(action=self._best[0])
 
 

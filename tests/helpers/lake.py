@@ -156,8 +156,7 @@ class Route(Claim):
 class LakeOracle(Oracle):
     max_importance = 64.0
 
-    def start(self, truth, rng):
-        super().start(truth, rng)
+    def start(self, truth):
         self.lab.restore(truth)
         desc = self.lab.env.unwrapped.desc.astype(str)
         rows, columns = desc.shape
@@ -181,9 +180,9 @@ class LakeOracle(Oracle):
     def _basics(self, truth):
         return Reach(), Syntax(expected=self.lab.action_syntax)
 
-    def _practice(self, truth):
+    def _practice(self, truth, rng):
         poor = [action for action in range(4) if not self._gains(truth.seen, action)]
-        action = poor[self.rng.integers(len(poor))]
+        action = poor[rng.integers(len(poor))]
         return (Tried(action=action, move=MOVES[action]),)
 
     def _solution(self, truth):

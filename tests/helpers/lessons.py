@@ -25,7 +25,7 @@ def episodes(name, turns):
     played = []
     while sum(map(len, played)) - len(played) < turns:
         world.reset(seed=int(rng.integers(2**31)))
-        oracle.start(world.truth, np.random.default_rng(0))
+        oracle.start(world.truth)
         moments = [Moment(None, None, 0.0, world.truth, False, 0, False)]
         for turn in range(1, pupil(name).max_turns + 1):
             draw, plan = rng.random(), oracle.plan(world.truth, 1)
@@ -71,6 +71,6 @@ def oracles(name, turns=2000):
     begun = []
     for moments in episodes(name, turns):
         oracle = pupil(name).make_teacher(pupil(name).make_world()).oracle
-        oracle.start(moments[0].after, np.random.default_rng(0))
+        oracle.start(moments[0].after)
         begun.append(oracle)
     return begun

@@ -147,7 +147,7 @@ def test_a_text_that_is_no_action_keeps_success_where_it_is_the_episodes(family)
     env.reset(seed=0)
     env.step("Begin.")
     oracle = family.oracle_class()(env.world.scratch)
-    oracle.start(env.moment.after, np.random.default_rng(0))
+    oracle.start(env.moment.after)
     for action in oracle.plan(env.moment.after, 30):
         env.student_turn(action if isinstance(action, str) else f"{action}")
         env.teacher_turn("")

@@ -110,7 +110,7 @@ def test_the_explorer_does_not_look_at_what_is_hidden():
     for seed in range(6):
         world.reset(seed=seed)
         oracle = AlfworldOracle(world.scratch)
-        oracle.start(world.truth, np.random.default_rng(0))
+        oracle.start(world.truth)
         for turn in range(12):
             truth = world.truth
             known = seen(truth, world._engine.house)
@@ -126,7 +126,7 @@ def test_hints_are_implied_by_the_advice():
     world = Alfworld()
     world.reset(seed=1)
     oracle = AlfworldOracle(world.scratch)
-    oracle.start(world.truth, np.random.default_rng(0))
+    oracle.start(world.truth)
     moment = Moment(None, None, 0.0, world.truth, False, 0, False)
     while not world.truth.won:
         (advice,) = (claim for claim in oracle.judge(moment) if isinstance(claim, Do))
@@ -144,6 +144,6 @@ def test_instructions_tell_a_route_that_wins():
         world = Alfworld()
         world.reset(seed=seed)
         oracle = AlfworldOracle(world.scratch)
-        oracle.start(world.truth, np.random.default_rng(0))
+        oracle.start(world.truth)
         route = oracle.brief(world.truth, "c")[-1]
         assert [world.step(action)[4]["success"] for action in route.actions][-1]

@@ -35,7 +35,7 @@ EVERY_TASK = [pytest.param(task, marks=() if task in SAMPLE else pytest.mark.ful
 def engaged(world, seed=0):
     world.reset(seed=seed)
     oracle = MetaWorldOracle(world.scratch)
-    oracle.start(world.truth, np.random.default_rng(seed))
+    oracle.start(world.truth)
     return oracle, Moment(None, None, 0.0, world.truth, False, 0, False)
 
 

@@ -34,7 +34,7 @@ def steep(x1, x2):
 def engaged(world, seed):
     world.reset(seed=seed)
     oracle = OptimizationOracle(world.scratch)
-    oracle.start(world.truth, np.random.default_rng(seed))
+    oracle.start(world.truth)
     return oracle
 
 
@@ -96,7 +96,7 @@ def test_practice_and_solution(name):
     lab = world.scratch()
     for seed in range(20):
         oracle = engaged(world, seed)
-        practice = oracle.brief(world.truth, "p")[3:]
+        practice = oracle.brief(world.truth, "p", np.random.default_rng(seed))[3:]
         assert practice
         assert all(claim.kind in (HP, HN) and claim.holds(opening(world), lab) for claim in practice)
         solution = oracle.brief(world.truth, "c")[-1]

@@ -58,7 +58,7 @@ def started(oracle_class, world, truth):
     """An oracle that looks at a hand-made truth."""
     world.restore(truth)
     oracle = oracle_class(world.scratch)
-    oracle.start(truth, np.random.default_rng(0))
+    oracle.start(truth)
     return oracle
 
 
@@ -109,7 +109,7 @@ def test_an_action_that_was_not_executed_loses_all(name):
     world = pupil(name).make_world()
     world.reset(seed=0)
     oracle = ENVIRONMENTS[name][0].make_teacher(world).oracle
-    oracle.start(world.truth, np.random.default_rng(0))
+    oracle.start(world.truth)
     failure = Moment(None, ParseFailure("?", ""), world.failure_reward, world.truth, False, 1, False)
     assert oracle.regret(failure) >= oracle.importance(world.truth) - 1e-9
     assert oracle.importance(world.truth) > 0
@@ -121,7 +121,7 @@ def test_plans_are_optimal_and_solve_the_task(name):
     oracle = ENVIRONMENTS[name][0].make_teacher(world).oracle
     for seed in range(fewer(ENVIRONMENTS[name][0], 10)):
         world.reset(seed=seed)
-        oracle.start(world.truth, np.random.default_rng(seed))
+        oracle.start(world.truth)
         plan = oracle.plan(world.truth, 100)
         assert oracle.plan(world.truth, 0) == ()
         assert oracle.plan(world.truth, 1) == plan[:1]
@@ -163,8 +163,8 @@ def test_instructions_hold(name, instruction_type):
     for seed in range(fewer(family, 15)):
         world.reset(seed=seed)
         oracle = family.make_teacher(world).oracle
-        oracle.start(world.truth, np.random.default_rng(seed))
-        claims = oracle.brief(world.truth, instruction_type)
+        oracle.start(world.truth)
+        claims = oracle.brief(world.truth, instruction_type, np.random.default_rng(seed))
         assert len(set(claims)) == len(claims)
         assert [claim for claim in claims if not claim.holds(opening(world.truth), lab)] == []
 
@@ -245,7 +245,11 @@ def test_tied_arms_are_all_right(means, best):
         assert (oracle.regret(moment) == 0) == (arm in best)
     warned = {claim.action for n in range(4) for claim in oracle.judge(moment._replace(turn=n), frozenset((FN,)))}
     assert warned == {0, 1} - best
-    assert all(claim.holds(opening(truth), lab) for each in "bpc" for claim in oracle.brief(truth, each))
+    assert all(
+        claim.holds(opening(truth), lab)
+        for each in "bpc"
+        for claim in oracle.brief(truth, each, np.random.default_rng(0))
+    )
 
 
 def test_warnings_go_through_all_poor_arms():

@@ -85,7 +85,7 @@ def test_oracle_says_all_that_its_oracle_knows(name):
     oracle = pupil(name).make_teacher(lab(name)).oracle
     for moment, said in turns(name, "oracle"):
         if moment.turn == 0:
-            oracle.start(moment.after, np.random.default_rng(0))
+            oracle.start(moment.after)
         assert said == oracle.judge(moment)
 
 

@@ -225,9 +225,8 @@ class AlfworldOracle(Oracle):
         if self._explores:
             self.instruction_types = ("b",)
 
-    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+    def start(self, truth: Truth) -> None:
         """Get a planner for the game."""
-        super().start(truth, rng)
         self._planner = Planner(truth.game)
         self._plans: dict[frozenset[Fact], tuple[str, ...] | None] = {}
 
@@ -286,11 +285,11 @@ class AlfworldOracle(Oracle):
         expected = self.lab.action_syntax
         return Task(goal=truth.game.goal), Commands(listing=", ".join(FORMS)), Listed(), Syntax(expected=expected)
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """Some first commands: one that is right, and others."""
         self.lab.restore(truth)
         commands = self.lab.commands()  # type: ignore[attr-defined]
-        tried = {*self.plan(truth, 1), *(commands[i] for i in self.rng.integers(len(commands), size=_TRIES).tolist())}
+        tried = {*self.plan(truth, 1), *(commands[i] for i in rng.integers(len(commands), size=_TRIES).tolist())}
         told: list[Claim] = []
         for command in sorted(tried):
             gain = self._gain(truth, self._after(truth, command))

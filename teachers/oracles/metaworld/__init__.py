@@ -50,9 +50,8 @@ class MetaWorldOracle(Oracle):
 
     max_importance = 4.0
 
-    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+    def start(self, truth: Truth) -> None:
         """Forget the last episode."""
-        super().start(truth, rng)
         self._aims: list[tuple[Truth, Aim]] = []
         self._warned: tuple[Truth | None, tuple[Avoid, ...]] = (None, ())
 
@@ -73,11 +72,11 @@ class MetaWorldOracle(Oracle):
             Syntax(expected=lab.action_syntax),
         )
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """The advised action and a few random ones, tried at the start."""
         lab = self.lab
         tries = [action_for(self._aim(truth), truth, lab)]
-        tries += [rounded(lab.sample_action(self.rng).tolist()) for _ in range(_TRIES)]
+        tries += [rounded(lab.sample_action(rng).tolist()) for _ in range(_TRIES)]
         told: list[Claim] = []
         for action in tries:
             before, after = self._trial(truth, action)

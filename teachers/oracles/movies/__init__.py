@@ -62,9 +62,8 @@ class MoviesOracle(Oracle):
 
     max_importance = 1.0
 
-    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+    def start(self, truth: Truth) -> None:
         """Find what fits, and what is to be avoided."""
-        super().start(truth, rng)
         catalogue: Catalogue = self.lab.catalogue  # type: ignore[attr-defined]
         items = [catalogue.items[i] for i in catalogue.fitting(truth.profile.wishes.values()).tolist()]
         first, second = truth.manner  # another user hears of other titles first
@@ -75,11 +74,11 @@ class MoviesOracle(Oracle):
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         return _GOAL, _RULES, _AGE_GROUPS, _ANSWER
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A few titles that were tried; each is told once."""
         told: dict[Claim, None] = {}
         items = [item for item in self.lab.catalogue.items if item.named]  # type: ignore[attr-defined]
-        for draw in self.rng.integers(len(items), size=_TRIES).tolist():
+        for draw in rng.integers(len(items), size=_TRIES).tolist():
             item = items[draw]
             wrong = next((each for each in truth.profile.wishes.items() if not item.bits & each[1]), None)
             if wrong is None:

@@ -74,9 +74,8 @@ class OptimizationOracle(Oracle):
     told by the instruction `c` only.
     """
 
-    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+    def start(self, truth: Truth) -> None:
         """Look at the loss as it is shifted in this episode."""
-        super().start(truth, rng)
         self._landscape = Landscape(self.lab.loss, truth.shift)
         self._minimisers = self._landscape.minimisers()
         self._minimum = self.lab.minimum
@@ -91,11 +90,11 @@ class OptimizationOracle(Oracle):
         (low1, low2), (high1, high2) = self.lab.lows, self.lab.highs
         return Goal(tolerance=TOLERANCE), _PROPOSALS, Answer(low1=low1, high1=high1, low2=low2, high2=high2)
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A few random proposals, tried at the start."""
         told: list[Claim] = []
         for _ in range(_TRIES):
-            action = moved_inside(self.lab, self.lab.sample_action(self.rng).tolist())
+            action = moved_inside(self.lab, self.lab.sample_action(rng).tolist())
             self.lab.restore(truth)
             self.lab.advance(action)
             after = self.lab.truth.y

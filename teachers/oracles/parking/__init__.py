@@ -61,9 +61,8 @@ class ParkingOracle(Oracle):
 
     max_importance = _LOST
 
-    def start(self, truth: Truth, rng: np.random.Generator) -> None:
+    def start(self, truth: Truth) -> None:
         """Know no way yet."""
-        super().start(truth, rng)
         self._ways: dict[tuple[float, ...], tuple[Action, ...]] = {}
 
     def _way(self, truth: Truth) -> tuple[Action, ...]:
@@ -101,7 +100,7 @@ class ParkingOracle(Oracle):
         goal = Goal(x=x, y=y, degrees=math.degrees(heading), tolerance=TOLERANCE)
         return goal, _HAZARDS, _CONTROLS, Syntax(expected=self.lab.action_syntax)
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """The way's first action, and random ones in its place."""
         way = self._way(truth)
         if not way:
@@ -109,7 +108,7 @@ class ParkingOracle(Oracle):
         effort, rest = effort_of(len(way)), way[1:]
         told: list[Claim] = [TriedWell(action=way[0], target=write(way[0]), effort=effort, rest=rest)]
         for _ in range(_TRIES):
-            action = tuple(np.round(self.rng.uniform(-1, 1, 2), 2).tolist())
+            action = tuple(np.round(rng.uniform(-1, 1, 2), 2).tolist())
             if misses(self._ground(truth), truth.car[:4], (action, *rest)):
                 told.append(TriedInVain(action=action, target=write(action), effort=effort, rest=rest))
         return tuple(dict.fromkeys(told))

@@ -3,6 +3,8 @@
 from collections.abc import Set
 from functools import lru_cache
 
+import numpy as np
+
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.oracle import Oracle
 from teachers.oracles.poem.claims import (
@@ -57,14 +59,14 @@ class PoemOracle(Oracle):
         form = TITLES.get(self.lab.options["form"], "poem")
         return Goal(form=form, lines=len(pattern), pattern=pattern, listing=listing_of(pattern)), _COUNTING, _ANSWER
 
-    def _practice(self, truth: Truth) -> tuple[Claim, ...]:
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A few lines that were tried, some of them right; none is told twice."""
         told: dict[Claim, None] = {}
         for _ in range(_TRIES):
-            line = int(self.rng.integers(len(truth.pattern))) + 1
+            line = int(rng.integers(len(truth.pattern))) + 1
             required = truth.pattern[line - 1]
-            counted = max(1, required + (0, 0, -1, 1, 2)[self.rng.integers(5)])
-            words = compose(counted, int(self.rng.integers(1000)))
+            counted = max(1, required + (0, 0, -1, 1, 2)[rng.integers(5)])
+            words = compose(counted, int(rng.integers(1000)))
             if counted == required:
                 told[TriedWell(words=words, line=line, syllables=required)] = None
             else:

@@ -128,9 +128,9 @@ class ThermostatOracle(Oracle):
     def _basics(self, truth):
         return Goal(), Answer(listing=", ".join(KNOBS))
 
-    def _practice(self, truth):
+    def _practice(self, truth, rng):
         poor = [action for action in range(3) if action != self._best(truth)]
-        action = poor[self.rng.integers(2)]
+        action = poor[rng.integers(2)]
         return (Tried(action=action, knob=KNOBS[action]),)
 
     def _solution(self, truth):
