@@ -144,7 +144,7 @@ class TeacherEnv(SeatEnv):
             return student if _is_policy(student) else student(rng)
         if self._vary:
             student = drawn(student, self._vary, rng)
-        self._drawn = student
+        self._drawn = str(student)
         return student.seat(self.family, self.aec.world)
 
     def _next_episode(self, life: Lifetime, terminated: bool) -> bool:
@@ -170,7 +170,7 @@ class TeacherEnv(SeatEnv):
             if self.announce and self._running and not any(aec.ended):
                 intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
             info["intention"] = intention
-            info["student"] = str(self._drawn) if isinstance(self._spec, Student) else None
+            info["student"] = self._drawn if isinstance(self._spec, Student) else None
             observation["lifetime"] = life.features(intention)
         return observation, info
 
