@@ -116,7 +116,7 @@ def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
     info = dict(aec.infos[STUDENT])
     reads = getattr(policy, "reads", "atoms")
     if reads in ("nothing", "reward", "words"):
-        del info["atoms"]
+        info.pop("atoms", None)  # there are none before the teacher has spoken
     if reads in ("reward", "atoms and reward"):
         info["reward"] = aec.moment.reward
     elif reads == "truth":

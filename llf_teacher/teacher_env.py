@@ -33,7 +33,11 @@ class TeacherEnv(SeatEnv):
     7. 1 if what it announced is a mistake, else 0
     8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
 
-    Info: the privileged `moment`; in a lifetime also `student`, its spec, and `intention`, what it announced or None.
+    Info: the privileged `moment`; `student`, its spec, or None for a policy of your own; and `intention`, what it
+    announced or None.
+
+    A student with `forget=False` remembers its earlier episodes until a reset with a seed, which brings a new one. A
+    policy of your own that is given as it is always stays; only its `reset` is called.
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
@@ -44,7 +48,7 @@ class TeacherEnv(SeatEnv):
         episodes: episodes of the student in one of this environment, at least 1.
         same_world: whether the episodes of a lifetime begin in the same state of the world.
         vary: parameters of the student that are drawn at each reset, uniformly between their least and their greatest
-            value, such as `{"alpha": (0.1, 0.9)}`.
+            value, such as `{"alpha": (0.1, 0.9)}`; between two integers an integer: `{"trust": (0, 1)}` gives 0 or 1.
         announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
         render_mode: None, `ansi` or `human`.
         options: those of `pz_envs.family.Family.raw_env` (`cost`, `budget`, `teacher_reward`, `until_success`, ...) and
@@ -83,7 +87,8 @@ class TeacherEnv(SeatEnv):
         given = isinstance(student, Student)
         self.student: Any = self._enrol(np.random.default_rng(0)) if given else student
         self._renews = episodes > 1 or bool(self._vary) or not (given or _is_policy(student))
-        if announce and given and not hasattr(self.student, "intend"):
+        self._remembers = given and not getattr(student, "forget", True)
+        if announce and (given or _is_policy(student)) and not hasattr(self.student, "intend"):
             raise ValueError(f"the student {student!s} cannot announce its actions; announce must be False")
         self._life: Lifetime | None = None
         self.observation_space = self.aec.observation_space(TEACHER)
@@ -97,7 +102,7 @@ class TeacherEnv(SeatEnv):
         """Begin an episode or a lifetime; the teacher speaks first."""
         self.aec.start = None
         self._rng = self._restart(seed, options)
-        if self._renews:
+        if self._renews or (self._remembers and seed is not None):
             self.student = self._enrol(self._rng)
         if self.episodes > 1:
             self._options = options
@@ -165,12 +170,12 @@ class TeacherEnv(SeatEnv):
     def _observe(self) -> tuple[dict[str, Any], dict[str, Any]]:
         aec, life = self.aec, self._life
         observation, info = aec.observe(TEACHER), aec.infos[TEACHER]
+        intention = None
+        if self.announce and self._running and not any(aec.ended):
+            intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
+        info["intention"] = intention
+        info["student"] = self._drawn if isinstance(self._spec, Student) else None
         if life is not None:
-            intention = None
-            if self.announce and self._running and not any(aec.ended):
-                intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
-            info["intention"] = intention
-            info["student"] = self._drawn if isinstance(self._spec, Student) else None
             observation["lifetime"] = life.features(intention)
         return observation, info
 

@@ -260,6 +260,31 @@ def test_students_forget_between_lifetimes():
     assert env.student is not first
 
 
+def test_a_seed_brings_a_new_student():
+    def pulls(seed):
+        env.reset(seed=seed)
+        taken = []
+        for _ in range(8):
+            env.step(0)
+            taken.append(env.aec.moment.action)
+        return taken
+
+    env = llf_teacher.TeacherEnv(ARMS, student="ucb(forget=False)", max_turns=20)
+    first = pulls(0)
+    assert pulls(None) != first
+    assert pulls(0) == first
+
+
+def test_intentions_are_announced_in_a_single_episode():
+    env = llf_teacher.TeacherEnv(ARMS, student="ucb", announce=True)
+    _, info = env.reset(seed=0)
+    for _ in range(5):
+        intention = info["intention"]
+        _, *_, info = env.step(0)
+        assert intention == info["moment"].action
+    assert info["student"] == "ucb"
+
+
 @pytest.mark.parametrize(
     ("settings", "match"),
     [
