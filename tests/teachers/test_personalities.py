@@ -323,3 +323,19 @@ def test_episodes_differ_and_are_reproducible(name, personality):
     again = [[str(said) for said in utterances] for utterances in heard.__wrapped__(name, personality, turns=FEW)]
     assert first == again
     assert first[0] != first[1]
+
+
+BUDGETS = ("early", "importance", "mistake_correcting", "predictive", "adversarial")
+
+
+@pytest.mark.parametrize(("name", "spec"), [pair for pair in pairs() if pair[1] in BUDGETS])
+@pytest.mark.parametrize("budget", [0, 2])
+def test_a_budget_bounds_every_episode(name, spec, budget):
+    """Turns with feedback; of an adversary, tips that its oracle did not give."""
+    spent = Counter()
+    episode = 0
+    for moment, true, said in turns(name, "oracle", f"{spec}(budget={budget})", turns=FEW):
+        episode += moment.turn == 0
+        spent[episode] += sum(claim not in true for claim in said) if spec == "adversarial" else bool(said)
+    assert max(spent.values()) <= budget
+    assert budget == 0 or max(spent.values()) > 0
