@@ -1,10 +1,10 @@
 """A teacher that learned when to advise: maskable PPO in the teacher's seat, against heuristics at an equal budget.
 
-The student learns a house by tabular Q-learning in a lifetime of episodes; the teacher may advise one action in a few
-turns of that lifetime, sees numbers only, and is paid by the student's progress. Prints a table and draws how the
-teacher got there. Needs the extra `learn`:
+The student learns a house by tabular Q-learning in a lifetime of episodes; the teacher has a few pieces of advice for
+that lifetime, sees numbers only, and is paid by the student's progress. Prints a table and draws how the teacher got
+there. Needs the extra `learn`:
 
-    python examples/learn_to_teach.py --steps 900000 --seeds 200 --plot docs/learn-to-teach.png
+    python examples/learn_to_teach.py --steps 600000 --seeds 200 --plot docs/learn-to-teach.png
 """
 
 import argparse
@@ -37,28 +37,41 @@ environment has them.
 """
 _ENVS, _TRIALS, _STAGES = 8, 60, 10
 _NEAR = 4  # moves
+_RETICENCE = 3.0  # log-odds of silence at first
 _MISTAKE, _WAY = FIELDS.index("mistake"), FIELDS.index("way")
 Policy = Callable[[Mapping[str, Any], np.ndarray], int]
 
 
 class Correcting(gymnasium.Wrapper):
-    """Numbers to see, and two things to do: to be silent, or to advise against a mistake that has been announced."""
+    """A step is a decision: to let a mistake happen that has been announced, or to spend a piece of advice on it.
+
+    Until the next decision, or the end of the lifetime, the teacher is silent. The reward is that of all turns since.
+    """
 
     def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """Begin a lifetime."""
-        self._seen, info = self.env.reset(**kwargs)
-        return self._seen, info
+        """Begin a lifetime; what the student loses before the first decision belongs to the first step's reward."""
+        observation, info = self.env.reset(**kwargs)
+        observation, self._owed, _, _, info = self._proceed(observation, 0.0, False, False, info)
+        return observation, info
 
-    def step(self, action: int) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+    def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Speak or not."""
-        self._seen, *rest = self.env.step(action)
-        return self._seen, *rest
+        observation, reward, *rest = self._proceed(*self.env.step(action))
+        owed, self._owed = self._owed, 0.0
+        return observation, reward + owed, *rest
+
+    def _proceed(
+        self, observation: Any, reward: Any, terminated: bool, truncated: bool, info: dict[str, Any]
+    ) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Be silent until there is something to decide."""
+        while not (terminated or truncated or (observation["lifetime"][_MISTAKE] and self.action_masks()[1:].any())):
+            observation, more, terminated, truncated, info = self.env.step(0)
+            reward += more
+        return observation, reward, terminated, truncated, info
 
     def action_masks(self) -> np.ndarray:
-        """Advice is masked where no mistake is about to be made."""
-        mask = self.env.unwrapped.action_masks()
-        mask[1:] &= bool(self._seen["lifetime"][_MISTAKE])
-        return mask
+        """Silence, and advice while there is some left."""
+        return self.env.unwrapped.action_masks()
 
 
 def seat(setting: Setting) -> gymnasium.Env:
@@ -79,22 +92,24 @@ def seat(setting: Setting) -> gymnasium.Env:
 
 
 def learner(setting: Setting, seed: int) -> MaskablePPO:
-    """An untrained teacher."""
-    gamma = 0.99  # some episodes ahead: what comes later says little of one piece of advice
-    envs = VecNormalize(DummyVecEnv([lambda: seat(setting)] * _ENVS), gamma=gamma)
+    """An untrained teacher: it seldom speaks, so that what it says at first is spread over the whole lifetime."""
+    envs = VecNormalize(DummyVecEnv([lambda: seat(setting)] * _ENVS), gamma=1.0)
     envs.seed(seed)
-    return MaskablePPO(
+    model = MaskablePPO(
         "MultiInputPolicy",
         envs,
-        n_steps=2048,
-        batch_size=1024,
-        gamma=gamma,
+        n_steps=1024,
+        batch_size=2048,
+        gamma=1.0,  # advice pays off over many episodes
         gae_lambda=0.95,
         ent_coef=0.01,
         learning_rate=5e-4,
         seed=seed,
         device="cpu",
     )
+    with torch.no_grad():
+        model.policy.action_net.bias[0] = _RETICENCE
+    return model
 
 
 def policy_of(model: MaskablePPO, explores: bool = False) -> Policy:
@@ -132,8 +147,8 @@ def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.nd
 class Stage(NamedTuple):
     """A teacher on its way."""
 
-    turns: int
-    """Of training."""
+    decisions: int
+    """In training."""
     regret: float
     """Per episode, on trial."""
     weights: Mapping[str, torch.Tensor]
@@ -144,14 +159,14 @@ def train(model: MaskablePPO, setting: Setting, steps: int) -> list[Stage]:
     """Train in stages; the model becomes the best of them."""
     scale = model.get_vec_normalize_env()
     stages = []
-    count = max(1, min(_STAGES, steps // (model.n_steps * model.n_envs)))  # it learns from so many turns at once
+    count = max(1, min(_STAGES, steps // (model.n_steps * model.n_envs)))  # it learns from so many at once
     for _ in range(count):
         model.learn(steps // count, reset_num_timesteps=False, progress_bar=True)
         regret = accompanied(policy_of(model), setting, range(TRIAL, TRIAL + _TRIALS)).mean()
         weights = {name: values.clone() for name, values in model.policy.state_dict().items()}
         scales = {name: each.copy() for name, each in scale.obs_rms.items()}
         stages.append(Stage(model.num_timesteps, regret, weights, scales))
-        print(f"{model.num_timesteps} turns: regret per episode {regret:.2f} on trial", flush=True)
+        print(f"{model.num_timesteps} decisions: regret per episode {regret:.2f} on trial", flush=True)
     best = min(stages, key=lambda stage: stage.regret)
     model.policy.load_state_dict(best.weights)
     scale.obs_rms = dict(best.scales)
@@ -183,8 +198,8 @@ def draw(stages: list[Stage], areas: Mapping[str, np.ndarray], path: str) -> Non
 
     figure = Figure(figsize=(11, 4), layout="constrained")
     left, right = figure.subplots(1, 2)
-    left.plot([stage.turns for stage in stages], [stage.regret for stage in stages], marker="o")
-    left.set(xlabel="turns of training", ylabel="regret per episode, on trial", ylim=(0, None))
+    left.plot([stage.decisions for stage in stages], [stage.regret for stage in stages], marker="o")
+    left.set(xlabel="decisions in training", ylabel="regret per episode, on trial", ylim=(0, None))
     names = sorted(areas, key=lambda name: -areas[name].mean())
     for row, name in enumerate(names):
         estimate, color = mean_interval(areas[name]), "C1" if name == "learned" else "C0"
@@ -197,7 +212,7 @@ def draw(stages: list[Stage], areas: Mapping[str, np.ndarray], path: str) -> Non
 def main() -> None:
     """Train, and compare on held-out seeds."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=900_000, help="turns of the teacher to learn from")
+    parser.add_argument("--steps", type=int, default=600_000, help="decisions to learn from")
     parser.add_argument("--seeds", type=int, default=200, help="lifetimes to compare on")
     parser.add_argument("--seed", type=int, default=0, help="of the training")
     parser.add_argument("--episodes", type=int, default=SETTING.episodes, help="of a lifetime")
@@ -220,7 +235,7 @@ def main() -> None:
         for teacher in TEACHERS:
             areas[teacher] = heuristic(teacher, setting, seeds, pool.map)
     areas["near mistakes"] = accompanied(near_mistakes, setting, seeds)
-    print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice, {stages[-1].turns} turns\n")
+    print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice\n")
     compare(areas, "learned")
     if arguments.plot:
         draw(stages, areas, arguments.plot)

@@ -12,6 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
+from rich.progress import track
 
 import llf_teacher
 from llf_teacher.lifetime import FIELDS
@@ -50,6 +51,10 @@ TEACHERS = {
     "announced mistake": "oracle",
     "predictive": "predictive(budget={budget}, threshold={threshold})",
 }
+
+
+BESIDE = ("no advice", "random", "early")
+"""Teachers beside which all are put."""
 
 
 class Announced:
@@ -112,25 +117,30 @@ def main() -> None:
     with ProcessPoolExecutor() as pool:
         for given in SETTINGS:
             setting = given._replace(episodes=arguments.episodes or given.episodes)
-            print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice\n")
-            print("| teacher | regret per episode | less than without advice | p |")
-            print("|---|---|---|---|")
             lives = curves[setting.id] = {}
-            for teacher in TEACHERS:
+            for teacher in track(TEACHERS, description=setting.id):
                 seeds = range(arguments.seeds)
                 lives[teacher] = np.array(
                     list(pool.map(lifetime, [setting] * len(seeds), [teacher] * len(seeds), seeds))
                 )
-                area = lives[teacher].mean(axis=1)
-                estimate = mean_interval(area)
-                gain = paired_difference(lives["no advice"].mean(axis=1), area)
-                print(
-                    f"| {teacher} | {estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}] | "
-                    f"{gain.estimate.mean:.2f} [{gain.estimate.low:.2f}, {gain.estimate.high:.2f}] | {gain.p:.4f} |",
-                    flush=True,
-                )
+            print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice\n")
+            compare({teacher: each.mean(axis=1) for teacher, each in lives.items()})
     if arguments.plot:
         draw(curves, arguments.plot)
+
+
+def compare(areas: Mapping[str, np.ndarray]) -> None:
+    """Print regret per episode, and how much less it is than with three others."""
+    print("| teacher | regret per episode |", *(f"less than with {other} |" for other in BESIDE))
+    print("|---|---|" + "---|" * len(BESIDE))
+    for teacher, area in areas.items():
+        estimate = mean_interval(area)
+        cells = [f"{estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}]"]
+        for other in BESIDE:
+            gain = paired_difference(areas[other], area)
+            low, mean, high = gain.estimate.low, gain.estimate.mean, gain.estimate.high
+            cells.append("" if other == teacher else f"{mean:.2f} [{low:.2f}, {high:.2f}], p = {gain.p:.4f}")
+        print(f"| {teacher} | {' | '.join(cells)} |")
 
 
 def draw(curves: dict[str, dict[str, np.ndarray]], path: str) -> None:
