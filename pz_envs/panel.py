@@ -41,6 +41,7 @@ class PanelEnv(SeatsEnv):
         Observation: Dict of `state`, `action` (`Prose`) as in `TutoringEnv`, and `heard` (`Prose`), what others have
         said before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. What it says of the
         instruction is not repeated.
+    The notice that the student's text was no action is heard from the first who gives it in a round.
     Info: the privileged `moment`.
 
     Rewards: at the student's step the student gets the world's reward, and each teacher its `teacher_reward`, by its
@@ -171,8 +172,9 @@ class PanelEnv(SeatsEnv):
     def _with_speaker(self, teacher: str, said: str) -> Utterance:
         """Words whose atoms tell who says them; a notice that has been given in this round is left out."""
         atoms = said.atoms if type(said) is Utterance else ()
-        if self._spoken and any(atom.kind is None for atom in atoms):
-            said = Utterance.of(atoms := tuple(atom for atom in atoms if atom.kind is not None))
+        given = [atom.claim for words in self._spoken.values() for atom in words.atoms if atom.kind is None]
+        if any(atom.claim in given for atom in atoms):
+            said = Utterance.of(atoms := tuple(atom for atom in atoms if atom.claim not in given))
         return Utterance(said, tuple(atom._replace(speaker=teacher) for atom in atoms))
 
     def _joined(self) -> Utterance:

@@ -111,6 +111,22 @@ def test_the_instruction_is_given_once_and_notices_too():
     ]
 
 
+@pytest.mark.parametrize("words_first", [False, True])
+def test_a_notice_is_heard_from_the_first_who_gives_it(words_first):
+    env = GRID.raw_panel_env(teachers=["oracle"] * 3, speech="message", text=True)
+    env.reset(seed=0)
+    for said in ("", "", "", "hmm"):
+        env.step(said)
+    notice = env.desk.tutor.open(env.desk.moment)
+    for said in ("I see." if words_first else notice, notice, notice):
+        env.step(said)
+    seen = env.observe(STUDENT)
+    assert list(seen["said"].values()) == (["I see.", notice, ""] if words_first else [notice, "", ""])
+    speakers = [atom.speaker for atom in seen["feedback"].atoms]
+    assert speakers == ["teacher_1" if words_first else "teacher_0"]
+    assert [env.seats[teacher].purse.spent for teacher in env.teachers] == [int(words_first), 0, 0]
+
+
 def test_each_pays_for_its_own_words_out_of_its_own_budget():
     env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"), cost=0.5, budget=3, max_cycles=10)
     env.reset(seed=0)
