@@ -189,16 +189,22 @@ class Subject(ABC):
         """The classroom with PettingZoo's check of the calling order."""
         return wrappers.OrderEnforcingWrapper(self.raw_classroom_env(**kwargs))
 
-    def parallel_classroom_env(self, *, rule: str = "round_robin", **kwargs: Any) -> "ParallelEnv":
+    def parallel_classroom_env(
+        self, *, rule: str = "round_robin", speech: str = "kinds", **kwargs: Any
+    ) -> "ParallelEnv":
         """The students of a classroom, who act at the same time; a scripted teacher shares out its attention by a rule.
 
         See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
+
+        Raises:
+            ValueError: an argument is not allowed, such as `speech="message"`.
         """
         from pz_envs.parallel_seats import ParallelSeats
         from pz_envs.scripted import Attention
         from pz_envs.tutoring import TEACHER
 
-        return ParallelSeats(self.raw_classroom_env(**kwargs), {TEACHER: Attention(rule)})
+        _check_scripted(speech)
+        return ParallelSeats(self.raw_classroom_env(speech=speech, **kwargs), {TEACHER: Attention(rule)})
 
     def raw_panel_env(
         self,
@@ -232,13 +238,27 @@ class Subject(ABC):
         """The panel with PettingZoo's check of the calling order."""
         return wrappers.OrderEnforcingWrapper(self.raw_panel_env(**kwargs))
 
-    def parallel_panel_env(self, **kwargs: Any) -> "ParallelEnv":
-        """The student of a panel alone; each teacher says all that its personality would say."""
+    def parallel_panel_env(self, *, speech: str = "kinds", **kwargs: Any) -> "ParallelEnv":
+        """The student of a panel alone; each teacher says all that its personality would say.
+
+        Raises:
+            ValueError: an argument is not allowed, such as `speech="message"`.
+        """
         from pz_envs.parallel_seats import ParallelSeats
         from pz_envs.scripted import Frank
 
-        env = self.raw_panel_env(**{**kwargs, "speech": "kinds"})
+        _check_scripted(speech)
+        env = self.raw_panel_env(speech=speech, **kwargs)
         return ParallelSeats(env, {teacher: Frank() for teacher in env.teachers})
+
+
+def _check_scripted(speech: str) -> None:
+    """Check the speech of teachers that are scripted."""
+    if speech == "message":
+        raise ValueError(
+            "speech 'message' has no parallel form, whose teachers are scripted; allowed: kinds; for messages take the "
+            "AEC form, as it is or with policies of your own in pz_envs.parallel_seats.ParallelSeats"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -292,6 +292,13 @@ def test_unknown_rule():
         Attention("loudest")
 
 
+def test_the_parallel_form_has_kinds_only():
+    assert GRID.parallel_classroom_env(speech="kinds").env.speech == "kinds"
+    for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
+        with pytest.raises(ValueError, match=match):
+            pettingzoo.make("parallel", "llf/gridworld-classroom-v0", speech=speech)
+
+
 class Guide:
     """A partner in a student's seat."""
 

@@ -216,6 +216,13 @@ def test_forms_in_parallel():
     assert list(rewards) == [f"teacher_{i}" for i in range(3)]
 
 
+def test_the_parallel_form_has_kinds_only():
+    assert GRID.parallel_panel_env(speech="kinds").env.speech == "kinds"
+    for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
+        with pytest.raises(ValueError, match=match):
+            pettingzoo.make("parallel", "llf/gridworld-panel-v0", speech=speech)
+
+
 @pytest.mark.parametrize("kind", range(5))
 def test_heard_tells_each_kind(kind):
     env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"))
