@@ -8,7 +8,7 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
-from pz_envs.teacher_seat import LEGAL, PROSE, SUBSET_BITS, SUBSETS, Purse
+from pz_envs.teacher_seat import LEGAL, PROSE, SUBSET_BITS, SUBSETS, Purse, check_cost, is_count
 from pz_envs.tutoring import TutoringEnv, words_space
 from teachers.atoms import KINDS, SILENCE, Moment
 from worlds.spaces import Prose
@@ -94,12 +94,11 @@ class ClassroomEnv(SeatsEnv):
         count = len(desks)
         if not 1 <= count <= MOST:
             raise ValueError(f"students must be 1 to {MOST}, got {count}")
-        if not isinstance(attention, int) or not 1 <= attention <= count:
+        if not is_count(attention, count):
             raise ValueError(
                 f"attention must be an integer from 1 to {count}, the number of students, got {attention!r}"
             )
-        if attention_cost < 0:
-            raise ValueError(f"attention_cost must be at least 0, got {attention_cost!r}")
+        check_cost("attention_cost", attention_cost)
         super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
         self.desks = tuple(desks)
         self.purse = Purse(cost, budget)

@@ -171,8 +171,11 @@ class Subject(ABC):
 
         Other arguments are those of `raw_env` for each of the students, `max_cycles`, `text`, `feedback_type`, ...
         """
-        from pz_envs.classroom import ClassroomEnv
+        from pz_envs.classroom import MOST, ClassroomEnv
+        from pz_envs.teacher_seat import is_count
 
+        if not is_count(students, MOST):
+            raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
         desks = [self.raw_env(speech="kinds", until_success=until_success, **options) for _ in range(students)]
         return ClassroomEnv(
             desks,
@@ -221,8 +224,9 @@ class Subject(ABC):
 
         Other arguments are those of `raw_env`, `max_cycles`, `text`, `feedback_type`, ...
         """
-        from pz_envs.panel import PanelEnv
+        from pz_envs.panel import PanelEnv, check_teachers
 
+        check_teachers(teachers)
         desk, *others = (self.raw_env(speech="kinds", teacher=teacher, **options) for teacher in teachers)
         return PanelEnv(
             desk,

@@ -19,6 +19,18 @@ MOST = 16
 ORDERS = ("fixed", "random")
 
 
+def check_teachers(teachers: Any) -> None:
+    """Check the teachers of a panel.
+
+    Raises:
+        ValueError: they are no list, or too few or too many.
+    """
+    if isinstance(teachers, str) or not isinstance(teachers, Sequence):
+        raise ValueError(f"teachers must be a list of 1 to {MOST}, such as ['oracle', 'silent'], got {teachers!r}")
+    if not 1 <= len(teachers) <= MOST:
+        raise ValueError(f"teachers must be 1 to {MOST}, got {len(teachers)}")
+
+
 class PanelEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` to `teacher_<m - 1>` and `student_0`.
 
@@ -76,8 +88,7 @@ class PanelEnv(SeatsEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(f"panel_{desk.name}", speech, render_mode)
-        if not 1 <= len(tutors) <= MOST:
-            raise ValueError(f"teachers must be 1 to {MOST}, got {len(tutors)}")
+        check_teachers(tutors)
         if order not in ORDERS:
             raise ValueError(f"order {order!r} is unknown; allowed: {', '.join(ORDERS)}")
         self.desk, self.order = desk, order

@@ -238,9 +238,12 @@ def test_heard_tells_each_kind(kind):
     ("settings", "match"),
     [
         ({"teachers": ["oracle"] * 17}, "teachers must be 1 to 16, got 17"),
+        ({"teachers": []}, "teachers must be 1 to 16, got 0"),
+        ({"teachers": "oracle"}, r"teachers must be a list of 1 to 16, such as \['oracle', 'silent'\], got 'oracle'"),
+        ({"teachers": None}, "teachers must be a list of 1 to 16, .* got None"),
         ({"order": "loudest"}, "order 'loudest' is unknown; allowed: fixed, random"),
         ({"speech": "song"}, "speech 'song' is unknown"),
-        ({"budget": 0}, "budget must be None or at least 1"),
+        ({"budget": 0}, "budget must be None or an integer of at least 1"),
         ({"render_mode": "x"}, "render_mode 'x' is unknown"),
         ({"teachers": ["wise"]}, "wise"),
     ],
