@@ -1,4 +1,4 @@
-"""A teacher's side of a lesson: which true claims there are to say now, saying some of them, and what that costs."""
+"""A teacher's side of a lesson: which claims there are to say now, saying some of them, and what that costs."""
 
 import math
 from collections.abc import Callable, Sequence
