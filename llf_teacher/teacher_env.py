@@ -180,7 +180,15 @@ class TeacherEnv(SeatEnv):
         return observation, info
 
     def action_masks(self) -> np.ndarray:
-        """Which subsets of kinds can be said now, bool (32,); the form that maskable learners ask for."""
+        """Which subsets of kinds can be said now, bool (32,); the form that maskable learners ask for.
+
+        Raises:
+            ValueError: the speech is not `kinds`.
+        """
+        if self.aec.speech != "kinds":
+            raise ValueError(
+                f"action_masks() needs speech='kinds'; with speech={self.aec.speech!r} any text can be said"
+            )
         return self.aec.observe(TEACHER)["action_mask"].astype(bool)
 
 

@@ -8,7 +8,7 @@ from gymnasium import spaces
 from gymnasium.utils import seeding
 
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
-from pz_envs.teacher_seat import LEGAL, PROSE, SUBSET_BITS, SUBSETS, Purse
+from pz_envs.teacher_seat import LEGAL, PROSE, SUBSET_BITS, SUBSETS, Purse, check_cost, is_count
 from pz_envs.tutoring import TutoringEnv, words_space
 from teachers.atoms import KINDS, SILENCE, Moment
 from worlds.spaces import Prose
@@ -28,11 +28,13 @@ class ClassroomEnv(SeatsEnv):
     Turn order:
         `reset` gives every student the instruction, free of charge. Then round follows round. In a round the teacher
         comes first: it has up to `attention` turns, and with each turns to one student, or to nobody, which ends its
-        part of the round. Who was not spoken to hears silence. Then every student that is left acts, in the order of
-        the numbers. A student whose episode has ended (its world ended it, `max_cycles` turns are over, or it
-        succeeded and `until_success` holds) can be spoken to for the last time in the teacher's next part, after which
-        it is terminated or truncated and leaves `agents`. When the last one leaves, the teacher's seat ends, too:
-        terminated if every student was, else truncated.
+        part of the round. Who was not spoken to hears nothing; but with `speech="kinds"`, if its last text was no
+        action, it hears the notice of that, free of charge. With `speech="message"` it hears that from no one but the
+        teacher. Then every student that is left acts, in the order of the numbers. A student whose episode has ended
+        (its world ended it, `max_cycles` turns are over, or it succeeded, `until_success` holds and the task is not
+        repeated) can be spoken to for the last time in the teacher's next part, after which it is terminated or
+        truncated and leaves `agents`. When the last one leaves, the teacher's seat ends, too: terminated if every
+        student was, else truncated.
 
     Student:
         Observation, action and info are those of `TutoringEnv`'s student. It has no way to ask for attention.
@@ -42,7 +44,7 @@ class ClassroomEnv(SeatsEnv):
             `students`, Box (n, 6) float32, per student: turn / max_cycles, 0 to 1; its last reward, in the world's
             `reward_range`; importance of its next action, 0 to the oracle's `max_importance`; 1 if its episode is
             over, else 0; 1 until it leaves, else 0; 1 if it was spoken to in this round, else 0;
-            `available`, MultiBinary (n, 5): the kinds of which there is a true claim to say to it, in the order
+            `available`, MultiBinary (n, 5): the kinds of which there is a claim to say to it, in the order
             r, hp, hn, fp, fn;
             `purse`, Box (2,) float32: share of the round's attention and share of the budget that are left, 0 to 1;
             `action_mask`, int8 (1 + 31 n,).
@@ -94,12 +96,11 @@ class ClassroomEnv(SeatsEnv):
         count = len(desks)
         if not 1 <= count <= MOST:
             raise ValueError(f"students must be 1 to {MOST}, got {count}")
-        if not isinstance(attention, int) or not 1 <= attention <= count:
+        if not is_count(attention, count):
             raise ValueError(
                 f"attention must be an integer from 1 to {count}, the number of students, got {attention!r}"
             )
-        if attention_cost < 0:
-            raise ValueError(f"attention_cost must be at least 0, got {attention_cost!r}")
+        check_cost("attention_cost", attention_cost)
         super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
         self.desks = tuple(desks)
         self.purse = Purse(cost, budget)

@@ -171,8 +171,11 @@ class Subject(ABC):
 
         Other arguments are those of `raw_env` for each of the students, `max_cycles`, `text`, `feedback_type`, ...
         """
-        from pz_envs.classroom import ClassroomEnv
+        from pz_envs.classroom import MOST, ClassroomEnv
+        from pz_envs.teacher_seat import is_count
 
+        if not is_count(students, MOST):
+            raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
         desks = [self.raw_env(speech="kinds", until_success=until_success, **options) for _ in range(students)]
         return ClassroomEnv(
             desks,
@@ -189,16 +192,22 @@ class Subject(ABC):
         """The classroom with PettingZoo's check of the calling order."""
         return wrappers.OrderEnforcingWrapper(self.raw_classroom_env(**kwargs))
 
-    def parallel_classroom_env(self, *, rule: str = "round_robin", **kwargs: Any) -> "ParallelEnv":
+    def parallel_classroom_env(
+        self, *, rule: str = "round_robin", speech: str = "kinds", **kwargs: Any
+    ) -> "ParallelEnv":
         """The students of a classroom, who act at the same time; a scripted teacher shares out its attention by a rule.
 
         See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
+
+        Raises:
+            ValueError: an argument is not allowed, such as `speech="message"`.
         """
         from pz_envs.parallel_seats import ParallelSeats
         from pz_envs.scripted import Attention
         from pz_envs.tutoring import TEACHER
 
-        return ParallelSeats(self.raw_classroom_env(**kwargs), {TEACHER: Attention(rule)})
+        _check_scripted(speech)
+        return ParallelSeats(self.raw_classroom_env(speech=speech, **kwargs), {TEACHER: Attention(rule)})
 
     def raw_panel_env(
         self,
@@ -215,8 +224,9 @@ class Subject(ABC):
 
         Other arguments are those of `raw_env`, `max_cycles`, `text`, `feedback_type`, ...
         """
-        from pz_envs.panel import PanelEnv
+        from pz_envs.panel import PanelEnv, check_teachers
 
+        check_teachers(teachers)
         desk, *others = (self.raw_env(speech="kinds", teacher=teacher, **options) for teacher in teachers)
         return PanelEnv(
             desk,
@@ -232,13 +242,27 @@ class Subject(ABC):
         """The panel with PettingZoo's check of the calling order."""
         return wrappers.OrderEnforcingWrapper(self.raw_panel_env(**kwargs))
 
-    def parallel_panel_env(self, **kwargs: Any) -> "ParallelEnv":
-        """The student of a panel alone; each teacher says all that its personality would say."""
+    def parallel_panel_env(self, *, speech: str = "kinds", **kwargs: Any) -> "ParallelEnv":
+        """The student of a panel alone; each teacher says all that its personality would say.
+
+        Raises:
+            ValueError: an argument is not allowed, such as `speech="message"`.
+        """
         from pz_envs.parallel_seats import ParallelSeats
         from pz_envs.scripted import Frank
 
-        env = self.raw_panel_env(**{**kwargs, "speech": "kinds"})
+        _check_scripted(speech)
+        env = self.raw_panel_env(speech=speech, **kwargs)
         return ParallelSeats(env, {teacher: Frank() for teacher in env.teachers})
+
+
+def _check_scripted(speech: str) -> None:
+    """Check the speech of teachers that are scripted."""
+    if speech == "message":
+        raise ValueError(
+            "speech 'message' has no parallel form, whose teachers are scripted; allowed: kinds; for messages take the "
+            "AEC form, as it is or with policies of your own in pz_envs.parallel_seats.ParallelSeats"
+        )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,6 +19,18 @@ MOST = 16
 ORDERS = ("fixed", "random")
 
 
+def check_teachers(teachers: Any) -> None:
+    """Check the teachers of a panel.
+
+    Raises:
+        ValueError: they are no list, or too few or too many.
+    """
+    if isinstance(teachers, str) or not isinstance(teachers, Sequence):
+        raise ValueError(f"teachers must be a list of 1 to {MOST}, such as ['oracle', 'silent'], got {teachers!r}")
+    if not 1 <= len(teachers) <= MOST:
+        raise ValueError(f"teachers must be 1 to {MOST}, got {len(teachers)}")
+
+
 class PanelEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` to `teacher_<m - 1>` and `student_0`.
 
@@ -41,6 +53,7 @@ class PanelEnv(SeatsEnv):
         Observation: Dict of `state`, `action` (`Prose`) as in `TutoringEnv`, and `heard` (`Prose`), what others have
         said before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. What it says of the
         instruction is not repeated.
+    The notice that the student's text was no action is heard from the first who gives it in a round.
     Info: the privileged `moment`.
 
     Rewards: at the student's step the student gets the world's reward, and each teacher its `teacher_reward`, by its
@@ -75,8 +88,7 @@ class PanelEnv(SeatsEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(f"panel_{desk.name}", speech, render_mode)
-        if not 1 <= len(tutors) <= MOST:
-            raise ValueError(f"teachers must be 1 to {MOST}, got {len(tutors)}")
+        check_teachers(tutors)
         if order not in ORDERS:
             raise ValueError(f"order {order!r} is unknown; allowed: {', '.join(ORDERS)}")
         self.desk, self.order = desk, order
@@ -171,8 +183,9 @@ class PanelEnv(SeatsEnv):
     def _with_speaker(self, teacher: str, said: str) -> Utterance:
         """Words whose atoms tell who says them; a notice that has been given in this round is left out."""
         atoms = said.atoms if type(said) is Utterance else ()
-        if self._spoken and any(atom.kind is None for atom in atoms):
-            said = Utterance.of(atoms := tuple(atom for atom in atoms if atom.kind is not None))
+        given = [atom.claim for words in self._spoken.values() for atom in words.atoms if atom.kind is None]
+        if any(atom.claim in given for atom in atoms):
+            said = Utterance.of(atoms := tuple(atom for atom in atoms if atom.claim not in given))
         return Utterance(said, tuple(atom._replace(speaker=teacher) for atom in atoms))
 
     def _joined(self) -> Utterance:

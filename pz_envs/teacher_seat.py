@@ -1,6 +1,8 @@
-"""A teacher's side of a lesson: which true claims there are to say now, saying some of them, and what that costs."""
+"""A teacher's side of a lesson: which claims there are to say now, saying some of them, and what that costs."""
 
+import math
 from collections.abc import Callable, Sequence
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,21 @@ _BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faste
 _BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
 
 
+def is_count(value: Any, most: float = math.inf) -> bool:
+    """Whether a value is an integer, numpy's included, from 1 to `most`."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and 1 <= value <= most
+
+
+def check_cost(name: str, value: Any) -> None:
+    """Check what is charged for something.
+
+    Raises:
+        ValueError: it is not a finite number of at least 0.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 <= value < math.inf:
+        raise ValueError(f"{name} must be a finite number of at least 0, got {value!r}")
+
+
 class Purse:
     """What a teacher may still say in an episode, and what saying it costs.
 
@@ -36,10 +53,9 @@ class Purse:
     """
 
     def __init__(self, cost: float = 0.01, budget: int | None = None) -> None:
-        if cost < 0:
-            raise ValueError(f"cost must be at least 0, got {cost!r}")
-        if budget is not None and budget < 1:
-            raise ValueError(f"budget must be None or at least 1, got {budget!r}")
+        check_cost("cost", cost)
+        if budget is not None and not is_count(budget):
+            raise ValueError(f"budget must be None or an integer of at least 1, got {budget!r}")
         self.cost, self.budget, self.spent = cost, budget, 0
 
     @property

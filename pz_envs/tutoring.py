@@ -40,9 +40,13 @@ class TutoringEnv(SeatsEnv):
         Action: `Prose`; an `Utterance` brings its atoms along. Info: the privileged `moment`.
 
     Teacher, `speech="kinds"`:
-        Observation: Dict of `available`, MultiBinary(5), the kinds of which there is a true claim to say, in the
-        order r, hp, hn, fp, fn; `features`, Box(5): turn / max_cycles, the last reward, importance of
-        the next action, share of the budget left, 1 if the episode is over; `action_mask`, int8 (32,).
+        Observation: Dict of
+            `available`, MultiBinary(5): the kinds of which there is a claim to say, in the order r, hp, hn, fp, fn;
+            `features`, Box (5,) float32: turn / max_cycles, 0 to 1; the last reward, in the world's `reward_range`;
+            importance of the next action, 0 to the oracle's `max_importance`; share of the budget that is left, 0 to 1,
+            1 without a budget; 1 if the episode is over, else 0;
+            `action_mask`, int8 (32,).
+        The claims are the tutor's after its personality: true, if that does not err.
         Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to
         say are not said. `reset` says the instruction itself. Info: the privileged `moment`.
 

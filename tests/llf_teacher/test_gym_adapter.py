@@ -343,6 +343,13 @@ def test_action_masks_for_maskable_learners():
     assert env.action_masks()[0]
 
 
+def test_there_are_no_action_masks_for_messages():
+    env = llf_teacher.TeacherEnv(GRID, speech="message")
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"needs speech='kinds'; with speech='message' any text can be said"):
+        env.action_masks()
+
+
 def test_a_teacher_of_ones_own_takes_the_seat():
     class Parrot:
         def reset(self, rng):

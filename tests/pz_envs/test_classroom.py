@@ -292,6 +292,13 @@ def test_unknown_rule():
         Attention("loudest")
 
 
+def test_the_parallel_form_has_kinds_only():
+    assert GRID.parallel_classroom_env(speech="kinds").env.speech == "kinds"
+    for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
+        with pytest.raises(ValueError, match=match):
+            pettingzoo.make("parallel", "llf/gridworld-classroom-v0", speech=speech)
+
+
 class Guide:
     """A partner in a student's seat."""
 
@@ -338,14 +345,17 @@ def test_seats_of_partners(partners, match):
 @pytest.mark.parametrize(
     ("settings", "match"),
     [
-        ({"students": 0}, "students must be 1 to 64, got 0"),
-        ({"students": 65}, "students must be 1 to 64, got 65"),
+        ({"students": 0}, "students must be an integer from 1 to 64, got 0"),
+        ({"students": 65}, "students must be an integer from 1 to 64, got 65"),
+        ({"students": "3"}, "students must be an integer from 1 to 64, got '3'"),
+        ({"students": True}, "students must be an integer from 1 to 64, got True"),
         ({"attention": 9}, "attention must be an integer from 1 to 8, the number of students, got 9"),
         ({"attention": 0}, "attention must be an integer from 1 to 8"),
+        ({"attention": True}, "attention must be an integer from 1 to 8, the number of students, got True"),
         ({"speech": "song"}, "speech 'song' is unknown"),
-        ({"cost": -1}, "cost must be at least 0"),
-        ({"attention_cost": -1}, "attention_cost must be at least 0"),
-        ({"budget": 0}, "budget must be None or at least 1"),
+        ({"cost": -1}, "cost must be a finite number of at least 0"),
+        ({"attention_cost": "x"}, "attention_cost must be a finite number of at least 0, got 'x'"),
+        ({"budget": 0}, "budget must be None or an integer of at least 1"),
         ({"render_mode": "x"}, "render_mode 'x' is unknown"),
         ({"teacher_reward": "gold"}, "unknown teacher_reward 'gold'; .*student_reward"),
     ],
@@ -353,6 +363,20 @@ def test_seats_of_partners(partners, match):
 def test_bad_arguments(settings, match):
     with pytest.raises(ValueError, match=match):
         GRID.raw_classroom_env(**settings)
+
+
+def test_numbers_may_be_numpys():
+    env = GRID.raw_classroom_env(
+        students=np.int64(2),
+        attention=np.int64(2),
+        cost=np.float32(0.5),
+        attention_cost=np.int64(1),
+        budget=np.int64(1),
+    )
+    env.reset(seed=0)
+    env.step(env.address(0, ALL))
+    assert env.rewards[TEACHER] == -1.5
+    assert env.observe(TEACHER) in env.observation_space(TEACHER)
 
 
 @pytest.mark.parametrize(

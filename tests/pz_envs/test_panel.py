@@ -111,6 +111,22 @@ def test_the_instruction_is_given_once_and_notices_too():
     ]
 
 
+@pytest.mark.parametrize("words_first", [False, True])
+def test_a_notice_is_heard_from_the_first_who_gives_it(words_first):
+    env = GRID.raw_panel_env(teachers=["oracle"] * 3, speech="message", text=True)
+    env.reset(seed=0)
+    for said in ("", "", "", "hmm"):
+        env.step(said)
+    notice = env.desk.tutor.open(env.desk.moment)
+    for said in ("I see." if words_first else notice, notice, notice):
+        env.step(said)
+    seen = env.observe(STUDENT)
+    assert list(seen["said"].values()) == (["I see.", notice, ""] if words_first else [notice, "", ""])
+    speakers = [atom.speaker for atom in seen["feedback"].atoms]
+    assert speakers == ["teacher_1" if words_first else "teacher_0"]
+    assert [env.seats[teacher].purse.spent for teacher in env.teachers] == [int(words_first), 0, 0]
+
+
 def test_each_pays_for_its_own_words_out_of_its_own_budget():
     env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"), cost=0.5, budget=3, max_cycles=10)
     env.reset(seed=0)
@@ -200,6 +216,13 @@ def test_forms_in_parallel():
     assert list(rewards) == [f"teacher_{i}" for i in range(3)]
 
 
+def test_the_parallel_form_has_kinds_only():
+    assert GRID.parallel_panel_env(speech="kinds").env.speech == "kinds"
+    for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
+        with pytest.raises(ValueError, match=match):
+            pettingzoo.make("parallel", "llf/gridworld-panel-v0", speech=speech)
+
+
 @pytest.mark.parametrize("kind", range(5))
 def test_heard_tells_each_kind(kind):
     env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"))
@@ -215,9 +238,12 @@ def test_heard_tells_each_kind(kind):
     ("settings", "match"),
     [
         ({"teachers": ["oracle"] * 17}, "teachers must be 1 to 16, got 17"),
+        ({"teachers": []}, "teachers must be 1 to 16, got 0"),
+        ({"teachers": "oracle"}, r"teachers must be a list of 1 to 16, such as \['oracle', 'silent'\], got 'oracle'"),
+        ({"teachers": None}, "teachers must be a list of 1 to 16, .* got None"),
         ({"order": "loudest"}, "order 'loudest' is unknown; allowed: fixed, random"),
         ({"speech": "song"}, "speech 'song' is unknown"),
-        ({"budget": 0}, "budget must be None or at least 1"),
+        ({"budget": 0}, "budget must be None or an integer of at least 1"),
         ({"render_mode": "x"}, "render_mode 'x' is unknown"),
         ({"teachers": ["wise"]}, "wise"),
     ],
