@@ -12,6 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
+from rich.console import Console
 from rich.progress import track
 
 import llf_teacher
@@ -118,7 +119,7 @@ def main() -> None:
         for given in SETTINGS:
             setting = given._replace(episodes=arguments.episodes or given.episodes)
             lives = curves[setting.id] = {}
-            for teacher in track(TEACHERS, description=setting.id):
+            for teacher in track(TEACHERS, setting.id, console=Console(stderr=True)):
                 seeds = range(arguments.seeds)
                 lives[teacher] = np.array(
                     list(pool.map(lifetime, [setting] * len(seeds), [teacher] * len(seeds), seeds))
