@@ -123,10 +123,15 @@ def policy_of(model: MaskablePPO, explores: bool = False) -> Policy:
     return act
 
 
-def near_mistakes(observation: Mapping[str, Any], mask: np.ndarray) -> int:
-    """Correct the mistakes that are made near the treasure."""
-    near = observation["lifetime"][_WAY] <= _NEAR / (_NEAR + 4)
-    return int(np.flatnonzero(mask)[-1]) if near else 0
+def near_mistakes(others: float = 0.0) -> Policy:
+    """Correct the mistakes that are made near the treasure, and a share of the others."""
+    rng = np.random.default_rng(0)
+
+    def act(observation: Mapping[str, Any], mask: np.ndarray) -> int:
+        near = observation["lifetime"][_WAY] <= _NEAR / (_NEAR + 4)
+        return int(np.flatnonzero(mask)[-1]) if near or rng.random() < others else 0
+
+    return act
 
 
 def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.ndarray:
@@ -234,7 +239,8 @@ def main() -> None:
     with ProcessPoolExecutor() as pool:
         for teacher in TEACHERS:
             areas[teacher] = heuristic(teacher, setting, seeds, pool.map)
-    areas["near mistakes"] = accompanied(near_mistakes, setting, seeds)
+    areas["near mistakes"] = accompanied(near_mistakes(), setting, seeds)
+    areas["near mistakes, half of the others"] = accompanied(near_mistakes(others=0.5), setting, seeds)
     print(f"\n{setting.id}: {setting.episodes} episodes, {setting.budget} pieces of advice\n")
     compare(areas, "learned")
     if arguments.plot:
