@@ -82,9 +82,20 @@ def test_play_the_teacher(tmp_path):
     result = llf(*command, cwd=tmp_path, text="fp\nhp, fp\nx\na\n" + "fp\n" * 20)
     assert result.returncode == 0
     assert "Say which kinds of r, hp, hn, fp, fn?" in result.stdout
-    assert "Go(action=<Direction." in result.stdout
+    assert re.search(r"^  fp Go (north|east|west|south) next\.$", result.stdout, re.MULTILINE)
+    assert "Direction" not in result.stdout
     assert "names 'x'" in result.stdout
     assert re.search(r"Over after \d turns: solved, total reward 0\.\d+\.", result.stdout)
+
+
+def test_play_the_teacher_with_a_small_budget(tmp_path):
+    command = ("play", "llf-gridworld-v0", "--seat", "teacher", "--seed", "3", "--student", "random", "--budget", "2")
+    result = llf(*command, "--max-turns", "4", cwd=tmp_path, text="fp\n\nfp\n\n\n")
+    text = " ".join(result.stdout.split())
+    assert "(a: all, empty: none; 2 of 2 left)>" in text
+    assert text.count("1 of 2 left") == 2
+    assert text.count("Your budget of 2 is spent, so that you can say nothing more. Enter to go on>") == 2
+    assert "Over after 4 turns" in text
 
 
 def test_play_a_seat_that_there_is_not(tmp_path):
