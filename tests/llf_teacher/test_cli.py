@@ -54,6 +54,9 @@ def test_a_study_from_file_to_report(tmp_path):
         (("golden", "folder", "nothing"), "unknown environment 'nothing'"),
         (("audit", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("audit", "--teacher", "orakle"), "did you mean oracle"),
+        (("audit", "--voice", "shrill"), "unknown voice 'shrill'; allowed: plain, curt, socratic, warm, the path of"),
+        (("audit", "--voice", "shrill:voice"), "cannot load the voice 'shrill:voice': No module named 'shrill'"),
+        (("audit", "--voice", "string:digits"), "the voice 'string:digits' must be a function"),
     ],
 )
 def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
@@ -162,6 +165,24 @@ def test_audit_leaves_out_what_cannot_be_served(tmp_path):
     result = llf("audit", "llf-poem-Haiku-v0", "--teacher", "noisy", cwd=tmp_path)
     assert result.returncode == 2
     assert "none of these environments serves any of these teachers" in result.stderr
+
+
+def test_audit_of_a_voice(tmp_path):
+    """A curt teacher says the same in fewer words; what a rewriting voice changes is counted and shown."""
+    words = {}
+    for voice in ("plain", "curt"):
+        result = llf("audit", "llf-gridworld-v0", "--turns", "30", "--voice", voice, "--json", cwd=tmp_path)
+        (found,) = json.loads(result.stdout)
+        words[voice] = found["words_per_turn"]
+        assert (found["changes"], found["changed"]) == (0, [])
+    assert words["curt"] < words["plain"]
+    (tmp_path / "muddle.py").write_text("def swap(sentence):\n    return sentence.replace('north', 'south')\n")
+    result = llf("audit", "llf-gridworld-v0", "--turns", "60", "--voice", "muddle:swap", cwd=tmp_path)
+    assert result.returncode == 0
+    assert re.search(r"leaks +changed", result.stdout)
+    assert "llf-gridworld-v0, oracle: changed by the voice" in result.stdout
+    assert "vanished: north; appeared: south" in result.stdout
+    assert max(map(len, result.stdout.splitlines())) <= 80
 
 
 def test_shelf(tmp_path):
