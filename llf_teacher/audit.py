@@ -14,6 +14,7 @@ from pz_envs.family import Subject
 from teachers.atoms import FP, Claim, FeedbackType, Label
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher
+from teachers.voice import Change
 
 STUDENTS = ("random", "obedient")
 """Who is taught in an audit: one who errs, and one who does as told."""
@@ -59,6 +60,10 @@ class Audit:
     """
     examples: list[Example] = field(default_factory=list)
     """The first falsehoods and leaks."""
+    changes: int = 0
+    """Sentences whose numbers or names a rewriting voice changed. The claims are checked as they were made."""
+    changed: list[Change] = field(default_factory=list)
+    """The first of them."""
 
     def count(self, *labels: Label) -> int:
         """Number of claims with one of these labels."""
@@ -97,6 +102,8 @@ class Audit:
             "withheld": {kind: self.withheld[kind] for kind in sorted(self.withheld, key=str)},
             "leaks": self.leaks,
             "examples": [example._asdict() for example in self.examples],
+            "changes": self.changes,
+            "changed": [change._asdict() for change in self.changed],
         }
 
 
@@ -163,6 +170,9 @@ def _watch(found: Audit, env: StudentEnv, student: Policy, seed: int, turns: int
         found.words += len(observation["feedback"].split())
         if isinstance(teacher, Teacher):
             offered.update((claim, moment.turn) for claim in teacher.offered)
+        changes = getattr(teacher, "changes", ())
+        found.changes += len(changes)
+        found.changed += changes[: _EXAMPLES - len(found.changed)]
         if not atoms and observation["feedback"]:
             found.claims[None, Label.UNCHECKED] += 1
         for atom, label in atoms:

@@ -62,6 +62,7 @@ class Policy(ABC):
 class Student(Spec):
     """Base of all students: a frozen value that makes a `Policy` for a seat."""
 
+    shelf = students.__name__
     Policy: ClassVar[type[Policy]]
     reads: ClassVar[str]
     """What it learns from, one of `READS`; reports show it."""

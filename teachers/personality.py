@@ -51,6 +51,7 @@ class Stage(ABC):
 class Personality(Spec):
     """Base of all personalities: a frozen value that starts a `Stage` for each episode."""
 
+    shelf = personalities.__name__
     Stage: ClassVar[type[Stage]]
     source: ClassVar[str] = "ours"
     """Where the definition comes from."""

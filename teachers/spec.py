@@ -9,16 +9,23 @@ import reprlib
 import warnings
 from functools import cached_property
 from types import ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 
 class Spec:
-    """A frozen dataclass that is named like its module; `str` gives its spec string."""
+    """A frozen dataclass that is named like its module; `str` gives its spec string.
+
+    A class outside of a `shelf` is named as in Python: `str` shows it, but no spec string can name it.
+    """
+
+    shelf: ClassVar[str] = ""
+    """The package whose modules are named in spec strings."""
 
     @property
     def name(self) -> str:
-        """The name by which spec strings call it."""
-        return type(self).__module__.rpartition(".")[2]
+        """The name by which spec strings call it; that of its class if they cannot."""
+        package, _, module = type(self).__module__.rpartition(".")
+        return module if package == self.shelf else type(self).__name__
 
     def __str__(self) -> str:
         given = [

@@ -5,6 +5,8 @@ import json
 import math
 import multiprocessing
 import os
+import pkgutil
+import sys
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatchcase
@@ -18,6 +20,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from llf_teacher.audit import Audit
+    from teachers.voice import Voice
 
 
 def add_to(app: typer.Typer) -> None:
@@ -33,6 +36,7 @@ def audit(
     teacher: Annotated[list[str] | None, typer.Option(help="Personality spec; repeat it for several.")] = None,
     turns: Annotated[int, typer.Option(min=1, help="Turns of students per environment and teacher.")] = 1000,
     feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
+    voice: Annotated[str, typer.Option(help="A voice, the path of one, or module:function to rewrite.")] = "plain",
     workers: Annotated[int | None, typer.Option(min=1, help="Parallel processes; one a core by default.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
@@ -43,12 +47,15 @@ def audit(
     from llf_teacher.registry import entry
     from teachers.personality import parse_personality
 
+    if os.getcwd() not in sys.path:  # where `module:function` is looked for, as with `python -m`
+        sys.path.append(os.getcwd())
+    _voice(voice)
     specs = [str(parse_personality(spec)) for spec in teacher or ["oracle"]]
     console = Console(stderr=True)
     jobs = []
     for id, spec in itertools.product(_matching(ids), specs):
         if entry(id).family.serves(spec):
-            jobs.append((id, spec, turns, feedback_type))
+            jobs.append((id, spec, turns, feedback_type, voice))
         else:
             console.print(f"{id} does not serve {spec}: left out", markup=False, highlight=False)
     if not jobs:
@@ -74,7 +81,7 @@ def _matching(patterns: list[str] | None) -> list[str]:
     return list(found)
 
 
-def _audits(jobs: list[tuple[str, str, int, str]], workers: int | None) -> Iterator["Audit"]:
+def _audits(jobs: list[tuple[str, str, int, str, str]], workers: int | None) -> Iterator["Audit"]:
     if len(jobs) == 1:
         yield _audit(*jobs[0])
         return
@@ -88,20 +95,44 @@ def _audits(jobs: list[tuple[str, str, int, str]], workers: int | None) -> Itera
             pool.shutdown(cancel_futures=True)
 
 
-def _audit(id: str, teacher: str, turns: int, feedback_type: str) -> "Audit":
+def _audit(id: str, teacher: str, turns: int, feedback_type: str, voice: str) -> "Audit":
     from llf_teacher.audit import audit
 
-    return audit(id, teacher, turns=turns, feedback_type=feedback_type)
+    return audit(id, teacher, turns=turns, feedback_type=feedback_type, voice=_voice(voice))
+
+
+def _voice(name: str) -> "Voice":
+    """The voice of a name: the name itself, or the function that it stands for.
+
+    Raises:
+        ValueError: there is no such voice.
+    """
+    from teachers.voice import load_tone
+
+    if ":" not in name or name.endswith(".toml"):
+        load_tone(name)
+        return name
+    try:
+        function = pkgutil.resolve_name(name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"cannot load the voice {name!r}: {error}; expected `package.module:function`") from None
+    if not callable(function):
+        raise ValueError(f"the voice {name!r} must be a function that rewrites a sentence, got {function!r}")
+    return function
 
 
 def _print(found: list["Audit"]) -> None:
     from teachers.atoms import KINDS, Label
 
     console = Console(highlight=False)
+    columns = [*((kind, 4) for kind in KINDS), ("hold", 6), ("withheld", 8), ("words", 5), ("leaks", 5)]
+    changes = any(each.changes for each in found)
+    if changes:
+        columns.append(("changed", 7))
     for id, audits in itertools.groupby(found, lambda each: each.id):
         table = Table(box=None, padding=(0, 1, 0, 0))
-        table.add_column("  teacher", width=23, overflow="fold")
-        for column, width in (*((kind, 4) for kind in KINDS), ("hold", 6), ("withheld", 8), ("words", 5), ("leaks", 5)):
+        table.add_column("  teacher", width=15 if changes else 23, overflow="fold")
+        for column, width in columns:
             table.add_column(column, min_width=width, justify="right")
         for each in audits:
             said = {kind: sum(n for (k, _), n in each.claims.items() if k == kind) for kind in KINDS}
@@ -112,12 +143,15 @@ def _print(found: list["Audit"]) -> None:
                 f"{each.withheld.total()}",
                 f"{each.words / each.turns:.1f}",
                 f"{each.leaks}",
+                *([f"{each.changes}"] if changes else []),
             )
         console.print(f"[bold]{id}[/]", table, sep="\n")
     console.print(
         "\nClaims by kind, the share that holds (the instruction's included), claims of the oracle that were", end=" "
     )
     console.print("withheld, words of feedback a turn, and leaks.")
+    if changes:
+        console.print("Changed are sentences whose numbers or names the voice did not keep.")
     for each in found:
         for example in each.examples:
             console.print(f"\n{each.id}, {each.teacher}: {example.what}", style="red", markup=False)
@@ -126,6 +160,10 @@ def _print(found: list["Audit"]) -> None:
                 f"{example.instruction_type}, seed {example.seed}, turn {example.turn}",
                 markup=False,
             )
+        for change in each.changed:
+            console.print(f"\n{each.id}, {each.teacher}: changed by the voice", style="yellow", markup=False)
+            lost, new = (", ".join(names) or "nothing" for names in (change.vanished, change.appeared))
+            console.print(f"  {change.before}\n  {change.after}\n  vanished: {lost}; appeared: {new}", markup=False)
     false = sum(each.count(Label.DISTORTED) for each in found if each.honest)
     checked = sum(each.checked for each in found)
     broken = "" if (honest := sum(each.honest for each in found)) == len(found) else f" ({honest} of {len(found)} are)"

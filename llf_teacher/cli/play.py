@@ -1,6 +1,6 @@
 """`llf play`: a person plays the student or the teacher in the terminal."""
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -8,6 +8,10 @@ from rich.markup import escape
 
 from teachers.atoms import KINDS
 from teachers.feedback import parse_kinds
+
+if TYPE_CHECKING:
+    from pz_envs.teacher_seat import TeacherSeat
+    from teachers.atoms import Claim
 
 
 def add_to(app: typer.Typer) -> None:
@@ -24,7 +28,7 @@ def play(
     student: Annotated[str, typer.Option(help="Spec of the student whom you teach.")] = "obedient",
     instruction_type: Annotated[str, typer.Option(help="b, p or c.")] = "b",
     feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
-    budget: Annotated[int | None, typer.Option(help="Atoms that you may say as the teacher.")] = None,
+    budget: Annotated[int | None, typer.Option(help="Claims that you may make as the teacher.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the episode.")] = None,
     max_turns: Annotated[int | None, typer.Option(help="Turns at most.")] = None,
 ) -> None:
@@ -82,10 +86,7 @@ def _teach(console: Console, id: str, seed: int | None, **settings: Any) -> None
         if told["action"]:
             console.print(f"The student did: [bold]{escape(told['action'])}[/]")
         console.print(f"[cyan]{escape(told['state'])}[/]\n")
-        claims = [claim for claim in seat.claims() if claim.kind is not None] if seat.purse.left else []
-        for claim in claims:
-            console.print(f"  {claim.kind:2} {escape(repr(claim))}")
-        subset = _choose(console, f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none)> ")
+        subset = _choose(console, seat)
         _, reward, terminated, truncated, _ = env.step(subset)
         console.print(f"[green]{escape(aec.feedback)}[/]\n")
         total += reward
@@ -98,8 +99,17 @@ def _sum_up(console: Console, turns: int, success: bool, total: float) -> None:
     console.print(f"Over after {turns} turns: {solved}, total reward {total:.4g}.")
 
 
-def _choose(console: Console, prompt: str) -> int:
-    """The subset of the kinds that a person types, asked until it is one."""
+def _choose(console: Console, seat: "TeacherSeat") -> int:
+    """The subset of the kinds that a person types, asked until it is one; none once the budget is spent."""
+    purse = seat.purse
+    if not purse.left:
+        console.input(f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> ")
+        return 0
+    for claim in seat.claims():
+        if claim.kind is not None:
+            console.print(f"  {claim.kind:2} {escape(_worded(claim, seat))}", soft_wrap=True)
+    left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
+    prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
     while True:
         words = console.input(prompt).replace("+", " ").replace(",", " ").split()
         try:
@@ -108,6 +118,15 @@ def _choose(console: Console, prompt: str) -> int:
             console.print(escape(str(error)))
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
+
+
+def _worded(claim: "Claim", seat: "TeacherSeat") -> str:
+    """A claim in the first of its paraphrases; which one is said is drawn when it is."""
+    import numpy as np
+
+    from teachers.phrasebook import Draws
+
+    return seat.tutor.voice.say((claim,), seat.moment.turn, Draws(np.random.default_rng(0)), 0)
 
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:

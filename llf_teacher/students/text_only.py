@@ -1,4 +1,4 @@
-"""text_only: does what the teacher's words say; it knows the phrasebook but sees no atoms."""
+"""text_only: does what the teacher's words say; it knows the phrases of every voice but sees no atoms."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,13 +11,14 @@ from llf_teacher.student import Student
 from pz_envs.text_mode import parse_action
 from teachers.atoms import FP, ParseFailure
 from teachers.common import Right, Wrong
+from teachers.voice import voice_names
 
 _BLANK = "..."  # a line that is yet to be written
 
 
 @dataclass(frozen=True)
 class TextOnly(Student):
-    """Believes every sentence it understands.
+    """Believes every sentence it understands: those of the family, in all voices that have a name.
 
     It takes actions by their names, as the `target` to go to, or as the first of some `steps`, lists of them as a plan,
     a line in quotes as a correction of its last text, and right or wrong as said of its action.
@@ -32,7 +33,7 @@ class TextOnly(Student):
             """Learn to read, once; have nothing written."""
             super().begin()
             if not hasattr(self, "_reader"):
-                self._reader = Reader(self.family.make_teacher(self.world).voice)
+                self._reader = Reader(self.family.phrasebook, voice_names(), self._is_action)
             self._draft = ""
             self._actions: list[Any] = []
 
@@ -64,6 +65,9 @@ class TextOnly(Student):
             if isinstance(self.world.action_space, spaces.Text):
                 self._draft = action
             return action
+
+        def _is_action(self, text: str) -> bool:
+            return type(parse_action(text, self.world)) is not ParseFailure
 
         def _correct(self, number: int, words: str) -> str:
             """The last text with one line replaced."""

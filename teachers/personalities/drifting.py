@@ -21,7 +21,17 @@ class Drifting(Personality):
 
     def __post_init__(self) -> None:
         check_range("after", self.after, 0, 1_000_000, int)
-        object.__setattr__(self, "to", str(parse_personality(self.to)))
+        to = parse_personality(self.to)
+        try:
+            same = parse_personality(str(to)) == to
+        except ValueError:
+            same = False
+        if not same:
+            raise ValueError(
+                f"to must be a spec, or a personality that one can name, got {to!r}; "
+                "put it into a module of its name under teachers/personalities/"
+            )
+        object.__setattr__(self, "to", str(to))
 
     @property
     def needs(self) -> frozenset[str]:  # type: ignore[override]

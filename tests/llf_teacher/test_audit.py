@@ -100,8 +100,9 @@ def test_an_answer_that_leaks():
     assert found.caught
     assert found.leaks == sum(n for (kind, _), n in found.claims.items() if kind == FP)
     assert found.examples[0].what == "leak"
+    assert found.teacher == "Blabber"
     assert not audit(GRID, Silent(), turns=60).caught
-    with pytest.raises(AssertionError, match=r"was caught in llf-gridworld-v0:\n  Example\(what='leak'"):
+    with pytest.raises(AssertionError, match=r"Blabber was caught in llf-gridworld-v0:\n  Example\(what='leak'"):
         check_teacher(GRID, Blabber(), turns=60)
 
 
@@ -129,6 +130,24 @@ def test_text_without_claims_is_unchecked():
     assert found.held is None
     with pytest.raises(AssertionError, match="made no claim"):
         check_teacher(GRID, talker, turns=30)
+
+
+def test_what_a_rewriting_voice_does_to_numbers_and_names_is_counted():
+    """And nothing is counted twice, also where the teacher is silent between two sentences."""
+    said = []
+
+    def swap(sentence):
+        said.append(sentence)
+        return sentence.replace("north", "south")
+
+    found = audit(GRID, "only(kinds='fp') | mix", turns=120, voice=swap)
+    assert found.changes == sum("north" in each and "south" not in each for each in said) > 5
+    assert [change.appeared for change in found.changed] == [("south",)] * 5
+    assert not found.caught
+    assert found.as_dict()["changes"] == found.changes
+    assert found.as_dict()["changed"][0]["vanished"] == ("north",)
+    plain = audit(GRID, "oracle", turns=60)
+    assert (plain.changes, plain.changed) == (0, [])
 
 
 def test_the_same_audit_finds_the_same():

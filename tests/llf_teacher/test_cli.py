@@ -54,6 +54,9 @@ def test_a_study_from_file_to_report(tmp_path):
         (("golden", "folder", "nothing"), "unknown environment 'nothing'"),
         (("audit", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("audit", "--teacher", "orakle"), "did you mean oracle"),
+        (("audit", "--voice", "shrill"), "unknown voice 'shrill'; allowed: plain, curt, socratic, warm, the path of"),
+        (("audit", "--voice", "shrill:voice"), "cannot load the voice 'shrill:voice': No module named 'shrill'"),
+        (("audit", "--voice", "string:digits"), "the voice 'string:digits' must be a function"),
     ],
 )
 def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
@@ -82,9 +85,20 @@ def test_play_the_teacher(tmp_path):
     result = llf(*command, cwd=tmp_path, text="fp\nhp, fp\nx\na\n" + "fp\n" * 20)
     assert result.returncode == 0
     assert "Say which kinds of r, hp, hn, fp, fn?" in result.stdout
-    assert "Go(action=<Direction." in result.stdout
+    assert re.search(r"^  fp Go (north|east|west|south) next\.$", result.stdout, re.MULTILINE)
+    assert "Direction" not in result.stdout
     assert "names 'x'" in result.stdout
     assert re.search(r"Over after \d turns: solved, total reward 0\.\d+\.", result.stdout)
+
+
+def test_play_the_teacher_with_a_small_budget(tmp_path):
+    command = ("play", "llf-gridworld-v0", "--seat", "teacher", "--seed", "3", "--student", "random", "--budget", "2")
+    result = llf(*command, "--max-turns", "4", cwd=tmp_path, text="fp\n\nfp\n\n\n")
+    text = " ".join(result.stdout.split())
+    assert "(a: all, empty: none; 2 of 2 left)>" in text
+    assert text.count("1 of 2 left") == 2
+    assert text.count("Your budget of 2 is spent, so that you can say nothing more. Enter to go on>") == 2
+    assert "Over after 4 turns" in text
 
 
 def test_play_a_seat_that_there_is_not(tmp_path):
@@ -151,6 +165,24 @@ def test_audit_leaves_out_what_cannot_be_served(tmp_path):
     result = llf("audit", "llf-poem-Haiku-v0", "--teacher", "noisy", cwd=tmp_path)
     assert result.returncode == 2
     assert "none of these environments serves any of these teachers" in result.stderr
+
+
+def test_audit_of_a_voice(tmp_path):
+    """A curt teacher says the same in fewer words; what a rewriting voice changes is counted and shown."""
+    words = {}
+    for voice in ("plain", "curt"):
+        result = llf("audit", "llf-gridworld-v0", "--turns", "30", "--voice", voice, "--json", cwd=tmp_path)
+        (found,) = json.loads(result.stdout)
+        words[voice] = found["words_per_turn"]
+        assert (found["changes"], found["changed"]) == (0, [])
+    assert words["curt"] < words["plain"]
+    (tmp_path / "muddle.py").write_text("def swap(sentence):\n    return sentence.replace('north', 'south')\n")
+    result = llf("audit", "llf-gridworld-v0", "--turns", "60", "--voice", "muddle:swap", cwd=tmp_path)
+    assert result.returncode == 0
+    assert re.search(r"leaks +changed", result.stdout)
+    assert "llf-gridworld-v0, oracle: changed by the voice" in result.stdout
+    assert "vanished: north; appeared: south" in result.stdout
+    assert max(map(len, result.stdout.splitlines())) <= 80
 
 
 def test_shelf(tmp_path):

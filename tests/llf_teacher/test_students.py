@@ -1,5 +1,8 @@
 """Students: what each of them reaches, and what it may see."""
 
+from functools import partial
+from itertools import islice, product
+
 import numpy as np
 import pytest
 from sampling import IDS, fewer
@@ -11,10 +14,15 @@ from llf_teacher.student import entitled, parse_student
 from llf_teacher.studies.episode import play, scenes
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families
+from pz_envs.text_mode import parse_action
 from pz_envs.tutoring import STUDENT
+from teachers.atoms import ParseFailure
+from teachers.phrasebook import Draws
+from teachers.voice import voice_names
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
 BANDITS = [id for id, (_, family, *_) in entries().items() if family.oracle == "BanditOracle"]
+VOICES = voice_names()
 POEMS = [id for id, (_, family, *_) in entries().items() if family.oracle == "PoemOracle"]
 
 
@@ -111,9 +119,27 @@ def test_students_see_what_they_are_entitled_to(id, student):
 def test_reading_recovers_every_sentence(id, teacher):
     """A reader of words hears exactly the claims that were said, in order, with the turn they are about."""
     env = llf_teacher.make(id, teacher=teacher, instruction_type="p")
-    reader = Reader(env.teacher.voice)
+    recovers(env, Reader(env.family.phrasebook), fewer(env.family, 8))
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+@pytest.mark.parametrize("voice", VOICES[1:])
+def test_reading_recovers_every_sentence_of_every_voice(id, voice):
+    """With the same reader, who does not know beforehand which voice it will hear."""
+    reader = None
+    for teacher in ("mistake(eps=0.5) | delayed(turns=2)", "verification", "vague"):
+        env = llf_teacher.make(id, teacher=teacher, instruction_type="p", voice=voice)
+        reader = reader or Reader(env.family.phrasebook, VOICES, partial(is_action, env.aec.world))
+        recovers(env, reader, fewer(env.family, 3))
+
+
+def is_action(world, text):
+    return type(parse_action(text, world)) is not ParseFailure
+
+
+def recovers(env, reader, episodes):
     rng = np.random.default_rng(0)
-    for seed in range(fewer(env.family, 8)):
+    for seed in range(episodes):
         observation, info = env.reset(seed=seed)
         done = False
         while not done:
@@ -126,6 +152,50 @@ def test_reading_recovers_every_sentence(id, teacher):
                     assert each.slots["action"] == f"{atom.claim.action}"
             observation, _, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
             done = terminated or truncated
+
+
+SPECS = ("oracle", "mistake", "hinter", "vague", "verification", "worked_example", "retry_only", "placebo", "equal")
+READ = ("action", "target", "steps", "listing", "line", "words")
+"""Slots that `text_only` understands."""
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_every_paraphrase_of_every_voice_is_read_as_the_claim_that_it_words(id):
+    """Whichever voice was heard before."""
+    family = entry(id).family
+    said = {}
+    for spec in filter(family.serves, SPECS):
+        for type_ in "bpc":
+            env = llf_teacher.make(id, teacher=spec, instruction_type=type_)
+            student = parse_student("random").seat(family, env.aec.world)
+            for scene in islice(scenes(env, student, seed=0), 10):
+                for atom, _ in scene.atoms:
+                    said.setdefault(type(atom.claim), set()).add(atom.claim)
+    assert len(said) > 15
+    for before, voice in product(VOICES, VOICES):
+        reader = Reader(family.phrasebook, [before, *VOICES], partial(is_action, family.make_world()))
+        book = family.phrasebook(voice)
+        for claim in (claim for claims in said.values() for claim in sorted(claims, key=repr)[:2]):
+            for i in range(len(book.templates(type(claim)))):
+                text = str(book.say([claim], 1, Draws(np.random.default_rng(0)), i))
+                (heard,) = reader.read(text)
+                assert heard.claim is type(claim), text
+                for slot in heard.slots.keys() & READ:
+                    assert heard.slots[slot] == f"{getattr(claim, slot)}", text
+
+
+@pytest.mark.parametrize("voice", VOICES)
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_a_reader_of_words_understands_every_voice(id, voice):
+    """It does as well with each as with the plain one, to which it was listening before."""
+    family = entry(id).family
+    policy = parse_student("text_only").seat(family, family.make_world())
+
+    def rewards(voice):
+        env = llf_teacher.make(id, voice=voice)
+        return [scene.moment.reward for scene in scenes(env, policy, seed=3)]
+
+    assert rewards("plain") == rewards(voice)
 
 
 DISCRETE = ["llf-bandits-BanditTenArmedRandomFixed-v0", "llf-gridworld-v0"]
@@ -181,7 +251,7 @@ def test_words_are_understood_like_claims(id, teacher):
 
 def test_reading_skips_what_it_does_not_know():
     env = llf_teacher.make("llf-gridworld-v0")
-    heard = list(Reader(env.teacher.voice).read("Hello there! Go north next. What a day. Do not go east next."))
+    heard = list(Reader(env.family.phrasebook).read("Hello there! Go north next. What a day. Do not go east next."))
     assert [each.slots for each in heard] == [{"action": "north"}, {"action": "east"}]
 
 

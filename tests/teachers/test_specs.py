@@ -8,10 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teachers.personalities.delayed import Delayed
+from teachers.personalities.drifting import Drifting
 from teachers.personalities.mistake import Mistake
 from teachers.personalities.only import Only
 from teachers.personalities.oracle import Oracle
-from teachers.personality import PERSONALITIES, Pipeline, parse_personality
+from teachers.personality import PERSONALITIES, Personality, Pipeline, parse_personality
 
 NAMES = PERSONALITIES.names
 # Values for parameters; a parameter that is not listed keeps its default.
@@ -74,6 +75,32 @@ def test_specs_round_trip(personality):
 def test_only_what_is_not_the_default_is_written(personality, text):
     assert str(personality) == text
     assert parse_personality(text) == personality
+
+
+@dataclasses.dataclass(frozen=True)
+class Sleepy(Personality):
+    """Is defined elsewhere than on the shelf."""
+
+    naps: int = 2
+
+
+@dataclasses.dataclass(frozen=True)
+class Oracle2(Oracle):
+    """Derived from one on the shelf."""
+
+
+def test_a_personality_from_elsewhere_is_called_by_its_class():
+    assert str(Sleepy()) == "Sleepy"
+    assert str(Sleepy(3) | Delayed(2) | Oracle2()) == "Sleepy(naps=3) | delayed(turns=2) | Oracle2"
+    with pytest.raises(ValueError, match="unknown personality 'Sleepy'"):
+        parse_personality("Sleepy")
+
+
+@pytest.mark.parametrize("to", [Sleepy(), Sleepy(3) | Delayed(2), Mistake() | Oracle2()])
+def test_what_no_spec_can_name_is_refused_where_a_spec_is_needed(to):
+    with pytest.raises(ValueError, match=r"^to must be a spec, .* got .*(Sleepy|Oracle2)\(.*put it into a module"):
+        Drifting(to=to)
+    assert Drifting(to=Mistake(0.5) | Delayed(2)).to == "mistake(eps=0.5) | delayed(turns=2)"
 
 
 def test_composition_is_the_parsed_string():
