@@ -1,10 +1,12 @@
 """Benchmarks: all that is compared is measured in the same run, in turns, and the medians are shown."""
 
+import multiprocessing
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
 import gymnasium
@@ -13,7 +15,7 @@ import pettingzoo
 from gymnasium.spaces import Discrete
 from rich.table import Table
 
-from llf_teacher.registry import PREFIX, make
+from llf_teacher.registry import PREFIX, entry, make
 from llf_teacher.teacher_env import TeacherEnv
 from pz_envs.family import Family, all_families
 from pz_envs.tutoring import SUBSETS, TEACHER
@@ -22,6 +24,8 @@ _ROUNDS = 7
 _STEPS = 3000
 _STEPS_OF_SLOW = 100
 _CLASSES = (1, 8, 64)
+_CLASS = "ClassroomEnv({})"
+_TICTACTOE = "tictactoe-v3"
 
 
 def _measure(runs: dict[str, Callable[[], float]]) -> dict[str, float]:
@@ -110,18 +114,27 @@ def steps() -> Table:
     return table
 
 
+def _alone(function: Callable[..., Any], *arguments: Any) -> Any:
+    """The result of a function in a fresh process, so that what others left in memory does not slow it."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(function, *arguments).result()
+
+
 def seats() -> Table:
-    """Turns per second of the bare AEC environments with `speech="kinds"`, and of PettingZoo's tictactoe."""
-    runs = {"tictactoe-v3": _tictactoe()}
+    """Turns per second of the bare AEC environments with `speech="kinds"`, each beside PettingZoo's tictactoe."""
+    table = _table('Seats, speech="kinds"', "raw_env", "turns/s", "of tictactoe's")
     for family in all_families():
         name = family.showcase[0]
-        env = pettingzoo.make("aec", f"llf/{name}", speech="kinds").unwrapped
-        runs[name] = _turns(env, _all_kinds(_actions(family)), _STEPS_OF_SLOW if family.slow else _STEPS)
-    seconds = _measure(runs)
-    table = _table('Seats, speech="kinds"', "raw_env", "turns/s", "of tictactoe's")
-    for name, each in seconds.items():
-        table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe-v3'] / each:.2f}")
+        seconds = _alone(_seat, name)
+        table.add_row(name, f"{1 / seconds[name]:,.0f}", f"{seconds[_TICTACTOE] / seconds[name]:.2f}")
     return table
+
+
+def _seat(name: str) -> dict[str, float]:
+    family = entry(PREFIX + name).family
+    env = pettingzoo.make("aec", f"llf/{name}", speech="kinds").unwrapped
+    steps = _STEPS_OF_SLOW if family.slow else _STEPS
+    return _measure({_TICTACTOE: _tictactoe(), name: _turns(env, _all_kinds(_actions(family)), steps)})
 
 
 def simple_families() -> list[Family]:
@@ -137,28 +150,32 @@ def forms() -> Table:
     In a classroom the teacher speaks to every student in every round, and `per student` is what a student's turn and
     the words to it cost together, relative to a class of one.
     """
-    runs = {"tictactoe-v3": _tictactoe()}
-    for family in simple_families():
-        name = family.showcase[0]
-        actions = _actions(family)
-        options = dict(family.environments[name])
-        for form, env in (
-            ("raw_env", family.raw_env(speech="kinds", **options)),
-            ("env", family.env(speech="kinds", **options)),
-        ):
-            runs[f"{name} {form}"] = _turns(env, _all_kinds(actions))
-        runs[f"{name} StudentEnv"] = _gymnasium(make(PREFIX + name), actions)
-        runs[f"{name} TeacherEnv"] = _gymnasium(TeacherEnv(PREFIX + name, student=_Player(actions)), [SUBSETS - 1])
-        for students in _CLASSES:
-            room = family.raw_classroom_env(students=students, attention=students, until_success=False, **options)
-            runs[f"{name} ClassroomEnv({students})"] = _turns(room, _everybody(actions))
-    seconds = _measure(runs)
     table = _table('Forms of the seats, speech="kinds"', "form", "turns/s", "of tictactoe's", "per student")
-    for name, each in seconds.items():
-        alone = seconds.get(name.partition("ClassroomEnv")[0] + f"ClassroomEnv({_CLASSES[0]})")
-        per_student = f"{each / alone:.2f}" if alone and "ClassroomEnv" in name else ""
-        table.add_row(name, f"{1 / each:,.0f}", f"{seconds['tictactoe-v3'] / each:.2f}", per_student)
+    for family in simple_families():
+        seconds = _alone(_forms_of, family.showcase[0])
+        for form, each in seconds.items():
+            if form != _TICTACTOE:
+                per_student = f"{each / seconds[_CLASS.format(_CLASSES[0])]:.2f}" if "Classroom" in form else ""
+                ratio = f"{seconds[_TICTACTOE] / each:.2f}"
+                table.add_row(f"{family.showcase[0]} {form}", f"{1 / each:,.0f}", ratio, per_student)
     return table
+
+
+def _forms_of(name: str) -> dict[str, float]:
+    _, family, options, _ = entry(PREFIX + name)
+    actions = _actions(family)
+    runs = {_TICTACTOE: _tictactoe()}
+    for form, env in (
+        ("raw_env", family.raw_env(speech="kinds", **options)),
+        ("env", family.env(speech="kinds", **options)),
+    ):
+        runs[form] = _turns(env, _all_kinds(actions))
+    runs["StudentEnv"] = _gymnasium(make(PREFIX + name), actions)
+    runs["TeacherEnv"] = _gymnasium(TeacherEnv(PREFIX + name, student=_Player(actions)), [SUBSETS - 1])
+    for students in _CLASSES:
+        room = family.raw_classroom_env(students=students, attention=students, until_success=False, **options)
+        runs[_CLASS.format(students)] = _turns(room, _everybody(actions))
+    return _measure(runs)
 
 
 def _tictactoe() -> Callable[[], float]:
