@@ -51,7 +51,9 @@ class Correcting(gymnasium.Wrapper):
     def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
         """Begin a lifetime; what the student loses before the first decision belongs to the first step's reward."""
         observation, info = self.env.reset(**kwargs)
-        observation, self._owed, _, _, info = self._proceed(observation, 0.0, False, False, info)
+        observation, self._owed, terminated, truncated, info = self._proceed(observation, 0.0, False, False, info)
+        if terminated or truncated:  # without a mistake there is nothing to decide
+            return self.reset()
         return observation, info
 
     def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
