@@ -79,10 +79,21 @@ def check_oracle(pupil: Pupil) -> None:
 
 
 def check_honesty(pupil: Pupil) -> None:
-    """All that is said without a distorting personality holds."""
-    for instruction_type in _teaching(pupil).instruction_types:
-        for atom, moment, lab in pupil.atoms(instruction_type=instruction_type):
-            require(atom.claim.holds(moment, lab), f"{atom.claim} does not hold of {moment}")
+    """All that is said without a distorting personality holds, whatever the type of the instruction."""
+    world = pupil.make_world()
+    lab = world.scratch()
+    teachers = [
+        pupil.make_teacher(world, instruction_type=instruction_type)
+        for instruction_type in _teaching(pupil).instruction_types
+    ]
+    rng = np.random.default_rng(0)
+    for moment in pupil.moments(world):
+        if moment.turn == 0:
+            for teacher in teachers:
+                teacher.reset(rng.spawn(1)[0])
+        said = [atom.claim for teacher in teachers for atom in teacher.speak(moment).atoms]
+        for claim in dict.fromkeys(said):  # most are the same for every instruction, and some take long to check
+            require(claim.holds(moment, lab), f"{claim} does not hold of {moment}")
 
 
 def check_distortion(pupil: Pupil) -> None:

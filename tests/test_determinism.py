@@ -5,6 +5,7 @@ import os
 import random
 import subprocess
 import sys
+from functools import cache
 
 import numpy as np
 import pytest
@@ -38,14 +39,19 @@ def digest():
     return hashlib.sha256(repr(records).encode()).hexdigest()
 
 
-@pytest.mark.parametrize("hash_seed", ["0", "1", "4242"])
+@cache
+def expected():
+    return digest()
+
+
+@pytest.mark.parametrize("hash_seed", ["0", "4242"])
 def test_another_process_and_another_hash_seed(hash_seed):
     program = f"import runpy; print(runpy.run_path({__file__!r})['digest']())"
     environment = os.environ | {"PYTHONHASHSEED": hash_seed}
     result = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True
     )
-    assert result.stdout.strip() == digest()
+    assert result.stdout.strip() == expected()
 
 
 @pytest.mark.parametrize("id", SHOWCASE)

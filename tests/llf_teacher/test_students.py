@@ -71,7 +71,7 @@ def test_complete_instructions_suffice_and_basic_ones_do_not(id):
 
 @pytest.mark.parametrize("id", SHOWCASE)
 def test_learning_from_rewards_beats_chance(id):
-    seeds = range(fewer(entry(id).family, 4500 // entry(id).family.max_cycles))
+    seeds = range(fewer(entry(id).family, 2000 // entry(id).family.max_cycles))
 
     def regret(student):
         return np.mean([episode(id, student, seed, "silent").episode.regret for seed in seeds])

@@ -16,7 +16,7 @@ from teachers.personality import PERSONALITIES
 from teachers.testing import Pupil
 
 FAMILIES = {family.name: family for family in all_families()}
-TURNS, FEW = 1500, 150
+TURNS, FEW = 800, 150
 ALPHA = 1e-4
 
 
@@ -40,6 +40,12 @@ def play(name):
 @cache
 def lab(name):
     return pupil(name).make_world()
+
+
+@cache
+def holds(name, claim, moment):
+    """Whether it does; most of what is said is said by many personalities, and some of it takes long to check."""
+    return claim.holds(moment, lab(name))
 
 
 @cache
@@ -181,7 +187,7 @@ def test_placebo_replaces_each_claim_by_a_truism_of_its_kind(name):
     for _, said, true in turns(name, "placebo", "oracle"):
         assert [claim.kind for claim in said] == [claim.kind for claim in true]
         assert all(type(claim) is Truism for claim in said)
-    assert all(atom.claim.holds(moment, lab(name)) for atom, moment in feedback(name, "placebo"))
+    assert all(holds(name, atom.claim, moment) for atom, moment in feedback(name, "placebo"))
 
 
 @on_every_family
@@ -200,8 +206,8 @@ def test_placebo_speaks_as_long_as_the_oracle(name):
 def test_mistake_errs_at_its_rate(name, eps):
     personality = f"mistake(eps={eps})"
     claims = sum(len(true) for _, true in turns(name, "oracle"))
-    right = sum(atom.claim.holds(moment, lab(name)) for atom, moment in feedback(name, personality))
-    assert claims > 3000
+    right = sum(holds(name, atom.claim, moment) for atom, moment in feedback(name, personality))
+    assert claims > 1600
     assert binomtest(claims - right, claims, eps).pvalue > ALPHA
     for _, said, true in turns(name, personality, "oracle"):
         assert len(said) <= len(true)
@@ -212,7 +218,7 @@ def test_mistake_errs_in_every_claim_at_one_and_in_none_at_zero(name):
     assert texts(name, "mistake(eps=0)") == texts(name, "oracle")
     wrong = list(feedback(name, "mistake(eps=1)"))
     assert len(wrong) > 0.9 * sum(1 for _ in feedback(name, "oracle"))
-    assert not [atom for atom, moment in wrong if atom.claim.holds(moment, lab(name))]
+    assert not [atom for atom, moment in wrong if holds(name, atom.claim, moment)]
 
 
 @on_every_family
@@ -238,8 +244,8 @@ def test_what_is_not_late_needs_no_frame(name):
 @pytest.mark.parametrize("personality", ["delayed(turns=2)", "delayed(turns=1) | delayed(turns=1)"])
 def test_late_claims_hold_of_their_turn(name, personality):
     atoms = list(feedback(name, personality))
-    assert len(atoms) > 2000
-    assert all(atom.claim.holds(moment, lab(name)) for atom, moment in atoms)
+    assert len(atoms) > 1000
+    assert all(holds(name, atom.claim, moment) for atom, moment in atoms)
     assert {atom.about_turn for atom, _ in atoms} == set(range(FAMILIES[name].max_cycles - 1))
 
 
@@ -247,8 +253,8 @@ def test_late_claims_hold_of_their_turn(name, personality):
 @pytest.mark.parametrize("personality", ["mistake(eps=1) | delayed(turns=2)", "delayed(turns=2) | mistake(eps=1)"])
 def test_mistakes_may_come_late_or_be_made_late(name, personality):
     atoms = list(feedback(name, personality))
-    assert len(atoms) > 2000
-    assert not [atom for atom, moment in atoms if atom.claim.holds(moment, lab(name))]
+    assert len(atoms) > 1000
+    assert not [atom for atom, moment in atoms if holds(name, atom.claim, moment)]
 
 
 @pytest.mark.parametrize(
