@@ -33,7 +33,9 @@ def audit(
         list[str] | None,
         typer.Argument(metavar="ID", help="Environments, or patterns as in 'llf-some-*'; all by default."),
     ] = None,
-    teacher: Annotated[list[str] | None, typer.Option(help="Personality spec; repeat it for several.")] = None,
+    teacher: Annotated[
+        list[str] | None, typer.Option(help="Personality spec, or pattern as in '*_focused'; repeat it for several.")
+    ] = None,
     turns: Annotated[int, typer.Option(min=1, help="Turns of students per environment and teacher.")] = 1000,
     feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
     voice: Annotated[str, typer.Option(help="A voice, the path of one, or module:function to rewrite.")] = "plain",
@@ -45,19 +47,23 @@ def audit(
     Exit status 1 if a teacher that promises honesty says what is false, or if what was not asked for leaks.
     """
     from llf_teacher.registry import entry
-    from teachers.personality import parse_personality
 
     if os.getcwd() not in sys.path:  # where `module:function` is looked for, as with `python -m`
         sys.path.append(os.getcwd())
     _voice(voice)
-    specs = [str(parse_personality(spec)) for spec in teacher or ["oracle"]]
+    specs = _specs(teacher or ["oracle"])
     console = Console(stderr=True)
     jobs = []
+    left_out: dict[str, dict[str, None]] = {}
     for id, spec in itertools.product(_matching(ids), specs):
-        if entry(id).family.serves(spec):
+        family = entry(id).family
+        if family.serves(spec):
             jobs.append((id, spec, turns, feedback_type, voice))
         else:
-            console.print(f"{id} does not serve {spec}: left out", markup=False, highlight=False)
+            left_out.setdefault(family.name, {})[spec] = None
+    for name, unserved in left_out.items():
+        message = f"{name} does not serve {', '.join(unserved)}: left out"
+        console.print(message, markup=False, highlight=False, soft_wrap=True)
     if not jobs:
         raise ValueError(
             "none of these environments serves any of these teachers; docs/personalities.md shows which do"
@@ -78,6 +84,16 @@ def _matching(patterns: list[str] | None) -> list[str]:
     found = dict.fromkeys(ids() if patterns is None else ())
     for pattern in patterns or ():
         found.update(dict.fromkeys([id for id in ids() if fnmatchcase(id, pattern)] or [entry(pattern).id]))
+    return list(found)
+
+
+def _specs(patterns: list[str]) -> list[str]:
+    from teachers.personality import PERSONALITIES, parse_personality
+
+    found: dict[str, None] = {}
+    for pattern in patterns:
+        names = [name for name in PERSONALITIES.names if fnmatchcase(name, pattern)]
+        found.update(dict.fromkeys(names or [str(parse_personality(pattern))]))
     return list(found)
 
 

@@ -158,13 +158,25 @@ def test_audit_catches_a_liar_who_promises_honesty(tmp_path):
 
 
 def test_audit_leaves_out_what_cannot_be_served(tmp_path):
-    pair = ("llf-gridworld-v0", "llf-poem-Haiku-v0")
-    result = llf("audit", *pair, "--teacher", "noisy", "--turns", "30", cwd=tmp_path)
+    ids, teachers = ("llf-gridworld-v0", "llf-poem-*"), ("--teacher", "noisy", "--teacher", "skip")
+    result = llf("audit", *ids, *teachers, "--turns", "30", cwd=tmp_path)
     assert result.returncode == 0
-    assert "llf-poem-Haiku-v0 does not serve noisy: left out" in result.stderr
+    assert result.stderr.count("left out") == 1
+    assert "poem does not serve noisy, skip: left out" in result.stderr
     result = llf("audit", "llf-poem-Haiku-v0", "--teacher", "noisy", cwd=tmp_path)
     assert result.returncode == 2
     assert "none of these environments serves any of these teachers" in result.stderr
+
+
+def test_audit_of_a_shelf(tmp_path):
+    """Patterns stand for names of personalities, as they do for ids."""
+    teachers = ("--teacher", "oracle", "--teacher", "*_focused", "--teacher", "mistake(eps=1)")
+    result = llf("audit", "llf-gridworld-v0", *teachers, "--turns", "30", "--json", cwd=tmp_path)
+    said = [found["teacher"] for found in json.loads(result.stdout)]
+    assert said == ["oracle", "punishment_focused", "reward_focused", "mistake(eps=1)"]
+    result = llf("audit", "llf-gridworld-v0", "--teacher", "*_blurred", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "*_blurred" in result.stderr
 
 
 def test_audit_of_a_voice(tmp_path):
