@@ -6,7 +6,7 @@ what is wrong.
 
 import dataclasses
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,18 +49,23 @@ class Pupil:
 
     def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World]]:
         """All that a teacher says of random play, each atom with the moment that it is about and a lab."""
+        for said in self.said(settings, seed=seed):
+            yield from said
+
+    def said(self, *teachers: Mapping[str, Any], seed: int = 0) -> Iterator[list[tuple[Atom, Moment, World]]]:
+        """The same, turn by turn, of teachers with different settings who watch the same play."""
         world = self.make_world()
         lab = world.scratch()
-        teacher = self.make_teacher(world, **settings)
+        watching = [self.make_teacher(world, **settings) for settings in teachers]
         rng = np.random.default_rng(seed)
         history: list[Moment] = []
         for moment in self.moments(world, seed):
             if moment.turn == 0:
-                teacher.reset(rng.spawn(1)[0])
+                for teacher in watching:
+                    teacher.reset(rng.spawn(1)[0])
                 history = []
             history.append(moment)
-            for atom in teacher.speak(moment).atoms:
-                yield atom, history[atom.about_turn], lab
+            yield [(atom, history[atom.about_turn], lab) for each in watching for atom in each.speak(moment).atoms]
 
     def judged(self, seed: int = 0) -> Iterator[tuple[Oracle, Moment]]:
         """An oracle that has started its episode, and a moment of it."""
@@ -80,19 +85,10 @@ def check_oracle(pupil: Pupil) -> None:
 
 def check_honesty(pupil: Pupil) -> None:
     """All that is said without a distorting personality holds, whatever the type of the instruction."""
-    world = pupil.make_world()
-    lab = world.scratch()
-    teachers = [
-        pupil.make_teacher(world, instruction_type=instruction_type)
-        for instruction_type in _teaching(pupil).instruction_types
-    ]
-    rng = np.random.default_rng(0)
-    for moment in pupil.moments(world):
-        if moment.turn == 0:
-            for teacher in teachers:
-                teacher.reset(rng.spawn(1)[0])
-        said = [atom.claim for teacher in teachers for atom in teacher.speak(moment).atoms]
-        for claim in dict.fromkeys(said):  # most are the same for every instruction, and some take long to check
+    types = _teaching(pupil).instruction_types
+    for said in pupil.said(*({"instruction_type": type_} for type_ in types)):
+        # Most is said with every instruction, and some of it takes long to check.
+        for (claim, _), (moment, lab) in {(atom.claim, atom.about_turn): about for atom, *about in said}.items():
             require(claim.holds(moment, lab), f"{claim} does not hold of {moment}")
 
 

@@ -1,5 +1,8 @@
 """The kit for oracles accepts a good oracle, and each of its checks rejects a liar that the others let pass."""
 
+from dataclasses import replace
+from functools import partial
+
 import pytest
 
 from pz_envs.family import all_families
@@ -127,6 +130,23 @@ LIARS = {
 
 def test_a_good_oracle_passes():
     kit.check_oracle(pupil(BanditOracle))
+
+
+def test_what_is_said_late_is_checked_of_its_turn():
+    good = pupil(BanditOracle)
+    kit.check_honesty(replace(good, make_teacher=partial(good.make_teacher, personality="delayed(turns=2)")))
+
+
+class Overpromising(BanditOracle):
+    """Tells the truth but in the complete instruction."""
+
+    def _solution(self, truth):
+        return (Pull(action=truth.means.index(min(truth.means))),)
+
+
+def test_every_type_of_instruction_is_checked():
+    with pytest.raises(AssertionError, match="does not hold of"):
+        kit.check_honesty(pupil(Overpromising))
 
 
 def test_every_check_has_a_liar():
