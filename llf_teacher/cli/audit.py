@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import pkgutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Annotated
@@ -46,17 +46,19 @@ def audit(
 
     Exit status 1 if a teacher that promises honesty says what is false, or if what was not asked for leaks.
     """
-    from llf_teacher.registry import entry
+    from llf_teacher import registry
+    from teachers.personality import PERSONALITIES, parse_personality
 
     if os.getcwd() not in sys.path:  # where `module:function` is looked for, as with `python -m`
         sys.path.append(os.getcwd())
     _voice(voice)
-    specs = _specs(teacher or ["oracle"])
+    chosen = _matching(ids or ["*"], registry.ids(), lambda id: registry.entry(id).id)
+    specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_personality(spec)))
     console = Console(stderr=True)
     jobs = []
     left_out: dict[str, dict[str, None]] = {}
-    for id, spec in itertools.product(_matching(ids), specs):
-        family = entry(id).family
+    for id, spec in itertools.product(chosen, specs):
+        family = registry.entry(id).family
         if family.serves(spec):
             jobs.append((id, spec, turns, feedback_type, voice))
         else:
@@ -78,22 +80,11 @@ def audit(
         raise typer.Exit(1)
 
 
-def _matching(patterns: list[str] | None) -> list[str]:
-    from llf_teacher.registry import entry, ids
-
-    found = dict.fromkeys(ids() if patterns is None else ())
-    for pattern in patterns or ():
-        found.update(dict.fromkeys([id for id in ids() if fnmatchcase(id, pattern)] or [entry(pattern).id]))
-    return list(found)
-
-
-def _specs(patterns: list[str]) -> list[str]:
-    from teachers.personality import PERSONALITIES, parse_personality
-
+def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], str]) -> list[str]:
+    """The names that match each pattern, once each; `other` reads, or refuses, a pattern that matches none."""
     found: dict[str, None] = {}
     for pattern in patterns:
-        names = [name for name in PERSONALITIES.names if fnmatchcase(name, pattern)]
-        found.update(dict.fromkeys(names or [str(parse_personality(pattern))]))
+        found.update(dict.fromkeys([name for name in names if fnmatchcase(name, pattern)] or [other(pattern)]))
     return list(found)
 
 
