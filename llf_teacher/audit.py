@@ -10,7 +10,7 @@ from llf_teacher.gym_adapter import StudentEnv
 from llf_teacher.registry import entry
 from llf_teacher.student import Policy, parse_student
 from llf_teacher.studies.episode import scenes
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 from teachers.atoms import FP, Claim, FeedbackType, Label
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher

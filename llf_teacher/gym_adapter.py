@@ -9,8 +9,8 @@ from gymnasium import spaces
 from llf_teacher.registry import entry
 from llf_teacher.seat_env import SeatEnv
 from llf_teacher.teacher_env import TeacherEnv
-from pz_envs.family import Subject
 from pz_envs.lesson import Lesson
+from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TEACHER
 from teachers.atoms import SILENCE, Moment, Utterance
 from teachers.feedback import parse_kinds

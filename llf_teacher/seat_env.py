@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 
 
 class SeatEnv(gymnasium.Env):

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher import students
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TutoringEnv
 from teachers.spec import Catalogue, Spec
 from worlds.world import World

@@ -9,7 +9,7 @@ from gymnasium import spaces
 from llf_teacher.lifetime import Lifetime, check_vary, drawn, lifetime_space
 from llf_teacher.seat_env import SeatEnv
 from llf_teacher.student import Student, entitled, parse_student
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TEACHER
 
 
@@ -51,8 +51,8 @@ class TeacherEnv(SeatEnv):
             value, such as `{"alpha": (0.1, 0.9)}`; between two integers an integer: `{"trust": (0, 1)}` gives 0 or 1.
         announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
         render_mode: None, `ansi` or `human`.
-        options: those of `pz_envs.family.Family.raw_env` (`cost`, `budget`, `teacher_reward`, `until_success`, ...) and
-            the world's. In a lifetime `until_success` is True unless it is given.
+        options: those of `pz_envs.subject.Subject.raw_env` (`cost`, `budget`, `teacher_reward`, `until_success`, ...)
+            and the world's. In a lifetime `until_success` is True unless it is given.
 
     Raises:
         ValueError: an argument is not supported.

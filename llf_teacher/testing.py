@@ -3,7 +3,7 @@
 from typing import Any
 
 from llf_teacher.audit import audit
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 from worlds.testing import require
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import gymnasium
 
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
 from teachers.reward_oracle import RewardOracle

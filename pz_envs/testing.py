@@ -1,7 +1,7 @@
 """A conformance kit for seats. For your own family, run `check_seats(my_env)` with its `env` or `raw_env`.
 
 PettingZoo's own checkers come first; then what they cannot know. Each check takes a factory of AEC environments that
-accepts the arguments of `pz_envs.family.Family.raw_env`.
+accepts the arguments of `pz_envs.subject.Subject.raw_env`.
 """
 
 import warnings

@@ -10,7 +10,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from llf_teacher.student import Policy, Student, frozen, state_of
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 from teachers.atoms import FN, FP, HN, HP
 from teachers.spec import check_range
 from worlds.world import World

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from llf_teacher import student
 from llf_teacher.student import Policy, Student
-from pz_envs.family import Subject
+from pz_envs.subject import Subject
 from worlds.world import World
 
 
