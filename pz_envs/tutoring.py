@@ -139,7 +139,7 @@ class TutoringEnv(SeatsEnv):
         self.ended = (False, False)
         self.instruction: str = SILENCE
         self.feedback: str = SILENCE
-        self.moment = Moment(None, None, 0.0, world.truth, False, 0, False)
+        self.moment = Moment.opening(world.truth)
         self.infos[STUDENT] = world_info | {"atoms": ()}
         self._pass_to_teacher()
         if self.speech == "kinds" or self._own_reward:
@@ -185,7 +185,7 @@ class TutoringEnv(SeatsEnv):
             self.ended = (False, late)
             reward = world.failure_reward
             success = self.moment.success and not self.repeated
-            self.moment = Moment(None, action, reward, before, success, turn, late)
+            self.moment = Moment.unread(before, action, reward, success, turn, late)
             self._state = copy.deepcopy(self._state)  # each observation is new, also if nothing happened
             self._see()
             info: dict[str, Any] = {"success": success, "parse_failure": action}

@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Any, ClassVar, NamedTuple, Self, dataclass_transform
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar, dataclass_transform, get_origin
 
 from worlds.world import World
+
+TruthT = TypeVar("TruthT")
+"""The type of a world's truth."""
 
 
 class FeedbackType(StrEnum):
@@ -51,16 +54,16 @@ class ParseFailure(NamedTuple):
     """What an answer has to look like."""
 
 
-class Moment(NamedTuple):
+class Moment(NamedTuple, Generic[TruthT]):
     """One turn of a student, as a teacher sees it."""
 
-    before: Any
+    before: TruthT | None
     """The world's truth before the action; None if no action was executed (the opening, or a `ParseFailure`)."""
     action: Any
     """The action in canonical form; None at the opening; a `ParseFailure` for text that is no action."""
     reward: float
     """The world's reward for the action; 0 if none was executed."""
-    after: Any
+    after: TruthT
     """The world's truth now."""
     success: bool
     """Whether the world says that the task is solved."""
@@ -69,18 +72,43 @@ class Moment(NamedTuple):
     over: bool
     """Whether the episode has ended, so that advice could not be followed any more."""
 
+    @classmethod
+    def opening(cls, truth: TruthT, turn: int = 0) -> Self:
+        """The moment before the first action; or, `turn` actions later, as if this were the first."""
+        return cls(None, None, 0.0, truth, False, turn, False)
+
+    @classmethod
+    def unread(cls, now: TruthT, failure: ParseFailure, reward: float, success: bool, turn: int, over: bool) -> Self:
+        """The moment after a text that is no action: nothing has changed but the number of turns."""
+        return cls(None, failure, reward, now, success, turn, over)
+
+    @property
+    def past(self) -> TruthT:
+        """The world's truth before the action.
+
+        Raises:
+            ValueError: no action was executed.
+        """
+        if self.before is None:
+            raise ValueError(f"no action was executed in turn {self.turn}; ask only where `before` is not None")
+        return self.before
+
+
+ClaimT = TypeVar("ClaimT", bound="Claim[Any]")
+
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
-def claim(cls: type) -> type:
+def claim(cls: type[ClaimT]) -> type[ClaimT]:
     """Class decorator of every claim: a frozen, slotted dataclass with keyword-only fields."""
     return dataclass(frozen=True, slots=True, kw_only=True)(cls)
 
 
-class Claim:
+class Claim(Generic[TruthT]):
     """One thing that can be said, as data.
 
-    Its docstring spells out when it is true. Fields are JSON scalars, enums and tuples of them. A claim
-    that advises or judges an action has it in a field `action`, in the form that `World.step` takes.
+    Its docstring spells out when it is true. Fields are JSON scalars, enums and tuples of them; what phrases need
+    beside them (plurals, lists, names) are properties that follow from the fields. What readers may do with a claim of
+    any family is declared by its role: `ActionClaim`, `PlanClaim`, `EditClaim`.
     """
 
     __slots__ = ()
@@ -89,23 +117,103 @@ class Claim:
     placebo: ClassVar[bool] = False
     """Whether it has nothing to do with the task, however true."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[TruthT], lab: World) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.
 
         The check reaches the truth by another way than the oracle does.
         """
         raise TypeError(f"{type(self).__name__} does not say when it holds; implement holds(moment, lab)")
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence["Claim"]:
+    def counterparts(self, moment: Moment[TruthT], lab: World) -> Sequence["Claim[TruthT]"]:
         """Well-formed, plausible claims that might be false where this one is true, for teachers that err."""
         return ()
 
-    def coarser(self, moment: Moment, lab: World) -> Sequence["Claim"]:
+    def coarser(self, moment: Moment[TruthT], lab: World) -> Sequence["Claim[TruthT]"]:
         """Claims of the same kind that this one implies, saying less, the vaguest first, for teachers that hint."""
         return ()
 
 
-class Grounded(Claim):
+class ActionClaim(Claim[TruthT]):
+    """Role of a claim that is about one action: advice (fp), a warning (fn), a verdict on it (hp, hn), or, in an
+    instruction, an action that is right in every turn.
+    """  # noqa: D205
+
+    __slots__ = ()
+    action: Any
+    """The action in the form that `World.step` takes, canonical."""
+    action_slot: ClassVar[str] = "action"
+    """The slot of the phrases in which the action stands as a student would write it; empty if none has it."""
+
+
+class PlanClaim(Claim[TruthT]):
+    """Role of a claim that states actions to take one after the other: from now on, or, in an instruction, from the
+    start.
+    """  # noqa: D205
+
+    __slots__ = ()
+    actions: tuple[Any, ...]
+    """The actions in the form that `World.step` takes, canonical; at least one."""
+    plan_slot: ClassVar[str] = "listing"
+    """The slot of the phrases in which they stand as a student would write them; empty if none has it."""
+    separator: ClassVar[str] = ", "
+    """What stands between two of them there."""
+
+
+class EditClaim(Claim[TruthT]):
+    """Role of a claim that advises to change one line of the student's last text."""
+
+    __slots__ = ()
+    line: int
+    """The line's number, counted from 1; at most one more than there are."""
+    words: str
+    """What should stand there."""
+    line_slot: ClassVar[str] = "line"
+    """The slot of the phrases in which the number stands."""
+    words_slot: ClassVar[str] = "words"
+    """The slot of the phrases in which the words stand."""
+
+
+class Verdict(ActionClaim[TruthT]):
+    """Base of a pair of opposite verdicts, which share their fields and one definition.
+
+    The pair is made by a common base with the fields and `applies` and `good`, and two classes, hp and hn, that name
+    each other's opposite by `opposed`.
+    """
+
+    __slots__ = ()
+    opposite: ClassVar[type["Verdict[Any]"]]
+    """The class of the opposite verdict."""
+
+    def applies(self, moment: Moment[TruthT], lab: World) -> bool:
+        """Whether this is a verdict on what was done at all: its fields fit the turn."""
+        raise TypeError(f"{type(self).__name__} does not say what it is about; implement applies(moment, lab)")
+
+    def good(self, moment: Moment[TruthT], lab: World) -> bool:
+        """Whether praise is due; asked only of what applies."""
+        raise TypeError(f"{type(self).__name__} does not say what is good; implement good(moment, lab)")
+
+    def holds(self, moment: Moment[TruthT], lab: World) -> bool:
+        """Praise holds where it is due, blame where it is not."""
+        return self.applies(moment, lab) and self.good(moment, lab) == (self.kind is FeedbackType.HP)
+
+    def counterparts(self, moment: Moment[TruthT], lab: World) -> Sequence[Claim[TruthT]]:
+        """The opposite verdict."""
+        return (self.opposite(**{field.name: getattr(self, field.name) for field in fields(self)}),)  # type: ignore[arg-type]  # a dataclass
+
+
+def slots_of(cls: type[Claim[Any]]) -> tuple[str, ...]:
+    """What phrases can take from a claim, in order: its fields of a single value, and the properties of its class."""
+    single = [field.name for field in fields(cls) if get_origin(field.type) is not tuple]  # type: ignore[arg-type]  # a dataclass
+    derived = (name for base in cls.__mro__ for name, value in vars(base).items() if isinstance(value, property))
+    return tuple(dict.fromkeys((*single, *(name for name in derived if name != "kind"))))
+
+
+def opposed(praise: type[Verdict[Any]], blame: type[Verdict[Any]]) -> None:
+    """Make two classes of verdicts, of the same fields, each other's opposite."""
+    praise.opposite, blame.opposite = blame, praise
+
+
+class Grounded(Claim[TruthT]):
     """Base of claims that say less than another one and are true because that one is: their ground.
 
     The ground is no field: it is in no record, and a student who reads fields does not see it.
@@ -120,23 +228,25 @@ class Grounded(Claim):
         object.__setattr__(claim, "_ground", ground)
         return claim
 
-    def stands(self, moment: Moment, lab: World) -> bool:
+    _ground: Any
+
+    def stands(self, moment: Moment[TruthT], lab: World) -> bool:
         """Whether the ground holds."""
-        return self._ground.holds(moment, lab)
+        return bool(self._ground.holds(moment, lab))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        names = [field.name for field in fields(self)]  # type: ignore[arg-type]  # a dataclass
         return _regrounded, (type(self), getattr(self, "_ground", None), {name: getattr(self, name) for name in names})
 
 
-def _regrounded(cls: type[Grounded], ground: Any, fields: dict[str, Any]) -> Grounded:
+def _regrounded(cls: type[Grounded[Any]], ground: Any, fields: dict[str, Any]) -> Grounded[Any]:
     return cls.on(ground, **fields)
 
 
 class Atom(NamedTuple):
     """A claim as it was said."""
 
-    claim: Claim
+    claim: Claim[Any]
     text: str
     """The sentence, without the other atoms of the utterance."""
     about_turn: int
@@ -149,7 +259,7 @@ class Atom(NamedTuple):
         """The claim's kind."""
         return self.claim.kind
 
-    def label(self, moments: Sequence[Moment], lab: World) -> Label:
+    def label(self, moments: Sequence[Moment[Any]], lab: World) -> Label:
         """What the simulator says of it, given the moments of the episode up to the one in which it was said."""
         if not self.claim.holds(moments[self.about_turn], lab):
             return Label.DISTORTED

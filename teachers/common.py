@@ -1,98 +1,108 @@
 """Claims that belong to no family; their phrases are in `phrases/common.toml`."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Grounded, Moment, R, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Grounded, Moment, PlanClaim, R, claim
 from worlds.world import World
 
 
 @claim
-class Reward(Claim):
+class Reward(Claim[Any]):
     """True if `reward` is what the world paid for the action of this turn."""
 
     kind = R
     reward: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Compare with the world's payment."""
         return moment.before is not None and self.reward == moment.reward
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
         """Another reward that the world might pay."""
         low, high = lab.reward_range
         others = (1.0 - self.reward, 0.5 * self.reward, low, high)
         return tuple(Reward(reward=r) for r in others if low <= r <= high and r != self.reward)[:1]
 
 
+class _Outcome(Claim[Any]):
+    """Whether the task is solved."""
+
+    __slots__ = ()
+    opposite: ClassVar[type[Claim[Any]]]
+
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
+        """Ask the record."""
+        return moment.action is not None and moment.success == (self.kind is HP)
+
+    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+        """Claim the opposite."""
+        return (self.opposite(),)
+
+
 @claim
-class TryAgain(Claim):
+class TryAgain(_Outcome):
     """True if the task is not solved."""
 
     kind = HN
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Ask the record."""
-        return moment.action is not None and not moment.success
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Claim that it is solved."""
-        return (Solved(),)
-
 
 @claim
-class Solved(Claim):
+class Solved(_Outcome):
     """True if the task is solved."""
 
     kind = HP
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Ask the record."""
-        return moment.success
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Claim that it is not."""
-        return (TryAgain(),)
+TryAgain.opposite, Solved.opposite = Solved, TryAgain
 
 
 @claim
-class Truism(Claim):
+class Truism(Claim[Any]):
     """True always: a fact that has nothing to do with the task, from the list of the placebo personality."""
 
-    kind: FeedbackType
+    kind: FeedbackType  # type: ignore[misc]  # other claims are filed by their class
     """The kind of the claim that it stands in for: a truism has none of its own."""
     placebo = True
     fact: str
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Look the fact up."""
         return self.fact in FACTS
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
         """A fact turned into its opposite."""
         return (Truism(kind=self.kind, fact=f"it is wrong that {self.fact}"),)
 
 
+class _Judged(Grounded[Any], ActionClaim[Any]):
+    """A verdict that gives no reason; its ground is one that does, or its opposite that does not hold."""
+
+    __slots__ = ()
+    action_slot = ""
+    opposite: ClassVar[type["_Judged"]]
+
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
+        """Check the ground."""
+        return _acted(self.action, moment) and self.stands(moment, lab) == (self._ground.kind is self.kind)
+
+    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+        """The opposite verdict."""
+        return (self.opposite.on(self._ground, action=self.action),)
+
+
 @claim
-class Right(Grounded):
+class Right(_Judged):
     """True if the action of this turn was good: its ground, a verdict, is praise that holds, or blame that does not."""
 
     kind = HP
     action: Any
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Check the verdict."""
-        return _acted(self.action, moment) and self.stands(moment, lab) == (self._ground.kind is HP)
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (Wrong.on(self._ground, action=self.action),)
-
 
 @claim
-class Wrong(Grounded):
+class Wrong(_Judged):
     """True if something was bad about the action of this turn: its ground, a verdict on the action, is blame that
     holds, or praise that does not.
     """  # noqa: D205
@@ -100,23 +110,19 @@ class Wrong(Grounded):
     kind = HN
     action: Any
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Check the verdict."""
-        return _acted(self.action, moment) and self.stands(moment, lab) == (self._ground.kind is HN)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (Right.on(self._ground, action=self.action),)
+Right.opposite, Wrong.opposite = Wrong, Right
 
 
 @claim
-class NoDifference(Grounded):
+class NoDifference(Grounded[Any], ActionClaim[Any]):
     """True if the best other action is worth as much as the action of this turn, to within `margin`.
 
     Its ground is the verdict on the action, which is praise if no other action is worth more.
     """
 
     kind = HP
+    action_slot = ""
     action: Any
     mine: float
     """Value of the action."""
@@ -124,7 +130,7 @@ class NoDifference(Grounded):
     """Greatest value of another action."""
     margin: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Check the verdict, and that the values agree with it."""
         praised = (self._ground.kind is HP) == self.stands(moment, lab)
         return (
@@ -133,24 +139,24 @@ class NoDifference(Grounded):
             and praised == (self.mine >= self.other)
         )
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
         """Claim that it does matter: the opposite verdict."""
         cls = Wrong if self.mine >= self.other else Right
         return (cls.on(self._ground, action=self.action),)
 
 
 @claim
-class Paid(Claim):
+class Paid(Claim[Any]):
     """True if the reward for the action of this turn is so: `positive`, `negative` or `zero`."""
 
     kind = R
     sign: str
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Compare with the world's payment."""
         return moment.before is not None and self.sign == sign_of(moment.reward)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
         """The other signs that a reward of the world can have."""
         low, high = lab.reward_range
         signs = {"positive": high > 0, "negative": low < 0, "zero": low <= 0 <= high}
@@ -158,47 +164,49 @@ class Paid(Claim):
 
 
 @claim
-class Chance(Grounded):
+class Chance(Grounded[Any]):
     """True if there is something good to do next: its ground, an advice, holds."""
 
     kind = FP
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Check the advice."""
         return self.stands(moment, lab)
 
 
 @claim
-class Trap(Grounded):
+class Trap(Grounded[Any]):
     """True if there is something to avoid next: its ground, a warning, holds."""
 
     kind = FN
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Check the warning."""
         return self.stands(moment, lab)
 
 
 @claim
-class Example(Grounded):
+class Example(Grounded[Any], PlanClaim[Any]):
     """True if these actions are optimal one after the other: its ground has for each the advice to take it, which holds
     at that point, or None if it solves the task.
     """  # noqa: D205
 
     kind = FP
-    action: Any
-    """The first of them."""
+    plan_slot = "steps"
+    separator = ", then "
     actions: tuple[Any, ...]
-    steps: str
-    """The actions as a student writes them."""
 
-    @classmethod
-    def of(cls, ground: tuple[Claim | None, ...], actions: tuple[Any, ...]) -> "Example":
-        """An example of some actions, at least one."""
-        steps = ", then ".join(f'"{action}"' if isinstance(action, str) else f"{action}" for action in actions)
-        return cls.on(ground, action=actions[0], actions=actions, steps=steps)
+    @property
+    def action(self) -> Any:
+        """The first of them."""
+        return self.actions[0]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def steps(self) -> str:
+        """The actions as a student writes them."""
+        return self.separator.join(f'"{action}"' if isinstance(action, str) else f"{action}" for action in self.actions)
+
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Take the actions, and check the advice on the way."""
         truth = moment.after
         for action, advice in zip(self.actions, self._ground, strict=True):
@@ -211,19 +219,19 @@ class Example(Grounded):
             truth = lab.truth
         return True
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
         """Begin with another action."""
         first, *rest = self._ground
         if first is None:
             rng = np.random.default_rng(0)
-            others = [(None, lab.legal(lab.sample_action(rng))) for _ in range(_TRIES)]
+            others: list[tuple[Any, Any]] = [(None, lab.legal(lab.sample_action(rng))) for _ in range(_TRIES)]
         else:
-            others = [(c, c.action) for c in first.counterparts(moment, lab) if hasattr(c, "action")]
-        return tuple(Example.of((advice, *rest), (action, *self.actions[1:])) for advice, action in others)
+            others = [(c, c.action) for c in first.counterparts(moment, lab) if isinstance(c, ActionClaim)]
+        return tuple(Example.on((advice, *rest), actions=(action, *self.actions[1:])) for advice, action in others)
 
 
 @claim
-class NotUnderstood(Claim):
+class NotUnderstood(Claim[Any]):
     """True if the student's text was no action, and `expected` is what the world understands.
 
     A notice of the environment, not feedback of the teacher: no personality and no feedback type withholds it.
@@ -232,43 +240,43 @@ class NotUnderstood(Claim):
     got: str
     expected: str
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Compare with the turn's parse failure."""
         return moment.action == (self.got, self.expected) and self.expected == lab.action_syntax
 
 
 @claim
-class Maximize(Claim):
+class Maximize(Claim[Any]):
     """True of every world, if nothing but its rewards counts: how reinforcement learning is put as an instruction."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """By definition."""
         return True
 
 
 @claim
-class Syntax(Claim):
+class Syntax(Claim[Any]):
     """True if `expected` is what the world understands as an action."""
 
     expected: str
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
         """Ask the world."""
         return self.expected == lab.action_syntax
 
 
 @claim
-class Late(Claim):
+class Late(Claim[Any]):
     """A claim about an earlier turn: true if `claim` was true at that turn.
 
     It exists between a personality and the voice only; the atom holds the claim itself and its turn.
     """
 
-    claim: Claim
+    claim: Claim[Any]
     turn: int
 
     @property
-    def kind(self) -> FeedbackType | None:
+    def kind(self) -> FeedbackType | None:  # type: ignore[override]  # as for a truism
         """The kind of the claim that comes late."""
         return self.claim.kind
 
@@ -278,7 +286,7 @@ def sign_of(reward: float) -> str:
     return "positive" if reward > 0 else "negative" if reward < 0 else "zero"
 
 
-def _acted(action: Any, moment: Moment) -> bool:
+def _acted(action: Any, moment: Moment[Any]) -> bool:
     return moment.before is not None and np.array_equal(action, moment.action)
 
 

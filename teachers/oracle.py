@@ -176,7 +176,7 @@ def _reward(reward: float) -> Reward:
 
 
 def claims_of(module: str) -> tuple[type[Claim], ...]:
-    """The concrete claim classes that a module defines, in its order.
+    """The claim classes that a module defines, in its order; bases of claims have names that begin with `_`.
 
     A package may have them in a module `claims` of its own: these come after those that it defines itself.
     """
@@ -184,6 +184,6 @@ def claims_of(module: str) -> tuple[type[Claim], ...]:
     return tuple(
         value
         for name in ((module, inner) if inner in sys.modules else (module,))
-        for value in vars(sys.modules[name]).values()
-        if isinstance(value, type) and issubclass(value, Claim) and value.__module__ == name
+        for key, value in vars(sys.modules[name]).items()
+        if isinstance(value, type) and issubclass(value, Claim) and value.__module__ == name and key[0] != "_"
     )

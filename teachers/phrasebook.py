@@ -1,6 +1,5 @@
 """Claims put into words. The words are data, in `phrases/<family>.toml`; for their tone see `teachers.voice`."""
 
-import dataclasses
 import re
 import string
 import tomllib
@@ -9,11 +8,11 @@ from functools import cache
 from importlib import resources
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, get_origin
+from typing import Any
 
 import numpy as np
 
-from teachers.atoms import Atom, Claim, FeedbackType, Utterance
+from teachers.atoms import Atom, Claim, FeedbackType, Utterance, slots_of
 from teachers.common import Late
 from teachers.oracle import claims_of
 from teachers.voice import LEAST, MOST, PLAIN, Change, Tone, Voice, load_tone, rewrite, voice_names
@@ -78,7 +77,7 @@ class Phrasebook:
     """For every claim class its paraphrases, which all say exactly the same.
 
     Args:
-        phrases: per claim class name the templates; slots are the claim's fields, but for tuples, with format specs.
+        phrases: per claim class name the templates; slots, with format specs, are as in `teachers.atoms.slots_of`.
         claims: the classes that it must know, and no others.
         source: where the phrases come from, for error messages.
 
@@ -169,7 +168,7 @@ class Phrasebook:
         if paraphrase == "random":
             template = templates[int(draw * len(templates))]
         elif callable(paraphrase):
-            values = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+            values = {name: getattr(claim, name) for name in slots_of(type(claim))}
             if late is not None:
                 values[_TEXT] = late
             return str(paraphrase([t.source for t in templates], **values))
@@ -243,11 +242,9 @@ def check_paraphrase(paraphrase: Paraphrase) -> Paraphrase:
     )
 
 
-def _fields(cls: type[Claim]) -> set[str]:
-    """The fields that can stand in a slot: those with a single value."""
-    if cls is Late:
-        return {"turn", _TEXT}
-    return {field.name for field in dataclasses.fields(cls) if get_origin(field.type) is not tuple}  # type: ignore[arg-type]
+def _slots(cls: type[Claim]) -> set[str]:
+    """What can stand in a slot."""
+    return {"turn", _TEXT} if cls is Late else set(slots_of(cls))
 
 
 def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> Any:
@@ -255,7 +252,7 @@ def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> A
     yield from (f"{name}: there is no claim of this name" for name in phrases if name not in names)
     seen: dict[str, str] = {}
     for cls in claims:
-        name, fields = cls.__name__, _fields(cls)
+        name, fields = cls.__name__, _slots(cls)
         templates = phrases.get(name)
         if templates is None:
             yield f"{name}: has no phrases"

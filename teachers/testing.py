@@ -36,7 +36,7 @@ class Pupil:
         played = 0
         while played < self.turns:
             world.reset(seed=int(rng.integers(2**31)))
-            moment = Moment(None, None, 0.0, world.truth, False, 0, False)
+            moment = Moment.opening(world.truth)
             yield moment
             for turn in range(1, self.max_turns + 1):
                 before, action = world.truth, world.legal(world.sample_action(rng))

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, R
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, R
 from teachers.common import Chance, Example, Late, Paid, Right, Trap, Wrong, sign_of
 from teachers.fingerprint import Fingerprints
 from teachers.oracle import Oracle
@@ -83,7 +83,7 @@ class View:
 
     def soonest(self, truth: Any, action: Any, horizon: int) -> int | None:
         """After how many actions the task is solved by this one and an optimal policy after it; None if later."""
-        moment = Moment(None, None, 0.0, truth, False, 0, False)
+        moment = Moment.opening(truth)
         for steps in range(1, horizon + 1):
             moment = self._tried(moment, action)
             if moment.success:
@@ -182,15 +182,16 @@ class View:
         for action in () if moment.over else self.plan(n):
             if solved and np.array_equal(action, actions[-1]):
                 break
-            now = Moment(None, None, 0.0, moment.after, False, moment.turn, False)
-            advised = [c for c in self._oracle.judge(now, {FP}) if np.array_equal(getattr(c, "action", None), action)]
+            now = Moment.opening(moment.after, moment.turn)
+            told = self._oracle.judge(now, {FP})
+            advised = [c for c in told if isinstance(c, ActionClaim) and np.array_equal(c.action, action)]
             moment = self._tried(moment, action)
             solved = moment.success
             if not solved and not (advised and advised[0].holds(now, lab)):
                 break
             actions.append(action)
             ground.append(None if solved else advised[0])
-        return Example.of(tuple(ground), tuple(actions)) if actions else None
+        return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
 
     def _tried(self, moment: Moment, action: Any) -> Moment:
         """The moment after another action, in the lab."""

@@ -16,14 +16,13 @@ does to the numbers and names in it is reported.
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields
 from enum import Enum
 from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from teachers.atoms import KINDS, Atom, Claim, FeedbackType, Utterance
+from teachers.atoms import KINDS, Atom, Claim, FeedbackType, Utterance, slots_of
 
 PLAIN = "plain"
 LEAST, MOST = 4, 20
@@ -153,7 +152,7 @@ def compare(claim: Claim, before: str, after: str) -> tuple[tuple[str, ...], tup
     capitals. Another member of a field's enumeration is a name, too. Nothing is understood, only looked for.
     """
     old, new = _numbers(before), _numbers(after)
-    values = [getattr(claim, field.name) for field in fields(claim)]  # type: ignore[arg-type]
+    values = [getattr(claim, name) for name in slots_of(type(claim))]
     said = {f"{value}" for value in values if isinstance(value, str | Enum)}
     others = {f"{other}" for value in values if isinstance(value, Enum) for other in type(value)}
     words = _names(before) | {name for name in said if _has(before, name)}

@@ -26,7 +26,7 @@ def episodes(name, turns):
     while sum(map(len, played)) - len(played) < turns:
         world.reset(seed=int(rng.integers(2**31)))
         oracle.start(world.truth)
-        moments = [Moment(None, None, 0.0, world.truth, False, 0, False)]
+        moments = [Moment.opening(world.truth)]
         for turn in range(1, pupil(name).max_turns + 1):
             draw, plan = rng.random(), oracle.plan(world.truth, 1)
             if draw < 0.4 and plan:

@@ -127,7 +127,7 @@ def test_hints_are_implied_by_the_advice():
     world.reset(seed=1)
     oracle = AlfworldOracle(world.scratch)
     oracle.start(world.truth)
-    moment = Moment(None, None, 0.0, world.truth, False, 0, False)
+    moment = Moment.opening(world.truth)
     while not world.truth.won:
         (advice,) = (claim for claim in oracle.judge(moment) if isinstance(claim, Do))
         hints = advice.coarser(moment, oracle.lab)
@@ -136,7 +136,7 @@ def test_hints_are_implied_by_the_advice():
         false = [claim for hint in hints for claim in hint.counterparts(moment, oracle.lab)]
         assert any(not claim.holds(moment, oracle.lab) for claim in false)
         world.step(advice.action)
-        moment = Moment(None, None, 0.0, world.truth, False, 0, False)
+        moment = Moment.opening(world.truth)
 
 
 def test_instructions_tell_a_route_that_wins():

@@ -77,7 +77,7 @@ def test_kinds_are_in_speaking_order():
 def test_claims_say_when_they_are_true(cls):
     assert issubclass(cls, Claim)
     assert cls is Late or cls.__doc__.startswith("True ")
-    assert "holds" in vars(cls) or cls is Late
+    assert cls.holds is not Claim.holds or cls is Late
 
 
 @pytest.mark.parametrize("cls", FAMILY_CLAIMS, ids=name)
@@ -134,4 +134,4 @@ def test_a_late_claim_has_the_kind_of_what_it_says():
 
 def test_a_claim_that_does_not_say_when_it_holds_cannot_be_checked():
     with pytest.raises(TypeError, match=r"Claim does not say when it holds; implement holds\(moment, lab\)"):
-        Claim().holds(Moment(None, None, 0.0, None, False, 0, False), None)
+        Claim().holds(Moment.opening(None), None)

@@ -36,7 +36,7 @@ def engaged(world, seed=0):
     world.reset(seed=seed)
     oracle = MetaWorldOracle(world.scratch)
     oracle.start(world.truth)
-    return oracle, Moment(None, None, 0.0, world.truth, False, 0, False)
+    return oracle, Moment.opening(world.truth)
 
 
 def played(world, action, turn=1):

@@ -39,7 +39,7 @@ def engaged(world, seed):
 
 
 def opening(world):
-    return Moment(None, None, 0.0, world.truth, False, 0, False)
+    return Moment.opening(world.truth)
 
 
 def proposed(world, point, turn=1):

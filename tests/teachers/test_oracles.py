@@ -63,7 +63,7 @@ def started(oracle_class, world, truth):
 
 
 def opening(truth):
-    return Moment(None, None, 0.0, truth, False, 0, False)
+    return Moment.opening(truth)
 
 
 def turn(world, truth, action, number=1):

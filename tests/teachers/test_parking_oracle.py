@@ -25,7 +25,7 @@ def engaged(world, seed=0):
 
 
 def opening(world):
-    return Moment(None, None, 0.0, world.truth, False, 0, False)
+    return Moment.opening(world.truth)
 
 
 def turn(world, action):

@@ -163,7 +163,7 @@ def test_retry_only_stops_with_success(name):
     teacher = pupil(name).make_teacher(world, "retry_only")
     world.reset(seed=0)
     teacher.reset(np.random.default_rng(0))
-    teacher.speak(Moment(None, None, 0.0, world.truth, False, 0, False))
+    teacher.speak(Moment.opening(world.truth))
     for turn, action in enumerate(teacher.oracle.plan(world.truth, 50), 1):
         before = world.truth
         _, reward, _, _, info = world.step(action)
