@@ -18,7 +18,7 @@ import numpy as np
 from teaching_on_a_budget import SETTINGS, TEACHERS, Setting, lifetime
 
 import llf_teacher
-from llf_teacher.lifetime import FIELDS
+from llf_teacher.gym.lifetime import FIELDS
 from llf_teacher.studies.statistics import mean_interval, paired_difference
 
 try:

@@ -10,7 +10,8 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import llf_teacher
-from llf_teacher.student import entitled, parse_student
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import entitled
 from pz_envs.tutoring import STUDENT
 
 

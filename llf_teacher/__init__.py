@@ -3,7 +3,9 @@
 Importing this package registers every environment with Gymnasium and PettingZoo and loads no simulator.
 """
 
-from llf_teacher.registry import ids, make, register_all, supported_types
+from importlib import import_module
+
+from llf_teacher.registry import ids, register_all, supported_types
 
 __version__ = "0.1.0"
 __all__ = ["Lesson", "OldGym", "StudentEnv", "TeacherEnv", "ids", "make", "prompt", "supported_types", "teach"]
@@ -11,9 +13,12 @@ __all__ = ["Lesson", "OldGym", "StudentEnv", "TeacherEnv", "ids", "make", "promp
 register_all()
 
 
-def __getattr__(name: str) -> object:
-    if name in __all__:
-        from llf_teacher import gym_adapter
+def __getattr__(name: str) -> object:  # `__init__.pyi` has the types
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    room = {"Lesson": "pz_envs.lesson", "OldGym": "worlds.wrapped.old_gym"}.get(name, "llf_teacher.gym")
+    return getattr(import_module(room), name)
 
-        return getattr(gym_adapter, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -14,9 +14,9 @@ import numpy as np
 from gymnasium import spaces
 
 import llf_teacher
-from llf_teacher.agents import as_text
-from llf_teacher.gym_adapter import StudentEnv
+from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import supported_types
+from llf_teacher.students.agents import as_text
 from teachers.feedback import parse_kinds
 from teachers.phrasebook import Paraphrase
 

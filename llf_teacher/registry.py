@@ -1,20 +1,13 @@
-"""The environments by their ids: Gymnasium registration and `make`."""
+"""The environments by their ids, and their registration with Gymnasium."""
 
 import warnings
-from collections.abc import Iterable
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import gymnasium
 
 import pz_envs  # noqa: F401  (registers with PettingZoo)
 from pz_envs.family import Family, all_families
-
-if TYPE_CHECKING:
-    from llf_teacher.gym_adapter import StudentEnv
-    from teachers.personality import Personality
-    from teachers.phrasebook import Paraphrase
-    from teachers.voice import Voice
 
 PREFIX, ALIAS = "llf-", "verbal-"
 
@@ -84,52 +77,11 @@ def register_all() -> None:
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
             gymnasium.register(
                 name,
-                entry_point="llf_teacher.gym_adapter:StudentEnv",
+                entry_point="llf_teacher.gym:StudentEnv",
                 kwargs={"env_id": id},
                 order_enforce=False,
                 disable_env_checker=True,
             )
-
-
-def make(
-    id: str,
-    *,
-    instruction_type: str = "b",
-    feedback_type: str | Iterable[str] = "a",
-    teacher: "str | Personality | Any" = "oracle",
-    voice: "Voice" = "plain",
-    paraphrase: "Paraphrase" = "random",
-    visual: bool = False,
-    **options: Any,
-) -> "StudentEnv":
-    """The student's side of an environment, with a teacher in the other seat.
-
-    Args:
-        id: an id of `ids()`, or its alias `verbal-...`.
-        instruction_type: `b` basic, `p` with hindsight on some tried actions, `c` complete.
-        feedback_type: `a` all kinds, `n` none, `m` a random subset each turn, or kinds among r, hp, hn, fp,
-            fn, as `"r+hp"`, a set, a list or a tuple.
-        teacher: a personality's spec string, a `Personality`, a `Teacher`, or any policy with `reset(rng)` and
-            `act(observation, info)` for the teacher's seat.
-        voice: the tone: `plain`, `curt`, `socratic`, `warm`, the path of a voice of your own, or a function that
-            rewrites a sentence.
-        paraphrase: `"random"`, an index or a callable `(templates, **slots) -> str`.
-        visual: ask for images where the family has them.
-        options: `text`, `max_turns`, `privileged_info`, `render_mode` of `StudentEnv`, and the world's options.
-
-    Raises:
-        ValueError: an unknown id, or an argument that is not supported.
-    """
-    return gymnasium.make(
-        entry(id).id,
-        instruction_type=instruction_type,
-        feedback_type=feedback_type,
-        teacher=teacher,
-        voice=voice,
-        paraphrase=paraphrase,
-        visual=visual,
-        **options,
-    )  # type: ignore[return-value]
 
 
 def supported_types(id: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

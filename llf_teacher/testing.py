@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from llf_teacher.audit import audit
+from llf_teacher.tools.audit import audit
 from pz_envs.subject import Subject
 from worlds.testing import require
 
@@ -11,7 +11,7 @@ def check_teacher(id: str | Subject, teacher: Any, **settings: Any) -> None:
     """A teacher keeps its promises: honest ones say nothing false, and nobody leaks.
 
     Args:
-        id, teacher, settings: as `llf_teacher.audit.audit` takes them.
+        id, teacher, settings: as `llf_teacher.tools.audit.audit` takes them.
 
     Raises:
         AssertionError: it does not; the message has what it said, and where.

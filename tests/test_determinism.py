@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import llf_teacher
-from llf_teacher.golden import transcript
 from llf_teacher.registry import PREFIX
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.tools.golden import transcript
 from pz_envs.family import all_families
 from worlds.testing import plain
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import llf_teacher
-from llf_teacher.shelf import matrix, update
+from llf_teacher.tools.shelf import matrix, update
 from teachers.personality import PERSONALITIES
 
 ROOT = Path(__file__).parents[1]

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from llf_teacher.golden import transcript
 from llf_teacher.registry import entries
+from llf_teacher.tools.golden import transcript
 
 FOLDER = Path(__file__).parent / "golden"
 _NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")

@@ -19,7 +19,7 @@ from rich.progress import track
 from rich.table import Table
 
 if TYPE_CHECKING:
-    from llf_teacher.audit import Audit
+    from llf_teacher.tools.audit import Audit
     from teachers.voice import Voice
 
 
@@ -103,7 +103,7 @@ def _audits(jobs: list[tuple[str, str, int, str, str]], workers: int | None) -> 
 
 
 def _audit(id: str, teacher: str, turns: int, feedback_type: str, voice: str) -> "Audit":
-    from llf_teacher.audit import audit
+    from llf_teacher.tools.audit import audit
 
     return audit(id, teacher, turns=turns, feedback_type=feedback_type, voice=_voice(voice))
 

@@ -12,7 +12,7 @@ def benchmark() -> None:
     """Measure steps of families beside their worlds, FrozenLake and the originals, and seats beside tictactoe."""
     from rich.console import Console
 
-    from llf_teacher.benchmark import forms, imports, seats, steps
+    from llf_teacher.tools.benchmark import forms, imports, seats, steps
 
     console = Console()
     console.print(steps())

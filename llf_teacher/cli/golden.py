@@ -16,8 +16,8 @@ def golden(
     id: Annotated[list[str] | None, typer.Argument(help="Environments; by default all, or a family's samples.")] = None,
 ) -> None:
     """Write a transcript of a short episode of each environment, as text."""
-    from llf_teacher.golden import write
     from llf_teacher.registry import entry
+    from llf_teacher.tools.golden import write
 
     for path in write(folder, tuple(entry(name).id for name in id or ())):
         typer.echo(path)

@@ -17,7 +17,7 @@ def add_to(app: typer.Typer) -> None:
 def list_() -> None:
     """List environments, teacher personalities and students."""
     from llf_teacher.registry import entries, supported_types
-    from llf_teacher.student import STUDENTS
+    from llf_teacher.students.parsing import STUDENTS
     from pz_envs.family import all_families
     from teachers.personality import PERSONALITIES
 

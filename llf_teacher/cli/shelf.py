@@ -15,7 +15,7 @@ def shelf(
     file: Annotated[Path | None, typer.Argument(help="A Markdown file whose tables are to be made anew.")] = None,
 ) -> None:
     """Print every personality, and which family serves which; or update these tables in a document."""
-    from llf_teacher.shelf import TABLES, write
+    from llf_teacher.tools.shelf import TABLES, write
 
     if file is not None:
         write(file)

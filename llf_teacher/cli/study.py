@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from llf_teacher.cli import errors
-from llf_teacher.llm.settings import BUDGET
+from llf_teacher.models.settings import BUDGET
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,1 +1,1 @@
-"""One student a module, named as in spec strings."""
+"""Students: policies for the student's seat, named by spec strings such as `q_learning(alpha=0.5)`."""

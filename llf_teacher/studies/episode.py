@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from llf_teacher.gym_adapter import StudentEnv
-from llf_teacher.registry import make
-from llf_teacher.student import entitled, parse_student
+from llf_teacher.gym import StudentEnv, make
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import entitled
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.tutoring import STUDENT, TutoringEnv
 from teachers.atoms import Atom, Label, Moment, ParseFailure

@@ -9,7 +9,7 @@ from typing import Any
 
 import jinja2
 
-from llf_teacher.student import TAUGHT
+from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.plots import SHADES
 from llf_teacher.studies.sections import (
     CHECKED,

@@ -13,10 +13,10 @@ from concurrent.futures.process import BrokenProcessPool
 from importlib import metadata
 from typing import Any, NamedTuple
 
-from llf_teacher.llm import LLMError, SpendingLimitError
-from llf_teacher.llm.cache import spending
-from llf_teacher.llm.settings import CACHE
-from llf_teacher.student import parse_student
+from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.models.cache import spending
+from llf_teacher.models.settings import CACHE
+from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.episode import Record, play
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import EpisodeSpec, Study

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.student import TAUGHT, parse_student
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies import statistics
 from llf_teacher.studies.plots import curve_plot, dot_plot
 from llf_teacher.studies.statistics import Difference, Estimate, Split, variance_split
@@ -208,7 +209,7 @@ class Account(NamedTuple):
 
 
 def reads(student: str) -> str:
-    """What a student learns from, one of `llf_teacher.student.READS`."""
+    """What a student learns from, one of `llf_teacher.students.student.READS`."""
     return parse_student(student).reads
 
 

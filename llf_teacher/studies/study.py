@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import llf_teacher
 from llf_teacher.registry import PREFIX, entry, supported_types
-from llf_teacher.student import parse_student
+from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
 from teachers.feedback import format_kinds
 from teachers.personality import parse_personality

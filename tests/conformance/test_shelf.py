@@ -10,8 +10,8 @@ from lessons import episodes, lab, pupil, taught
 from shelf import FAMILIES, pairs
 
 import llf_teacher
-from llf_teacher.audit import audit
 from llf_teacher.registry import PREFIX
+from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from pz_envs.text_mode import parse_action
 from teachers.common import Example

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import llf_teacher
-from llf_teacher.agents import GYMNASIUM, LLF, POLICY, as_text, protocol_of
-from llf_teacher.student import parse_student
+from llf_teacher.students.agents import GYMNASIUM, LLF, POLICY, as_text, protocol_of
+from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.runner import EpisodeError, run
 from llf_teacher.studies.store import Store

@@ -6,9 +6,9 @@ import pytest
 from shelf import FAMILIES, pairs
 
 import llf_teacher
-from llf_teacher.audit import audit
 from llf_teacher.registry import PREFIX
 from llf_teacher.testing import check_teacher
+from llf_teacher.tools.audit import audit
 from pz_envs.family import all_families
 from teachers.atoms import FP, HN, KINDS, Label, R
 from teachers.personalities.silent import Silent

@@ -5,7 +5,7 @@ import operator
 
 from rich.console import Console
 
-from llf_teacher import benchmark
+from llf_teacher.tools import benchmark
 
 
 def test_every_form_is_measured(monkeypatch):

@@ -5,8 +5,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import llf_teacher
-from llf_teacher.lifetime import FIELDS, drawn
-from llf_teacher.student import entitled, parse_student
+from llf_teacher.gym.lifetime import FIELDS, drawn
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import entitled
 from pz_envs.tutoring import STUDENT, SUBSETS
 from worlds.testing import plain
 

@@ -15,13 +15,13 @@ from pathlib import Path
 
 import pytest
 
-from llf_teacher.llm import LLMError, SpendingLimitError
-from llf_teacher.llm.cache import Cache
-from llf_teacher.llm.client import Endpoint
-from llf_teacher.llm.settings import Settings
-from llf_teacher.llm.testing import Reply, ScriptedEndpoint, completion
-from llf_teacher.student import parse_student
-from llf_teacher.students.llm import LLM
+from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.models.cache import Cache
+from llf_teacher.models.client import Endpoint
+from llf_teacher.models.settings import Settings
+from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.shelf.llm import LLM
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.runner import manifest, run
 from llf_teacher.studies.store import Store

@@ -3,9 +3,9 @@
 import pytest
 
 import llf_teacher
-from llf_teacher.llm.rewriter import Rewriter
-from llf_teacher.llm.settings import CACHE
-from llf_teacher.llm.testing import ScriptedEndpoint
+from llf_teacher.models.rewriter import Rewriter
+from llf_teacher.models.settings import CACHE
+from llf_teacher.models.testing import ScriptedEndpoint
 
 
 @pytest.fixture(autouse=True)

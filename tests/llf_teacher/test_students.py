@@ -8,9 +8,10 @@ import pytest
 from sampling import IDS, fewer
 
 import llf_teacher
-from llf_teacher.reading import Reader
 from llf_teacher.registry import PREFIX, entries, entry
-from llf_teacher.student import entitled, parse_student
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.reading import Reader
+from llf_teacher.students.student import entitled
 from llf_teacher.studies.episode import play, scenes
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families

@@ -14,7 +14,8 @@ from gymnasium.utils.ezpickle import EzPickle
 from lake import PHRASES, WORDS, Head, LakeOracle, Nearer
 
 import llf_teacher
-from llf_teacher.student import entitled, parse_student
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import entitled
 from pz_envs import testing as seat_kit
 from pz_envs.tutoring import STUDENT
 from teachers import testing as teacher_kit

@@ -5,7 +5,8 @@ import pytest
 from houses import plan_by_downward
 
 import llf_teacher
-from llf_teacher.student import entitled, parse_student
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import entitled
 from teachers.atoms import Moment
 from teachers.oracles.alfworld import AlfworldOracle, Planner
 from teachers.oracles.alfworld.claims import Do, DoAbout, DoVerb, seen

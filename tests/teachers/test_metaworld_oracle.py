@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from llf_teacher.registry import make
-from llf_teacher.student import entitled, parse_student
+from llf_teacher.gym import make
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import entitled
 from pz_envs.tutoring import STUDENT
 from teachers.atoms import FN, FP, HN, HP, KINDS, Moment
 from teachers.oracles.metaworld import MetaWorldOracle

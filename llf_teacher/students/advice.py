@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from llf_teacher.student import Policy, frozen, state_of
+from llf_teacher.students.student import Policy, frozen, state_of
 from teachers.atoms import FP, HN, HP, FeedbackType
 
 _TRIES = 30

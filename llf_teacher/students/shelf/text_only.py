@@ -5,9 +5,9 @@ from typing import Any
 
 from gymnasium import spaces
 
-from llf_teacher.advice import AdviceTaker
-from llf_teacher.reading import Reader
-from llf_teacher.student import Student
+from llf_teacher.students.advice import AdviceTaker
+from llf_teacher.students.reading import Reader
+from llf_teacher.students.student import Student
 from pz_envs.text_mode import parse_action
 from teachers.atoms import FP, ParseFailure
 from teachers.common import Right, Wrong

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.advice import AdviceTaker
-from llf_teacher.student import Student
+from llf_teacher.students.advice import AdviceTaker
+from llf_teacher.students.student import Student
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from llf_teacher.gym_adapter import StudentEnv
+from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
-from llf_teacher.student import Policy, parse_student
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import Policy
 from llf_teacher.studies.episode import scenes
 from pz_envs.subject import Subject
 from teachers.atoms import FP, Claim, FeedbackType, Label

@@ -4,8 +4,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.learner import Learner, LearnerPolicy
-from llf_teacher.student import frozen, state_of
+from llf_teacher.students.learner import Learner, LearnerPolicy
+from llf_teacher.students.student import frozen, state_of
 from teachers.spec import check_range
 
 

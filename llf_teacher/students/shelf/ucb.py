@@ -5,7 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.learner import Learner, LearnerPolicy
+from llf_teacher.students.learner import Learner, LearnerPolicy
 from teachers.spec import check_range
 
 

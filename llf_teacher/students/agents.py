@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from llf_teacher.student import READS, Policy, Student, state_of
+from llf_teacher.students.student import READS, Policy, Student, state_of
 from teachers.spec import read_call, read_expression, unknown
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"

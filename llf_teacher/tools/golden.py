@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from llf_teacher.registry import entries, make
+from llf_teacher.gym import make
+from llf_teacher.registry import entries
 from llf_teacher.studies.episode import as_dict, to_json
 from teachers.atoms import Atom, Moment
 

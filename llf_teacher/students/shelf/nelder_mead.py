@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.learner import Learner, LearnerPolicy
+from llf_teacher.students.learner import Learner, LearnerPolicy
 from teachers.spec import check_range
 
 

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from llf_teacher.lifetime import Lifetime, check_vary, drawn, lifetime_space
-from llf_teacher.seat_env import SeatEnv
-from llf_teacher.student import Student, entitled, parse_student
+from llf_teacher.gym.lifetime import Lifetime, check_vary, drawn, lifetime_space
+from llf_teacher.gym.seat_env import SeatEnv
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import Student, entitled
 from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TEACHER
 

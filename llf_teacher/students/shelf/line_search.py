@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.student import Policy, Student
+from llf_teacher.students.student import Policy, Student
 
 _SYLLABLE = "la"
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.student import Policy, Student
+from llf_teacher.students.student import Policy, Student
 from teachers.spec import check_range
 
 

@@ -10,11 +10,11 @@ from urllib.parse import urlsplit
 
 import jinja2
 
-from llf_teacher.llm import settings
-from llf_teacher.llm.cache import Cache
-from llf_teacher.llm.client import check_extra, connect
-from llf_teacher.llm.settings import Settings
-from llf_teacher.student import Policy, Student, state_of
+from llf_teacher.models import settings
+from llf_teacher.models.cache import Cache
+from llf_teacher.models.client import check_extra, connect
+from llf_teacher.models.settings import Settings
+from llf_teacher.students.student import Policy, Student, state_of
 from teachers.spec import check_range
 
 PROMPTS = Path(__file__).with_name("prompts")

@@ -1,27 +1,20 @@
-"""Gymnasium's view of the student's seat, and any Gymnasium environment taught."""
+"""Gymnasium's view of the student's seat."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
-import gymnasium
 from gymnasium import spaces
 
+from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.registry import entry
-from llf_teacher.seat_env import SeatEnv
-from llf_teacher.teacher_env import TeacherEnv
-from pz_envs.lesson import Lesson
 from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TEACHER
 from teachers.atoms import SILENCE, Moment, Utterance
 from teachers.feedback import parse_kinds
-from teachers.oracle import Oracle
 from teachers.personality import Personality
-from teachers.phrasebook import Paraphrase, Phrases
+from teachers.phrasebook import Paraphrase
 from teachers.teacher import Teacher
 from teachers.voice import Voice
-from worlds.wrapped.old_gym import OldGym
-
-__all__ = ["Lesson", "OldGym", "StudentEnv", "TeacherEnv", "prompt", "teach"]
 
 
 class StudentEnv(SeatEnv):
@@ -141,51 +134,3 @@ class StudentEnv(SeatEnv):
         if type(said) is Utterance:
             return Utterance.of([atom for atom in said.atoms if atom.kind is None or atom.kind in self.kinds])
         return said if self.kinds or moment.turn == 0 else SILENCE
-
-
-def teach(
-    env: gymnasium.Env | Callable[[], gymnasium.Env],
-    oracle: Callable[..., Oracle] | None = None,
-    *,
-    phrases: Phrases | None = None,
-    look: Callable[[gymnasium.Env], Any] | None = None,
-    snapshot: str = "auto",
-    success: Callable[..., Any] | None = None,
-    describe: Callable[[Any], str] | None = None,
-    action_words: Mapping[str, Any] | None = None,
-    reward_range: tuple[float, float] | None = None,
-    **settings: Any,
-) -> StudentEnv:
-    """The student's side of any Gymnasium environment, with a teacher in the other seat.
-
-    Without an oracle it is reinforcement learning in words: the instruction is to maximize the accumulated rewards, and
-    the feedback is the reward. The seats are the attribute `aec`, the lesson is `family`.
-
-    Args:
-        env: an environment, or a function without arguments that makes one.
-        oracle: a subclass of `teachers.oracle.Oracle`.
-        phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
-        look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
-        settings: those of `StudentEnv`: `teacher`, `instruction_type`, `feedback_type`, `text`, `max_turns`, ...
-
-    Raises:
-        ValueError: an argument is not supported.
-    """
-    lesson = Lesson(
-        env,
-        oracle,
-        phrases=phrases,
-        look=look,
-        snapshot=snapshot,
-        success=success,
-        describe=describe,
-        action_words=action_words,
-        reward_range=reward_range,
-    )
-    return StudentEnv(lesson, **settings)
-
-
-def prompt(observation: dict[str, Any]) -> str:
-    """The parts of a text observation that are not empty, joined by blank lines: instruction, observation, feedback."""
-    parts = (observation[key] for key in ("instruction", "observation", "feedback"))
-    return "\n\n".join(str(part) for part in parts if part)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.llm import settings
-from llf_teacher.llm.client import connect
-from llf_teacher.llm.settings import Settings
+from llf_teacher.models import settings
+from llf_teacher.models.client import connect
+from llf_teacher.models.settings import Settings
 
 _SYSTEM = (
     "You are the voice of a teacher. Say the sentence that you are given in other words, as {tone} would. Keep exactly "

@@ -1,6 +1,6 @@
 """Students: policies for the student's seat, named by spec strings such as `q_learning(alpha=0.5)`.
 
-A student is a frozen dataclass in a module of its name under `llf_teacher/students/`; its nested class `Policy`
+A student is a frozen dataclass in a module of its name under `llf_teacher/students/shelf/`; its nested class `Policy`
 plays. A policy knows the rules of the world (spaces, words), never its state, and reads what it says it reads.
 """
 
@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from llf_teacher import students
+from llf_teacher.students import shelf
 from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TutoringEnv
-from teachers.spec import Catalogue, Spec
+from teachers.spec import Spec
 from worlds.world import World
 
 READS = ("nothing", "reward", "words", "atoms", "atoms and reward", "truth")
@@ -62,7 +62,7 @@ class Policy(ABC):
 class Student(Spec):
     """Base of all students: a frozen value that makes a `Policy` for a seat."""
 
-    shelf = students.__name__
+    shelf = shelf.__name__
     Policy: ClassVar[type[Policy]]
     reads: ClassVar[str]
     """What it learns from, one of `READS`; reports show it."""
@@ -86,28 +86,6 @@ class Student(Spec):
     def facts(self) -> dict[str, Any]:
         """What a study's manifest has to say of it beside its spec, as JSON values."""
         return {}
-
-
-STUDENTS = Catalogue("student", Student, students)
-"""Every student by its name."""
-
-
-def parse_student(spec: str | Student) -> Student:
-    """The student that a spec string describes; `package.module:factory` is an agent of the user's own.
-
-    Raises:
-        ValueError: an unknown name or parameter, or bad syntax; the message says what is allowed.
-    """
-    if isinstance(spec, Student):
-        return spec
-    from llf_teacher import agents
-
-    if agents.is_agent(spec):
-        return agents.parse_agent(spec)
-    parsed = STUDENTS.parse(spec)
-    if len(parsed) != 1:
-        raise ValueError(f"student spec {spec!r} names {len(parsed)} students; allowed: one")
-    return parsed[0]
 
 
 def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:

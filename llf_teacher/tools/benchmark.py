@@ -15,8 +15,8 @@ import pettingzoo
 from gymnasium.spaces import Discrete
 from rich.table import Table
 
-from llf_teacher.registry import PREFIX, entry, make
-from llf_teacher.teacher_env import TeacherEnv
+from llf_teacher.gym import TeacherEnv, make
+from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import Family, all_families
 from pz_envs.tutoring import SUBSETS, TEACHER
 

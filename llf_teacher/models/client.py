@@ -6,9 +6,9 @@ import time
 from functools import cache
 from typing import Any
 
-from llf_teacher.llm import LLMError, SpendingLimitError
-from llf_teacher.llm.cache import Cache, Usage
-from llf_teacher.llm.settings import Settings
+from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.models.cache import Cache, Usage
+from llf_teacher.models.settings import Settings
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.student import Policy, Student, frozen
+from llf_teacher.students.student import Policy, Student, frozen
 from teachers.atoms import FN, FP
 from teachers.spec import check_range
 

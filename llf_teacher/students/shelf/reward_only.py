@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from llf_teacher import student
-from llf_teacher.student import Policy, Student
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import Policy, Student
 from pz_envs.subject import Subject
 from worlds.world import World
 
@@ -16,4 +16,4 @@ class RewardOnly(Student):
 
     def seat(self, family: Subject, world: World) -> Policy:
         """The named student's policy."""
-        return student.parse_student(family.reward_only).seat(family, world)
+        return parse_student(family.reward_only).seat(family, world)

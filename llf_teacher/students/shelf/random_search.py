@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.student import Policy, Student
+from llf_teacher.students.student import Policy, Student
 from teachers.spec import check_range
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from llf_teacher.student import Student, frozen
+from llf_teacher.students.student import Student, frozen
 from pz_envs.tutoring import TutoringEnv
 from teachers.atoms import FP, Moment
 from teachers.oracle import Oracle, RefusalError

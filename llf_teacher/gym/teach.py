@@ -1,0 +1,59 @@
+"""Any Gymnasium environment taught, and observations as one text."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import gymnasium
+
+from llf_teacher.gym.student_env import StudentEnv
+from pz_envs.lesson import Lesson
+from teachers.oracle import Oracle
+from teachers.phrasebook import Phrases
+
+
+def teach(
+    env: gymnasium.Env | Callable[[], gymnasium.Env],
+    oracle: Callable[..., Oracle] | None = None,
+    *,
+    phrases: Phrases | None = None,
+    look: Callable[[gymnasium.Env], Any] | None = None,
+    snapshot: str = "auto",
+    success: Callable[..., Any] | None = None,
+    describe: Callable[[Any], str] | None = None,
+    action_words: Mapping[str, Any] | None = None,
+    reward_range: tuple[float, float] | None = None,
+    **settings: Any,
+) -> StudentEnv:
+    """The student's side of any Gymnasium environment, with a teacher in the other seat.
+
+    Without an oracle it is reinforcement learning in words: the instruction is to maximize the accumulated rewards, and
+    the feedback is the reward. The seats are the attribute `aec`, the lesson is `family`.
+
+    Args:
+        env: an environment, or a function without arguments that makes one.
+        oracle: a subclass of `teachers.oracle.Oracle`.
+        phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
+        look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
+        settings: those of `StudentEnv`: `teacher`, `instruction_type`, `feedback_type`, `text`, `max_turns`, ...
+
+    Raises:
+        ValueError: an argument is not supported.
+    """
+    lesson = Lesson(
+        env,
+        oracle,
+        phrases=phrases,
+        look=look,
+        snapshot=snapshot,
+        success=success,
+        describe=describe,
+        action_words=action_words,
+        reward_range=reward_range,
+    )
+    return StudentEnv(lesson, **settings)
+
+
+def prompt(observation: dict[str, Any]) -> str:
+    """The parts of a text observation that are not empty, joined by blank lines: instruction, observation, feedback."""
+    parts = (observation[key] for key in ("instruction", "observation", "feedback"))
+    return "\n\n".join(str(part) for part in parts if part)

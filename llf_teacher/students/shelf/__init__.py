@@ -1,0 +1,1 @@
+"""One student a module, named as in spec strings."""

@@ -1,0 +1,1 @@
+"""What is made of teachers and studies besides: audits, benchmarks, golden transcripts, tables for documents."""
