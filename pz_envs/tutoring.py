@@ -132,7 +132,7 @@ class TutoringEnv(SeatsEnv):
         self._state, world_info = world.reset(seed=int(self._rng.integers(2**31)), options=options)
         if self.start is not None:
             world.restore(self.start)
-            self._state = world._observe()
+            self._state = world.observe()
         self._see()
         self._open()
         self.turn = self.purse.spent = 0

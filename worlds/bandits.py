@@ -99,6 +99,10 @@ class Bandit(World):
                 reward = min(max(reward + spread * float(self.np_random.standard_normal()), low), high)
         return 0, reward, False, False, {"success": action in self._best}
 
+    def observe(self) -> int:
+        """Always 0."""
+        return 0
+
     def describe(self, observation: int) -> str:
         """Nothing: a bandit has no state to see."""
         return ""
@@ -110,6 +114,3 @@ class Bandit(World):
     def _load(self, truth: Truth) -> None:
         self._truth = truth
         self._best = frozenset(truth.best)
-
-    def _observe(self) -> int:
-        return 0

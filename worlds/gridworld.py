@@ -110,7 +110,7 @@ class Gridworld(World):
         super().reset(seed=seed)
         room, layout = self._draw(self.np_random)
         self._load(Truth(room, False, layout))
-        return self._observe(), {"success": False}
+        return self.observe(), {"success": False}
 
     @property
     def truth(self) -> Truth:
@@ -132,7 +132,16 @@ class Gridworld(World):
         first = not self._found and self._room == self._treasure
         if first:
             self._found = True
-        return self._observe(), 1.0 if first else 0.0, False, False, {"success": self._found}
+        return self.observe(), 1.0 if first else 0.0, False, False, {"success": self._found}
+
+    def observe(self) -> dict[str, Any]:
+        """The room, its doors and what lies there."""
+        room = self._room
+        view = self._views.get(room)
+        if view is None:
+            view = self._views[room] = self._view(room)
+        doors, objects = view
+        return {"room": room, "doors": doors.copy(), "objects": objects.copy()}
 
     def describe(self, observation: dict[str, Any]) -> str:
         """Name the room, what lies there and the rooms behind its doors."""
@@ -159,14 +168,6 @@ class Gridworld(World):
             self._layout = layout
             self._doors, self._treasure = layout.doors, layout.treasure
             self._views: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-
-    def _observe(self) -> dict[str, Any]:
-        room = self._room
-        view = self._views.get(room)
-        if view is None:
-            view = self._views[room] = self._view(room)
-        doors, objects = view
-        return {"room": room, "doors": doors.copy(), "objects": objects.copy()}
 
     def _view(self, room: int) -> tuple[np.ndarray, np.ndarray]:
         """Which doors and objects there are in a room, as it is first seen."""

@@ -135,6 +135,10 @@ class Parking(World):
         info["success"] = info["is_success"] and not info["crashed"]
         return result
 
+    def observe(self) -> dict[str, np.ndarray]:
+        """The car and the spot."""
+        return self._lot.observation_type.observe()
+
     def describe(self, observation: dict[str, np.ndarray]) -> str:
         """Position, heading and speed of the car, the spot, and where other cars stand."""
         x, y, vx, vy, cos, sin = (observation["observation"] * _SCALES).tolist()
@@ -169,9 +173,6 @@ class Parking(World):
         goal.position, goal.heading = np.array([x, y]), heading
         for each, touched in zip(lot.road.objects, truth.touched, strict=True):
             each.crashed, each.hit = touched and each.solid, touched and not each.solid
-
-    def _observe(self) -> dict[str, np.ndarray]:
-        return self._lot.observation_type.observe()
 
 
 _PARTS = ("observation", "achieved_goal", "desired_goal")

@@ -113,6 +113,10 @@ class Poem(World):
         reward = right / len(wanted) - 1.0 if wanted else -1.0
         return 0, reward, False, False, {"success": reward == 0.0}
 
+    def observe(self) -> int:
+        """Always 0."""
+        return 0
+
     def describe(self, observation: int) -> str:
         """Nothing: there is no state to see."""
         return ""
@@ -125,9 +129,6 @@ class Poem(World):
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth
-
-    def _observe(self) -> int:
-        return 0
 
     def _required(self, options: dict[str, Any]) -> tuple[int, ...]:
         """The pattern that the options fix; empty if they fix none."""

@@ -199,6 +199,18 @@ def check_fresh(make: Make) -> None:
         observation = following
 
 
+def check_observe(make: Make) -> None:
+    """`observe` gives what `reset` or the last step gave, also in a world that has taken over the state."""
+    world = make()
+    observation, _ = world.reset(seed=0)
+    for action in some_actions(world):
+        require(plain(world.observe()) == plain(observation), "observe() differs from what reset or the last step gave")
+        observation = world.step(action)[0]
+    lab = world.scratch()
+    lab.restore(world.truth)
+    require(plain(lab.observe()) == plain(observation), "after restore(truth) observe() differs")
+
+
 CHECKS: tuple[Callable[[Make], None], ...] = tuple(
     value for name, value in list(globals().items()) if name.startswith("check_") and name != "check_world"
 )

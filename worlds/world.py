@@ -67,6 +67,10 @@ class World(gymnasium.Env):
         """Apply a legal action; return Gymnasium's five-tuple, with `success` (bool) in the info."""
 
     @abstractmethod
+    def observe(self) -> Any:
+        """The current observation, a fresh value: the one that `reset` or the last step gave."""
+
+    @abstractmethod
     def describe(self, observation: Any) -> str:
         """The canonical plain-text rendering of an observation."""
 
@@ -112,13 +116,9 @@ class World(gymnasium.Env):
         """
         return None
 
-    @abstractmethod
-    def _observe(self) -> Any:
-        """The current observation."""
-
     def render(self) -> str | None:
         """The current observation as text, when `render_mode="ansi"`."""
-        return self.describe(self._observe()) if self.render_mode == "ansi" else None
+        return self.describe(self.observe()) if self.render_mode == "ansi" else None
 
 
 def illegal(action: Any, allowed: str) -> ValueError:

@@ -1,5 +1,6 @@
-"""The command line: `llf`, one module a command."""
+"""The command line: `llf`, one module a command; a command of one family has its name."""
 
+import pkgutil
 import sys
 from importlib import import_module
 
@@ -15,8 +16,8 @@ app = typer.Typer(
 )
 errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
-for _name in ("audit", "benchmark", "catalogue", "golden", "list", "play", "shelf", "study"):
-    import_module(f"llf_teacher.cli.{_name}").add_to(app)
+for _module in pkgutil.iter_modules(__path__):
+    import_module(f"{__name__}.{_module.name}").add_to(app)
 
 
 def main() -> None:

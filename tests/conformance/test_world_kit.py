@@ -30,7 +30,7 @@ class Counter(World):
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
         self.count = self.options["start"]
-        return self._observe(), {"success": False}
+        return self.observe(), {"success": False}
 
     @property
     def truth(self):
@@ -43,7 +43,7 @@ class Counter(World):
 
     def advance(self, action):
         self.count += 2 * action - 1
-        return self._observe(), float(self.np_random.random()), False, False, {"success": self.count > 3}
+        return self.observe(), float(self.np_random.random()), False, False, {"success": self.count > 3}
 
     def describe(self, observation):
         return f"The count is {observation['count'][0]}."
@@ -51,15 +51,15 @@ class Counter(World):
     def sample_action(self, rng):
         return int(rng.integers(2))
 
+    def observe(self):
+        return {"count": np.array([self.count])}
+
     def _load(self, truth):
         self.count = truth.count
 
-    def _observe(self):
-        return {"count": np.array([self.count])}
-
 
 class OutOfSpace(Counter):
-    def _observe(self):
+    def observe(self):
         return {"count": np.array([self.count, 0])}
 
 
@@ -154,10 +154,23 @@ class GlobalNoise(Counter):
 
 
 class Recycler(Counter):
-    def _observe(self):
+    def observe(self):
         self.cell = getattr(self, "cell", np.array([0]))
         self.cell[0] = self.count
         return {"count": self.cell}
+
+
+class Stale(Counter):
+    lag = 0
+
+    def step(self, action):
+        self.lag = 0
+        result = super().step(action)
+        self.lag = 1
+        return result
+
+    def observe(self):
+        return {"count": np.array([self.count - self.lag])}
 
 
 LIARS = {
@@ -173,6 +186,7 @@ LIARS = {
     kit.check_copies: Uncopied,
     kit.check_global_random: GlobalNoise,
     kit.check_fresh: Recycler,
+    kit.check_observe: Stale,
 }
 
 

@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import llf_teacher
-from worlds.catalogue.importing import BASICS
+from worlds.movies.catalogue.importing import BASICS
 
 
 def llf(*arguments, cwd):

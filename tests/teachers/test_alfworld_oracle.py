@@ -14,7 +14,8 @@ from teachers.oracles.alfworld.search import distance
 from teachers.testing import CHECKS, Pupil
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import ExactEngine
-from worlds.alfworld.games import TASKS, make
+from worlds.alfworld.games import TASKS
+from worlds.alfworld.generated import make
 
 
 def episode(task, seed, wander=0, **options):

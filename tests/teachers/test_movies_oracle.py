@@ -28,9 +28,9 @@ from teachers.oracles.movies.claims import (
     TakenFor,
     Unrated,
 )
-from worlds.catalogue import GENRES, load_catalogue
-from worlds.catalogue.importing import BASICS, import_catalogue
 from worlds.movies import AGE, GENRE, TYPE, YEAR, Movies, Profile, Truth, draw_profile
+from worlds.movies.catalogue import GENRES, load_catalogue
+from worlds.movies.catalogue.importing import BASICS, import_catalogue
 
 ID = "llf-reco-movie-v0"
 COMEDY = GENRES.index("Comedy")

@@ -16,8 +16,12 @@ import pytest
 from houses import play_in_textworld
 
 from worlds.alfworld import Alfworld, Truth
-from worlds.alfworld.exact import NOTHING, ExactEngine, names
-from worlds.alfworld.games import CHANGING, SPLITS, TASKS, make, parse, plan, plans_for, rules
+from worlds.alfworld.exact import NOTHING, ExactEngine
+from worlds.alfworld.games import CHANGING, SPLITS, TASKS, parse
+from worlds.alfworld.generated import make
+from worlds.alfworld.house import names
+from worlds.alfworld.plans import plan, plans_for
+from worlds.alfworld.shipped import rules
 from worlds.alfworld.stock import StockEngine
 
 RARE = ("take", "move", "open", "close", "use", "heat", "cool", "clean", "slice", "examine")

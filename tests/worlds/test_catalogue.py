@@ -10,10 +10,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from worlds.catalogue import CERTIFICATES, GENRES, Catalogue, load_catalogue, shipped
-from worlds.catalogue.importing import BASICS, Imported, import_catalogue
-from worlds.catalogue.titles import Titles, fold
 from worlds.movies import LEAST_MATCHES, draw_profile
+from worlds.movies.catalogue import CERTIFICATES, GENRES, Catalogue, load_catalogue, shipped
+from worlds.movies.catalogue.importing import BASICS, Imported, import_catalogue
+from worlds.movies.catalogue.titles import Titles, fold
 
 FILMS, SHOWS = CERTIFICATES[:5], CERTIFICATES[5:]
 

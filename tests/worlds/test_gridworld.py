@@ -223,7 +223,7 @@ def test_descriptions_name_room_objects_and_doors(room, text):
     world = square(room)
     world.render_mode = "ansi"
     assert world.render() == text
-    assert world.describe(world._observe()) == text
+    assert world.describe(world.observe()) == text
 
 
 def test_rendering_is_off_by_default():

@@ -7,8 +7,6 @@ import time
 import numpy as np
 import pytest
 
-from worlds.catalogue import AGES, GENRES, PERIODS, load_catalogue
-from worlds.catalogue.importing import BASICS, import_catalogue
 from worlds.movies import (
     AGE,
     GENRE,
@@ -22,6 +20,8 @@ from worlds.movies import (
     Truth,
     draw_profile,
 )
+from worlds.movies.catalogue import AGES, GENRES, PERIODS, load_catalogue
+from worlds.movies.catalogue.importing import BASICS, import_catalogue
 
 COMEDY, DRAMA, SPORT = (GENRES.index(name) for name in ("Comedy", "Drama", "Sport"))
 

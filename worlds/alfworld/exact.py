@@ -6,11 +6,11 @@ counts as turned on each time. As TextWorld does, the facts keep what has become
 looks at that when it lists what lies beside a receptacle.
 """
 
-from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
 from worlds.alfworld.games import Fact, Game
+from worlds.alfworld.house import House
 
 _Do = tuple[Callable[..., str], tuple[str, ...]]  # what a command does, and to what
 
@@ -55,79 +55,6 @@ _LOOKS = (  # of an object in the hand: what must be true of it, and how it is d
     (("toggleable", "not_istoggled"), "This {} is off."),
     (("sliceable", "issliced"), "This is a sliced {}."),
 )
-
-
-def names(ids: list[str]) -> dict[str, str]:
-    """What things are called, such as `apple 2`: numbered per type, down from the first id to the last.
-
-    Ids without a position, such as the agent's, keep their own name and a space. So does ALFWorld.
-    """
-    parts = {id: id.split("_bar_", 1) for id in ids}
-    bases = {id: base[0] + ("basin" if "basin" in id else "") if len(base) > 1 else "" for id, base in parts.items()}
-    left = Counter(base for base in bases.values() if base)
-    called = {}
-    for id in sorted(ids):
-        base = bases[id]
-        if not base:
-            called[id] = f"{id} "
-            continue
-        called[id] = f"{base} {left[base]}"
-        left[base] -= 1
-    return called
-
-
-class House:
-    """What no action changes, in the form in which engine and oracle need it."""
-
-    def __init__(self, game: Game) -> None:
-        self.game = game
-        facts = game.static | game.start
-        known = {argument for fact in facts for argument in fact[1:]}
-        self.name = names([id for id, _ in game.kinds if id in known])
-        """Per id its name."""
-        of = {"receptacle": {}, "object": {}}  # type: dict[str, dict[str, str]]
-        self.type: dict[str, str] = {}
-        """Per receptacle and object its type, such as `fridgetype`."""
-        self.place: dict[str, str] = {}
-        """Per receptacle the location where one stands to use it."""
-        self.holds: set[tuple[str, str]] = set()
-        """Pairs of a type of receptacle and a type of object that may lie in it."""
-        self.able: dict[str, set[str]] = {}
-        """Per predicate of one argument what it is true of."""
-        self.within: dict[str, list[str]] = {}
-        """Per object what lies in it, for ever."""
-        for fact in sorted(game.static):
-            predicate = fact[0]
-            if predicate in ("receptacletype", "objecttype"):
-                self.type[fact[1]] = fact[2]
-            elif predicate == "receptacleatlocation":
-                self.place[fact[1]] = fact[2]
-            elif predicate == "cancontain":
-                self.holds.add((fact[1], fact[2]))
-            elif predicate == "inreceptacleobject":
-                self.within.setdefault(fact[2], []).append(fact[1])
-            elif len(fact) == 2:
-                self.able.setdefault(predicate, set()).add(fact[1])
-        for id, kind in game.kinds:
-            if kind in of and id in known:
-                of[kind][id] = ""
-        self.receptacles = tuple(of["receptacle"])
-        """Sorted, as all lists of ids here: TextWorld lists things in this order."""
-        self.objects = tuple(of["object"])
-        self.at: dict[str, tuple[str, ...]] = {}
-        """Per location the receptacles that are used from there."""
-        for receptacle, location in self.place.items():
-            self.at[location] = (*self.at.get(location, ()), receptacle)
-        self.kinds = {self.type.get(each, "") for each in self.place}
-        """Types of the receptacles that can be used."""
-        self.openable = self.able.get("openable", set())
-        self.ways = {f"go to {self.name[each]}": (each, location) for each, location in self.place.items()}
-        self.id = {name: id for id, name in self.name.items()}
-        """Per name its id."""
-
-    def able_to(self, predicate: str) -> set[str]:
-        """What a static predicate of one argument is true of."""
-        return self.able.get(predicate, set())
 
 
 class ExactEngine:

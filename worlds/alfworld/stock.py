@@ -14,7 +14,8 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from worlds.alfworld.games import CHANGING, Fact, Game, package, rules
+from worlds.alfworld.games import CHANGING, Fact, Game
+from worlds.alfworld.shipped import package, rules
 
 _LOCK = threading.RLock()
 _STATE = re.compile(r"begin_state\n(.*?)\nend_state", re.DOTALL)

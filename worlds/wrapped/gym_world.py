@@ -151,10 +151,7 @@ class GymWorld(World):
     @property
     def env(self) -> gymnasium.Env:
         """The environment, in the state that this world is in."""
-        if self._at is not None and self._at != (self._episode, self._turn):
-            self._travel()
-        elif self._env is None:
-            self._env = self._another()
+        self._arrive()
         return self._env
 
     @property
@@ -209,6 +206,11 @@ class GymWorld(World):
                 success = terminated and reward > 0
         return observation, reward, terminated, truncated, {**info, "success": bool(success)}
 
+    def observe(self) -> Any:
+        """What reset or the last step gave."""
+        self._arrive()
+        return _still(self._observation)
+
     def describe(self, observation: Any) -> str:
         """The observation in plain numbers, or as the given function puts it."""
         return tell(observation) if self._describe is None else self._describe(observation)
@@ -242,8 +244,12 @@ class GymWorld(World):
         if self._at is None:
             self._at = _NOWHERE
 
-    def _observe(self) -> Any:
-        return self.env and self._observation
+    def _arrive(self) -> None:
+        """See that there is an environment, and that it is where the world is."""
+        if self._at is not None and self._at != (self._episode, self._turn):
+            self._travel()
+        elif self._env is None:
+            self._env = self._another()
 
     def _travel(self) -> None:
         """Bring the environment to where the world is."""

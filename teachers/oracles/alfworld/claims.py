@@ -5,8 +5,9 @@ from collections.abc import Callable, Sequence
 from teachers.atoms import FN, FP, HN, HP, Claim, Moment, claim
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
 from worlds.alfworld import Truth
-from worlds.alfworld.exact import AGENT, NOTHING, ExactEngine, House
+from worlds.alfworld.exact import AGENT, NOTHING, ExactEngine
 from worlds.alfworld.games import Game
+from worlds.alfworld.house import House
 from worlds.world import World
 
 

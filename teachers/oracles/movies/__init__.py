@@ -35,7 +35,6 @@ from teachers.oracles.movies.claims import (
     Unrated,
     Wish,
 )
-from worlds.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, period_bit
 from worlds.movies import (
     AGE,
     MAX_LENGTH,
@@ -49,6 +48,7 @@ from worlds.movies import (
     answer_of,
     titles_of,
 )
+from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, period_bit
 
 _TRIES = 3
 _TOLD = 12  # claims of a kind: a list can have a hundred titles

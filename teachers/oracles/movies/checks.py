@@ -6,8 +6,6 @@ from difflib import SequenceMatcher
 from functools import lru_cache
 from typing import Any
 
-from worlds.catalogue import AGES, GENRES, PERIODS, Catalogue, Item
-from worlds.catalogue.titles import fold
 from worlds.movies import (
     AGE,
     AGE_NAMES,
@@ -19,6 +17,8 @@ from worlds.movies import (
     Profile,
     Truth,
 )
+from worlds.movies.catalogue import AGES, GENRES, PERIODS, Catalogue, Item
+from worlds.movies.catalogue.titles import fold
 from worlds.world import World
 
 

@@ -25,8 +25,6 @@ from teachers.oracles.movies.checks import (
     works_meeting,
     years_of,
 )
-from worlds.catalogue import AGES, CERTIFICATES, GENRES, PERIODS
-from worlds.catalogue.titles import fold
 from worlds.movies import (
     AGE,
     AGE_NAMES,
@@ -40,6 +38,8 @@ from worlds.movies import (
     answer_of,
     titles_of,
 )
+from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS
+from worlds.movies.catalogue.titles import fold
 from worlds.world import World
 
 LISTED = 3

@@ -35,7 +35,7 @@ class Thermostat(World):
         away = int(self.np_random.integers(self.options["least"], self.options["most"] + 1))
         now = int(self.np_random.integers(15, 25))
         self._load(Truth(now, now + away * int(self.np_random.choice([-1, 1]))))
-        return self._observe(), {"success": False}
+        return self.observe(), {"success": False}
 
     @property
     def truth(self):
@@ -61,5 +61,5 @@ class Thermostat(World):
     def _load(self, truth):
         self._truth = truth
 
-    def _observe(self):
+    def observe(self):
         return self._truth.now

@@ -33,7 +33,7 @@ def import_(
     from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
-    from worlds.catalogue.importing import import_catalogue
+    from worlds.movies.catalogue.importing import import_catalogue
 
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TimeRemainingColumn())

@@ -1,7 +1,7 @@
 """A catalogue of films and series: facts in SQLite, the same facts as tables in memory, and titles that are looked up.
 
-The one that ships is built from `worlds/data/catalogue.csv`; larger ones are SQLite files, which
-`worlds.catalogue.importing` makes.
+The one that ships is built from `data/catalogue.csv`; larger ones are SQLite files, which
+`worlds.movies.catalogue.importing` makes.
 """
 
 import csv
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from worlds.catalogue.titles import Titles
+from worlds.movies.catalogue.titles import Titles
 
 FILM, SERIES = "film", "series"
 GENRES = (
@@ -169,7 +169,7 @@ def _load(path: str | None, modified: int, size: int) -> Catalogue:
 
 def shipped() -> Iterable[Entry]:
     """The rows of the catalogue that ships."""
-    text = resources.files("worlds").joinpath("data/catalogue.csv").read_text(encoding="utf-8")
+    text = resources.files(__name__).joinpath("data/catalogue.csv").read_text(encoding="utf-8")
     for row in csv.DictReader(text.splitlines()):
         yield Entry(
             title=row["title"],

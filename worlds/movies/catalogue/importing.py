@@ -21,7 +21,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from worlds.catalogue import GENRES, SERIES, Catalogue, Entry, write
+from worlds.movies.catalogue import GENRES, SERIES, Catalogue, Entry, write
 
 BASICS = (
     "tconst", "titleType", "primaryTitle", "originalTitle", "isAdult", "startYear", "endYear", "runtimeMinutes",
@@ -223,7 +223,7 @@ def _votes(path: Path, least: int) -> set[str]:
 
 def _title_types() -> dict[str, bool]:
     """Whether IMDb's types of titles are series, of those that are wanted."""
-    text = resources.files("worlds").joinpath("data/imdb_title_types.csv").read_text(encoding="utf-8")
+    text = resources.files("worlds.movies.catalogue").joinpath("data/imdb_title_types.csv").read_text(encoding="utf-8")
     return {row["title_type"]: row["type"] == SERIES for row in csv.DictReader(text.splitlines())}
 
 

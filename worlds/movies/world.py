@@ -1,83 +1,20 @@
-"""Movies: a user asks for something to watch, with wishes of which one may stay unsaid.
+"""A user who asks for something to watch, and a catalogue by which the answers are judged."""
 
-What is recommended is looked up in a catalogue, and judged title by title and wish by wish.
-"""
-
-import json
-import re
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
-from worlds.catalogue import (
-    GENRES,
-    PERIODS,
-    Catalogue,
-    age_bit,
-    genre_bit,
-    load_catalogue,
-    period_bit,
-    type_bit,
-)
+from worlds.movies.answers import MAX_LENGTH, MAX_TITLE, MAX_TITLES, answer_of, canonical, titles_of
+from worlds.movies.catalogue import GENRES, PERIODS, Catalogue, load_catalogue
+from worlds.movies.users import AGE, AGE_NAMES, GENRE, TYPE, YEAR, Profile, draw_profile
 from worlds.spaces import Prose
 from worlds.world import World, illegal
 
-MAX_LENGTH = 10_000
-"""Greatest number of characters of an answer."""
-MAX_TITLES = 100
-"""Greatest number of titles in an answer."""
-MAX_TITLE = 200
-"""Greatest number of characters of a title, a year included."""
 LEAST_MATCHES = 3
 """Titles of the catalogue that must fit a user's wishes, so that wishes nobody could meet are not drawn."""
-TYPE, YEAR, GENRE, AGE = ATTRIBUTES = ("type", "year", "genre", "age rating")
-"""What a title is judged by, beside being in the catalogue."""
-TYPE_NAMES = ("movie", "TV show")
-PERIOD_NAMES = ("the 80s", "the 90s", "the 2000s", "the years since 2010")
-AGE_NAMES = ("child-friendly", "family-friendly", "R-rated")
-
-_NO_AGE = 0.4  # probability that the user has no age wish
-_UNFIT = ({"Crime", "Horror", "Thriller", "War"},) * 2 + ({"Animation", "Family"},)
 _DRAWS = 1000
-
-
-class Profile(NamedTuple):
-    """A user's wishes. Each is met by a title that has one of what it lists; an empty one does not matter."""
-
-    series: bool
-    """Whether TV shows are wanted, not movies."""
-    periods: tuple[int, ...] = ()
-    """Indices of `PERIODS`, in order; a series belongs to every period in which it ran."""
-    genres: tuple[int, ...] = ()
-    """Indices of `GENRES`, in order."""
-    age: int = -1
-    """Index of the age group; -1 for none."""
-
-    @property
-    def wishes(self) -> dict[str, int]:
-        """Per attribute that matters the bits of which a title must have one."""
-        return _wishes(self)
-
-    def words(self, attribute: str) -> str:
-        """A wish in words, such as "Comedy or Drama"; empty if the attribute does not matter."""
-        if attribute == TYPE:
-            return TYPE_NAMES[self.series]
-        if attribute == YEAR:
-            return " or ".join(PERIOD_NAMES[period] for period in self.periods)
-        if attribute == GENRE:
-            return " or ".join(GENRES[genre] for genre in self.genres)
-        return AGE_NAMES[self.age] if self.age >= 0 else ""
-
-    def only(self, *attributes: str) -> "Profile":
-        """The same user without the other wishes; the type stays."""
-        return Profile(
-            self.series,
-            self.periods if YEAR in attributes else (),
-            self.genres if GENRE in attributes else (),
-            self.age if AGE in attributes else -1,
-        )
 
 
 class Truth(NamedTuple):
@@ -148,7 +85,7 @@ class Movies(World):
         unsaid = wishes[rng.integers(len(wishes))]
         manner = int(rng.integers(len(_OPENINGS))), int(rng.integers(len(_CLOSINGS)))
         self._load(Truth(profile, unsaid, manner, ""))
-        return self._observe(), {"success": False}
+        return self.observe(), {"success": False}
 
     @property
     def truth(self) -> Truth:
@@ -157,7 +94,7 @@ class Movies(World):
 
     def legal(self, action: Any) -> str:
         """The list of titles in canonical form."""
-        answer = _canonical(str(action)) if self.action_space.contains(action) else None
+        answer = canonical(str(action)) if self.action_space.contains(action) else None
         if answer is None:
             raise illegal(action, f"{self.action_syntax}; of at most {MAX_LENGTH} characters")
         return answer
@@ -174,7 +111,18 @@ class Movies(World):
                 bits = catalogue.items[found[0]].bits
                 met += 1 + sum(bits & wish != 0 for wish in wishes)
         reward = met / (len(titles) * (1 + len(wishes))) - 1.0 if titles else -1.0
-        return self._observe(), reward, False, False, {"success": reward == 0.0}
+        return self.observe(), reward, False, False, {"success": reward == 0.0}
+
+    def observe(self) -> dict[str, Any]:
+        """What the user says."""
+        kind, periods, genres, age, manner = self._said
+        return {
+            "type": kind,
+            "periods": periods.copy(),
+            "genres": genres.copy(),
+            "age": age,
+            "manner": manner.copy(),
+        }
 
     def describe(self, observation: dict[str, Any]) -> str:
         """The request in the user's words."""
@@ -211,40 +159,6 @@ class Movies(World):
         self._truth = truth
         self._said = _said(*truth[:3])
 
-    def _observe(self) -> dict[str, Any]:
-        kind, periods, genres, age, manner = self._said
-        return {
-            "type": kind,
-            "periods": periods.copy(),
-            "genres": genres.copy(),
-            "age": age,
-            "manner": manner.copy(),
-        }
-
-
-def draw_profile(rng: np.random.Generator) -> Profile:
-    """A user's wishes: a type, none to two periods and genres each, and an age group where it makes sense."""
-    series = bool(rng.integers(2))
-    periods = rng.permutation(len(PERIODS))[: rng.integers(3)]
-    genres = rng.permutation(len(GENRES))[: rng.integers(3)]
-    age = int(rng.integers(len(AGE_NAMES))) if rng.random() >= _NO_AGE else -1
-    profile = Profile(series, tuple(sorted(periods.tolist())), tuple(sorted(genres.tolist())), age)
-    if age >= 0 and not _UNFIT[age].isdisjoint(GENRES[genre] for genre in profile.genres):
-        return profile._replace(age=-1)
-    return profile
-
-
-@lru_cache(maxsize=1024)
-def _wishes(profile: Profile) -> dict[str, int]:
-    wishes = {TYPE: type_bit(profile.series)}
-    if profile.periods:
-        wishes[YEAR] = sum(map(period_bit, profile.periods))
-    if profile.genres:
-        wishes[GENRE] = sum(map(genre_bit, profile.genres))
-    if profile.age >= 0:
-        wishes[AGE] = age_bit(profile.age)
-    return wishes
-
 
 @lru_cache(maxsize=1024)
 def _said(
@@ -258,47 +172,6 @@ def _said(
         genres[list(profile.genres)] = 1
     kind = 0 if unsaid == TYPE else 1 + profile.series
     return kind, periods, genres, 0 if unsaid == AGE else 1 + profile.age, np.array(manner)
-
-
-_FENCE = re.compile(r"```[a-z]*\n(.*)\n```", re.DOTALL)
-
-
-def answer_of(titles: list[str] | tuple[str, ...]) -> str:
-    """A list of titles in canonical form."""
-    return json.dumps(list(titles), ensure_ascii=False)
-
-
-@lru_cache(maxsize=1024)
-def titles_of(answer: str) -> tuple[str, ...]:
-    """The titles of an answer in canonical form."""
-    return tuple(json.loads(answer)) if answer else ()
-
-
-@lru_cache(maxsize=1024)
-def _canonical(text: str) -> str | None:
-    """The canonical form of an answer; None if it is none."""
-    text = text.strip()
-    fenced = _FENCE.fullmatch(text)
-    try:
-        entries = json.loads(fenced[1] if fenced else text)
-    except (ValueError, RecursionError):
-        return None
-    if not isinstance(entries, list) or len(entries) > MAX_TITLES:
-        return None
-    titles = [_title(entry) for entry in entries]
-    answer = None if None in titles else answer_of(titles)  # type: ignore[arg-type]
-    return answer if answer is not None and len(answer) <= MAX_LENGTH else None
-
-
-def _title(entry: Any) -> str | None:
-    """The title that an entry of an answer names, with the year if it gives one; None if it names none."""
-    title, year = (entry.get("title"), entry.get("year")) if isinstance(entry, dict) else (entry, None)
-    if not isinstance(title, str):
-        return None
-    title = " ".join(title.split())
-    if isinstance(year, int) and not isinstance(year, bool) and 1000 <= year <= 9999 and f"({year})" not in title:
-        title = f"{title} ({year})"
-    return title if 0 < len(title) <= MAX_TITLE and title.isprintable() else None
 
 
 _OPENINGS = (

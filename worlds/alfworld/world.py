@@ -1,0 +1,186 @@
+"""A house, and commands in it."""
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from worlds.alfworld.exact import ExactEngine
+from worlds.alfworld.games import SPLITS, TASKS, Fact, Game
+from worlds.alfworld.generated import make
+from worlds.alfworld.official import drawn, files, read
+from worlds.alfworld.stock import StockEngine
+from worlds.spaces import Prose
+from worlds.world import World, illegal
+
+ENGINES = {"exact": ExactEngine, "textworld": StockEngine}
+ORACLES = ("planner", "explorer")
+SOURCES = ("auto", "generated", "official")
+MAX_LENGTH = 500
+_CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f]").search  # all but white space
+_LISTED = "\n\nAdmissible commands: "
+_THINGS = ("apple", "bowl", "book", "creditcard", "cup", "egg", "knife", "mug", "pen", "pillow", "plate", "soapbar")
+_PLACES = ("bed", "cabinet", "countertop", "desk", "drawer", "fridge", "garbagecan", "microwave", "shelf", "sinkbasin")
+_TRIED = ("go to {1}", "open {1}", "take {0} from {1}", "move {0} to {1}", "examine {1}", "look", "inventory")
+_ASTRAY = 0.1  # share of the random commands that come to nothing
+
+
+class Truth(NamedTuple):
+    """The state of a house, and what was last said of it."""
+
+    facts: frozenset[Fact]
+    """All facts that actions may change and that are true, and those that have become false, as `not_...`."""
+    feedback: str
+    """The answer to the last command, or the introduction."""
+    won: bool
+    """Whether the task has been done in this episode."""
+    game: Game
+
+
+class Alfworld(World):
+    """A house, and something to do in it.
+
+    Observation: Prose, the answer to the last command and a list of the commands that can be carried out now, which
+    are in the info as well, as the list `admissible_commands`.
+    Action: Prose, a command; case and space do not matter, all else does. What cannot be carried out is answered by
+    "Nothing happens.".
+    Reward: 1 when the task is done, which terminates, else 0.
+
+    Args:
+        task: the type of the tasks, one of `TASKS`; empty for all of them.
+        split: `train`, `valid_seen`, `valid_unseen`, or `all` of them. Of new games `valid_unseen` have floor plans
+            of their own, 24 of 120; the other two share theirs.
+        games: `official` are the files below the folder that the environment variable ALFWORLD_DATA names, where
+            `alfworld-download` puts them; `generated` are made by seed from the package's floor plans; `auto` is
+            official if there are such files.
+        oracle: for oracles, what they are to advise by: `planner` all that is true, `explorer` what has been seen.
+        engine: `exact`, or `textworld`, the original, which is equal and some thousand times slower.
+
+    Raises:
+        ValueError: an argument is not allowed, or there are no official games.
+    """
+
+    reward_range = (0.0, 1.0)
+    action_syntax = f"one command such as `go to desk 1`, of at most {MAX_LENGTH} characters, no control characters"
+
+    def __init__(
+        self,
+        task: str = "",
+        split: str = "all",
+        games: str = "auto",
+        oracle: str = "planner",
+        engine: str = "exact",
+        *,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(render_mode=render_mode, task=task, split=split, games=games, oracle=oracle, engine=engine)
+        _check("task", task, ("", *TASKS))
+        _check("split", split, SPLITS)
+        _check("games", games, SOURCES)
+        _check("oracle", oracle, ORACLES)
+        _check("engine", engine, tuple(ENGINES))
+        folder = os.environ.get("ALFWORLD_DATA", "") if games != "generated" else ""
+        self._files = files(folder, task, split) if folder else ()
+        if games == "official" and not self._files:
+            raise ValueError(
+                f"games='official' needs game files; ALFWORLD_DATA is {folder!r} and has none for task {task!r}, split"
+                f" {split!r}; run `alfworld-download`, or allow games='generated'"
+            )
+        self.observation_space = Prose(max_length=16_384)
+        self.action_space = Prose(max_length=MAX_LENGTH)
+        self._engine: Any = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[str, dict[str, Any]]:
+        """Begin a game.
+
+        Args:
+            seed: seed of the world's random stream.
+            options: `{"game": path}` plays a game file, with `traj_data.json` beside it.
+
+        Raises:
+            ValueError: the file is no game that can be played.
+        """
+        super().reset(seed=seed)
+        game = self._draw((options or {}).get("game"))
+        self._load(Truth(game.start, "", False, game))
+        self._feedback = self._engine.intro()
+        return self.observe(), self._info()
+
+    @property
+    def truth(self) -> Truth:
+        """The facts, the last answer, whether the task is done, and the game."""
+        return Truth(self._engine.facts, self._feedback, self._won, self._engine.game)
+
+    def legal(self, action: Any) -> str:
+        """The command in lower case with single spaces."""
+        if not self.action_space.contains(action) or _CONTROL(action):
+            raise illegal(action, f"a text of at most {MAX_LENGTH} characters without control characters")
+        return " ".join(action.lower().split())
+
+    def advance(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
+        """Carry out a command."""
+        self._feedback = self._engine.do(action)
+        first = not self._won and self._engine.won()
+        if first:
+            self._won = True
+        return self.observe(), 1.0 if first else 0.0, self._won, False, self._info()
+
+    def observe(self) -> str:
+        """The last answer, and the commands that can be carried out now."""
+        return f"{self._feedback}{_LISTED}{', '.join(self._engine.commands())}"
+
+    def describe(self, observation: str) -> str:
+        """The observation, which is text."""
+        return observation
+
+    def commands(self) -> list[str]:
+        """The commands that can be carried out now, sorted."""
+        return self._engine.commands()
+
+    def sample_action(self, rng: np.random.Generator) -> str:
+        """Mostly one of the commands that can be carried out; before any episode one that might be."""
+        if self._engine is not None and rng.random() > _ASTRAY:
+            commands = self._engine.commands()
+            return commands[rng.integers(len(commands))]
+        pattern, thing, place = (each[rng.integers(len(each))] for each in (_TRIED, _THINGS, _PLACES))
+        return pattern.format(f"{thing} {rng.integers(1, 4)}", f"{place} {rng.integers(1, 4)}")
+
+    def original(self, actions: Sequence[Any]) -> World:
+        """The same world on TextWorld's engine."""
+        return type(self)(**self.options | {"engine": "textworld"})
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = self.__dict__ | {"_engine": None}
+        return state if self._engine is None else state | {"_kept": self.truth}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        kept = state.pop("_kept", None)
+        self.__dict__.update(state)
+        if kept is not None:
+            self._load(kept)
+
+    def _load(self, truth: Truth) -> None:
+        if self._engine is None or self._engine.game is not truth.game:
+            self._engine = ENGINES[self.options["engine"]](truth.game)
+        self._engine.load(truth.facts)
+        self._feedback, self._won = truth.feedback, truth.won
+
+    def _info(self) -> dict[str, Any]:
+        return {"success": self._won, "admissible_commands": self._engine.commands()}
+
+    def _draw(self, path: Any) -> Game:
+        if path is not None:
+            game = read(path)
+            if game is None:
+                raise ValueError(f"option 'game' must be a file whose game can be solved, got {str(path)!r}")
+            return game
+        if self._files:
+            return drawn(self.np_random, self._files)
+        return make(self.np_random, self.options["task"], self.options["split"])
+
+
+def _check(name: str, value: Any, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise ValueError(f"{name} must be one of {', '.join(map(repr, allowed))}, got {value!r}")

@@ -1,0 +1,153 @@
+"""The environment of metaworld as something that states are loaded into, and the simulators of a thread."""
+
+import threading
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from worlds.metaworld.cheap import cheapened
+from worlds.metaworld.state import Episode, Truth
+
+PIXELS = 240
+"""Width and height of an image."""
+_SPARE = 4  # simulators that a thread keeps
+_PASSING = ("curr_path_length", "_prev_obs", "_target_to_obj_init")  # what metaworld changes in a step, in Python
+_SOLVER = ("model", "data", "mujoco_renderer", "_np_random", "_np_random_seed", "_views")
+_CAMERA = "corner2"
+
+
+class Simulator:
+    """The environment of metaworld of a task, with cheaper steps; worlds of one thread take turns to use it."""
+
+    def __init__(self, task: str) -> None:
+        import mujoco
+        from metaworld.env_dict import ALL_V3_ENVIRONMENTS
+
+        self._mujoco = mujoco
+        base = ALL_V3_ENVIRONMENTS[task]
+        cheap = cheapened(base)
+        env = self.env = cheap.__new__(cheap)  # constructed by metaworld's own code
+        env.__dict__.update(base().__dict__)
+        # As metaworld's MT1 sets its environments: tasks are given, and the goal can be seen.
+        env._set_task_called, env._partially_observable = True, False
+        env.__dict__.pop("sawyer_observation_space", None)
+        env.prepare(mujoco)
+        self._kind = mujoco.mjtState.mjSTATE_INTEGRATION
+        self._size = mujoco.mj_stateSize(env.model, self._kind)
+        self.objects = len(env._get_pos_objects()) // 3
+        self._fresh = dict(env.__dict__)
+        self._fresh_physics = self._physics(), env.model.body_pos.copy(), env.model.site_pos.copy()
+        self._episode: Episode | None = None
+        self._renderer: Any = None
+        self._aliases = self._find_aliases()
+
+    def reset(self, rng: np.random.Generator) -> Truth:
+        """Begin an episode as metaworld begins it in a new environment, with a variation that it draws itself."""
+        env = self.env
+        self._renew()
+        env._freeze_rand_vec, env.seeded_rand_vec, env._np_random = False, True, rng
+        env.reset_model()
+        variation = env._last_rand_vec
+        self._renew()
+        env._freeze_rand_vec, env._last_rand_vec = True, variation
+        observation, _ = env.reset()
+        fresh = self._fresh
+        attributes = tuple(
+            (name, tuple(value.tolist()) if isinstance(value, np.ndarray) else value)
+            for name, value in sorted(env.__dict__.items())
+            if value is not fresh.get(name, self) and name not in (*_SOLVER, *_PASSING, *self._aliases)
+        )
+        model = env.model
+        self._episode = Episode(
+            tuple(variation.tolist()), model.body_pos.tobytes(), model.site_pos.tobytes(), attributes
+        )
+        return self.truth(tuple(observation.tolist()), False)
+
+    def truth(self, observation: tuple[float, ...], solved: bool) -> Truth:
+        """A snapshot."""
+        env = self.env.__dict__
+        passing = (env[name] for name in _PASSING if name in env)
+        kept = tuple(tuple(value.tolist()) if isinstance(value, np.ndarray) else value for value in passing)
+        return Truth(observation, solved, self._physics().tobytes(), kept, self._episode)
+
+    def load(self, truth: Truth) -> None:
+        """Take over a snapshot. What MuJoCo derives from it is not computed: a step begins with that."""
+        env, episode = self.env, truth.episode
+        if episode is not self._episode:
+            self._renew()
+            env.model.body_pos[:] = np.frombuffer(episode.bodies).reshape(-1, 3)
+            env.model.site_pos[:] = np.frombuffer(episode.sites).reshape(-1, 3)
+            env.__dict__.update((name, _thawed(value)) for name, value in episode.attributes)
+            env.__dict__.update(self._aliases)
+            self._episode = episode
+        names = (name for name in _PASSING if name in self._fresh)
+        env.__dict__.update(zip(names, map(_thawed, truth.passing), strict=True))
+        self._mujoco.mj_setState(env.model, env.data, np.frombuffer(truth.physics).copy(), self._kind)
+
+    def image(self) -> np.ndarray:
+        """What the camera sees now, uint8 (240, 240, 3)."""
+        mujoco, env = self._mujoco, self.env
+        physics = self._physics()
+        try:
+            if self._renderer is None:
+                self._renderer = mujoco.Renderer(env.model, PIXELS, PIXELS)
+            mujoco.mj_forward(env.model, env.data)  # a state that was loaded has no derived quantities yet
+            self._renderer.update_scene(env.data, camera=_CAMERA)
+            image = self._renderer.render()
+        except Exception as error:
+            raise RuntimeError(
+                f"images need off-screen OpenGL, which failed with {error!r}; set the environment variable MUJOCO_GL "
+                f"to egl (Debian: libegl1) or to osmesa (Debian: libosmesa6) before Python starts, or do without images"
+            ) from error
+        mujoco.mj_setState(env.model, env.data, physics, self._kind)
+        return image[::-1, ::-1].copy()  # this camera hangs upside down
+
+    def _physics(self) -> np.ndarray:
+        physics = np.empty(self._size)
+        self._mujoco.mj_getState(self.env.model, self.env.data, physics, self._kind)
+        return physics
+
+    def _renew(self) -> None:
+        """Make the environment as it was after its construction."""
+        env = self.env
+        physics, bodies, sites = self._fresh_physics
+        env.__dict__.clear()
+        env.__dict__.update(self._fresh)
+        env.model.body_pos[:], env.model.site_pos[:] = bodies, sites
+        self._mujoco.mj_resetData(env.model, env.data)
+        self._mujoco.mj_setState(env.model, env.data, physics, self._kind)
+        self._mujoco.mj_forward(env.model, env.data)
+
+    def _find_aliases(self) -> dict[str, np.ndarray]:
+        """Attributes that metaworld's reset binds to MuJoCo's own memory, so that they follow the simulation."""
+        self._aliases: dict[str, np.ndarray] = {}
+        self.reset(np.random.default_rng(0))
+        data = self.env.data
+        arrays = [array for name in ("xpos", "xquat", "site_xpos", "geom_xpos") for array in (getattr(data, name),)]
+        aliases = {
+            name: value
+            for name, value in self.env.__dict__.items()
+            if isinstance(value, np.ndarray) and any(np.may_share_memory(value, array) for array in arrays)
+        }
+        self._episode = None
+        return aliases
+
+
+def _thawed(value: Any) -> Any:
+    return np.array(value) if isinstance(value, tuple) else value
+
+
+class _Simulators(threading.local):
+    """The simulators of a thread, those that were used last."""
+
+    def __init__(self) -> None:
+        self.of = lru_cache(maxsize=_SPARE)(Simulator)
+
+
+_SIMULATORS = _Simulators()
+
+
+def simulator_of(task: str) -> Simulator:
+    """The simulator of a task in this thread."""
+    return _SIMULATORS.of(task)

@@ -1,0 +1,245 @@
+"""A robot's hand that is sent to target poses, by turns of several low-level steps."""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from numbers import Real
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from worlds.metaworld.original import Original
+from worlds.metaworld.script import Aim, Script
+from worlds.metaworld.simulator import PIXELS, Simulator, simulator_of
+from worlds.metaworld.state import Pose, Truth
+from worlds.metaworld.tasks import TASKS, TWO_OBJECTS
+from worlds.world import World, illegal
+
+CONTROLS = ("absolute", "relative", "teacher_event")
+LONGEST, LONGEST_BY_EVENT = 15, 20
+"""Most low-level steps of a turn, the latter with `control="teacher_event"`."""
+SHORTEST = 3
+"""Fewest low-level steps of a turn that does not solve the task."""
+TRAVEL = 0.05
+"""So far from where it began, in metres along an axis, the hand ends a turn."""
+ARRIVED = 1e-4
+"""A target is reached when the hand is so close to it along each axis, in metres."""
+REACH = 2.0
+"""Bound of the coordinates of a target, in metres."""
+NEW_AIM, NEW_GRIP = 0.03, 0.3
+"""Changes of advice that end a turn under `control="teacher_event"`: metres along an axis, and of the grip."""
+_TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # where students try out targets
+_NEAR = ((-0.2, -0.2, -0.2, -1.0), (0.2, 0.2, 0.2, 1.0))
+_AXES = range(3)
+
+
+class MetaWorld(World):
+    """A robot's hand over a table, and one of metaworld's 50 tasks.
+
+    Observation: Dict of `hand` (3, metres), `gripper` (1, 0 closed to 1 open), `object` (3) and `object_rotation` (4,
+    as metaworld gives it), `second_object` and `second_rotation` where there are two, and `goal` (3); with
+    `visual=True` `image`, too. Action: a target pose `[x, y, z, grip]`, metres and -1 (open) to 1 (close); with
+    `control="relative"` x, y and z count from where the hand is. A turn drives the hand towards the target, by
+    metaworld's low-level steps with the command `gain * (target - hand)`, clipped to [-1, 1]; see `_turn` for its end.
+    Reward: metaworld's, of the turn's last low-level step, 0 to 10. Success: some low-level step of the episode has
+    solved the task. Nothing terminates.
+
+    Args:
+        task: a name of `TASKS`.
+        control: `absolute`, `relative`, or `teacher_event`: absolute, and a turn ends as well when metaworld's scripted
+            policy begins to aim at something else.
+        gain: the controller's gain; None: that of metaworld's scripted policy in the state in which the turn begins.
+        visual: add a camera image, uint8 (240, 240, 3), to the observation.
+        video: put `video`, the images of a turn's low-level steps, into the info.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["ansi", "rgb_array"]}
+    reward_range = (0.0, 10.0)
+
+    def __init__(
+        self,
+        task: str = "reach-v3",
+        control: str = "absolute",
+        *,
+        gain: float | None = None,
+        visual: bool = False,
+        video: bool = False,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(render_mode=render_mode, task=task, control=control, gain=gain, visual=visual, video=video)
+        _check("task", task, TASKS)
+        _check("control", control, CONTROLS)
+        _check("visual", visual, (False, True))
+        _check("video", video, (False, True))
+        if gain is not None and not (type(gain) in (int, float) and 0 < gain < math.inf):
+            raise ValueError(f"gain must be None or a positive number, got {gain!r}")
+        self.task, self.relative = task, control == "relative"
+        self.script = Script(task)
+        self._event = control == "teacher_event"
+        self.longest = LONGEST_BY_EVENT if self._event else LONGEST
+        shapes = {"hand": 3, "gripper": 1, "object": 3, "object_rotation": 4}
+        if task in TWO_OBJECTS:
+            shapes |= {"second_object": 3, "second_rotation": 4}
+        self._parts = tuple(shapes.items())
+        boxes = {name: spaces.Box(-np.inf, np.inf, (n,), np.float64) for name, n in (*self._parts, ("goal", 3))}
+        if visual:
+            boxes["image"] = spaces.Box(0, 255, (PIXELS, PIXELS, 3), np.uint8)
+        self.observation_space = spaces.Dict(boxes)
+        bounds = np.array([REACH, REACH, REACH, 1.0])
+        self.action_space = spaces.Box(-bounds, bounds, dtype=np.float64)
+        count = "counted from the hand" if self.relative else "in metres"
+        self.action_syntax = (
+            f"[x, y, z, grip] with x, y and z from {-REACH:g} to {REACH:g}, {count}, and grip from -1 to 1"
+        )
+        self._truth: Truth | None = None
+        self._watch: Callable[[np.ndarray], None] | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Draw a variation of the task: where things are, and the goal."""
+        super().reset(seed=seed)
+        self._truth = simulator_of(self.task).reset(self.np_random)
+        return self.observe(), {"success": False}
+
+    @property
+    def truth(self) -> Truth:
+        """The state."""
+        return self._truth
+
+    def legal(self, action: Any) -> Pose:
+        """The action as four Python floats."""
+        numbers = action.tolist() if isinstance(action, np.ndarray) else action
+        if isinstance(numbers, list | tuple) and len(numbers) == 4:
+            bounds = (REACH, REACH, REACH, 1.0)
+            if all(_is_number(n) and -b <= n <= b for n, b in zip(numbers, bounds, strict=True)):
+                x, y, z, grip = (float(n) + 0.0 for n in numbers)  # so that there is no negative zero
+                return x, y, z, grip
+        raise illegal(action, self.action_syntax)
+
+    def target(self, truth: Truth, action: Pose) -> tuple[float, float, float]:
+        """Where an action sends the hand, in the coordinates of the table."""
+        x, y, z, _ = action
+        if self.relative:
+            hand = truth.observation
+            return hand[0] + x, hand[1] + y, hand[2] + z
+        return x, y, z
+
+    def advance(self, action: Pose) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Drive the hand towards the target until the turn ends."""
+        simulator, truth = simulator_of(self.task), self._truth
+        simulator.load(truth)
+        video: list[np.ndarray] = []
+        watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
+        observation, reward, solved = self._turn(simulator, truth, action, watch)
+        self._truth = simulator.truth(observation, truth.solved or solved)
+        info: dict[str, Any] = {"success": self._truth.solved}
+        if video:
+            info["video"] = video
+        return self.observe(), reward, False, False, info
+
+    def _turn(
+        self, simulator: Simulator, truth: Truth, action: Pose, watch: Callable[[np.ndarray], None] | None
+    ) -> tuple[tuple[float, ...], float, bool]:
+        """The low-level steps of a turn: the last observation, its reward, and whether one of them solved the task.
+
+        A turn ends with the step that solves the task. Else it has at least 3 steps, and ends when the hand has arrived
+        or is more than 5 cm along an axis from where the turn began, or after 15 steps: a student is asked again before
+        the hand has gone far. With `control="teacher_event"` it ends when the hand has arrived or the scripted policy
+        aims at something else than at the turn's beginning, or after 20 steps.
+        """
+        aim = self.script.aim(truth.observation)
+        gain = aim.gain if self.options["gain"] is None else self.options["gain"]
+        target, step = self.target(truth, action), simulator.env.step
+        start = hand = truth.observation[:3]
+        command = np.empty(4)
+        command[3] = action[3]
+        for count in range(1, self.longest + 1):
+            for i in _AXES:
+                command[i] = min(max(gain * (target[i] - hand[i]), -1.0), 1.0)
+            seen, reward, _, _, info = step(command)
+            hand = seen[:3].tolist()
+            if watch:
+                watch(command)
+            solved = bool(info["success"])
+            if solved and not truth.solved:
+                break
+            if count >= SHORTEST and (_apart(target, hand) < ARRIVED or self._ends(aim, start, seen)):
+                break
+        return tuple(seen.tolist()), float(reward), solved
+
+    def _ends(self, aim: Aim, start: Sequence[float], seen: np.ndarray) -> bool:
+        """Whether a turn ends before the hand has arrived."""
+        if not self._event:
+            return _apart(start, seen[:3].tolist()) > TRAVEL
+        now = self.script.aim(tuple(seen.tolist()))
+        return _apart(now.target, aim.target) > NEW_AIM or abs(now.grip - aim.grip) > NEW_GRIP
+
+    def observe(self) -> dict[str, Any]:
+        """The poses of hand and objects, and the goal; with `visual=True` the camera image, too."""
+        numbers = np.array(self._truth.observation)
+        observation, at = {}, 0
+        for name, n in self._parts:
+            observation[name] = numbers[at : at + n]
+            at += n
+        observation["goal"] = numbers[36:]
+        if self.options["visual"]:
+            observation["image"] = self._image()
+        return observation
+
+    def describe(self, observation: dict[str, Any]) -> str:
+        """JSON, with numbers to a millimetre."""
+        numbers = {
+            name: [round(number, 3) + 0.0 for number in value.tolist()] if len(value) > 1 else round(value.item(), 3)
+            for name, value in observation.items()
+            if name != "image"
+        }
+        return json.dumps(numbers)
+
+    def sample_action(self, rng: np.random.Generator) -> np.ndarray:
+        """A uniform pose over the table, or one that is not far from the hand."""
+        return rng.uniform(*_NEAR) if self.relative else rng.uniform(*_TABLE)
+
+    def render(self) -> str | np.ndarray | None:  # type: ignore[override]
+        """The observation as text, or with `render_mode="rgb_array"` the camera image, uint8 (240, 240, 3).
+
+        Raises:
+            RuntimeError: there is no off-screen OpenGL.
+        """
+        return self._image() if self.render_mode == "rgb_array" else super().render()
+
+    def _image(self) -> np.ndarray:
+        simulator = simulator_of(self.task)
+        simulator.load(self._truth)
+        return simulator.image()
+
+    def original(self, actions: Sequence[Any]) -> gymnasium.Env:
+        """The environment of metaworld, which takes the low-level steps of these turns and nothing else."""
+        world = type(self)(**self.options)
+        world.reset(seed=0)
+        turns: list[list[np.ndarray]] = []
+        world._watch = lambda command: turns[-1].append(command.copy())
+        variation = world.truth.episode.variation
+        for action in actions:
+            turns.append([])
+            world.step(action)
+        return Original(self.task, variation, turns)
+
+    def _load(self, truth: Truth) -> None:
+        self._truth = truth
+
+
+def _apart(one: Sequence[float], other: Sequence[float]) -> float:
+    """The largest distance along an axis."""
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1]), abs(one[2] - other[2]))
+
+
+def _check(name: str, value: Any, allowed: Any) -> None:
+    if type(value) is not type(next(iter(allowed))) or value not in allowed:
+        raise ValueError(f"{name} must be one of {', '.join(map(str, allowed))}, got {value!r}")
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))

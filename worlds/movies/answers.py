@@ -1,0 +1,52 @@
+"""Answers: lists of titles in JSON, and their canonical form."""
+
+import json
+import re
+from functools import lru_cache
+from typing import Any
+
+MAX_LENGTH = 10_000
+"""Greatest number of characters of an answer."""
+MAX_TITLES = 100
+"""Greatest number of titles in an answer."""
+MAX_TITLE = 200
+"""Greatest number of characters of a title, a year included."""
+_FENCE = re.compile(r"```[a-z]*\n(.*)\n```", re.DOTALL)
+
+
+def answer_of(titles: list[str] | tuple[str, ...]) -> str:
+    """A list of titles in canonical form."""
+    return json.dumps(list(titles), ensure_ascii=False)
+
+
+@lru_cache(maxsize=1024)
+def titles_of(answer: str) -> tuple[str, ...]:
+    """The titles of an answer in canonical form."""
+    return tuple(json.loads(answer)) if answer else ()
+
+
+@lru_cache(maxsize=1024)
+def canonical(text: str) -> str | None:
+    """The canonical form of an answer; None if it is none."""
+    text = text.strip()
+    fenced = _FENCE.fullmatch(text)
+    try:
+        entries = json.loads(fenced[1] if fenced else text)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(entries, list) or len(entries) > MAX_TITLES:
+        return None
+    titles = [_title(entry) for entry in entries]
+    answer = None if None in titles else answer_of(titles)  # type: ignore[arg-type]
+    return answer if answer is not None and len(answer) <= MAX_LENGTH else None
+
+
+def _title(entry: Any) -> str | None:
+    """The title that an entry of an answer names, with the year if it gives one; None if it names none."""
+    title, year = (entry.get("title"), entry.get("year")) if isinstance(entry, dict) else (entry, None)
+    if not isinstance(title, str):
+        return None
+    title = " ".join(title.split())
+    if isinstance(year, int) and not isinstance(year, bool) and 1000 <= year <= 9999 and f"({year})" not in title:
+        title = f"{title} ({year})"
+    return title if 0 < len(title) <= MAX_TITLE and title.isprintable() else None

@@ -1,0 +1,78 @@
+"""Users and their wishes."""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from worlds.movies.catalogue import GENRES, PERIODS, age_bit, genre_bit, period_bit, type_bit
+
+TYPE, YEAR, GENRE, AGE = ATTRIBUTES = ("type", "year", "genre", "age rating")
+"""What a title is judged by, beside being in the catalogue."""
+TYPE_NAMES = ("movie", "TV show")
+PERIOD_NAMES = ("the 80s", "the 90s", "the 2000s", "the years since 2010")
+AGE_NAMES = ("child-friendly", "family-friendly", "R-rated")
+
+_NO_AGE = 0.4  # probability that the user has no age wish
+_UNFIT = ({"Crime", "Horror", "Thriller", "War"},) * 2 + ({"Animation", "Family"},)
+
+
+class Profile(NamedTuple):
+    """A user's wishes. Each is met by a title that has one of what it lists; an empty one does not matter."""
+
+    series: bool
+    """Whether TV shows are wanted, not movies."""
+    periods: tuple[int, ...] = ()
+    """Indices of `PERIODS`, in order; a series belongs to every period in which it ran."""
+    genres: tuple[int, ...] = ()
+    """Indices of `GENRES`, in order."""
+    age: int = -1
+    """Index of the age group; -1 for none."""
+
+    @property
+    def wishes(self) -> dict[str, int]:
+        """Per attribute that matters the bits of which a title must have one."""
+        return _wishes(self)
+
+    def words(self, attribute: str) -> str:
+        """A wish in words, such as "Comedy or Drama"; empty if the attribute does not matter."""
+        if attribute == TYPE:
+            return TYPE_NAMES[self.series]
+        if attribute == YEAR:
+            return " or ".join(PERIOD_NAMES[period] for period in self.periods)
+        if attribute == GENRE:
+            return " or ".join(GENRES[genre] for genre in self.genres)
+        return AGE_NAMES[self.age] if self.age >= 0 else ""
+
+    def only(self, *attributes: str) -> "Profile":
+        """The same user without the other wishes; the type stays."""
+        return Profile(
+            self.series,
+            self.periods if YEAR in attributes else (),
+            self.genres if GENRE in attributes else (),
+            self.age if AGE in attributes else -1,
+        )
+
+
+def draw_profile(rng: np.random.Generator) -> Profile:
+    """A user's wishes: a type, none to two periods and genres each, and an age group where it makes sense."""
+    series = bool(rng.integers(2))
+    periods = rng.permutation(len(PERIODS))[: rng.integers(3)]
+    genres = rng.permutation(len(GENRES))[: rng.integers(3)]
+    age = int(rng.integers(len(AGE_NAMES))) if rng.random() >= _NO_AGE else -1
+    profile = Profile(series, tuple(sorted(periods.tolist())), tuple(sorted(genres.tolist())), age)
+    if age >= 0 and not _UNFIT[age].isdisjoint(GENRES[genre] for genre in profile.genres):
+        return profile._replace(age=-1)
+    return profile
+
+
+@lru_cache(maxsize=1024)
+def _wishes(profile: Profile) -> dict[str, int]:
+    wishes = {TYPE: type_bit(profile.series)}
+    if profile.periods:
+        wishes[YEAR] = sum(map(period_bit, profile.periods))
+    if profile.genres:
+        wishes[GENRE] = sum(map(genre_bit, profile.genres))
+    if profile.age >= 0:
+        wishes[AGE] = age_bit(profile.age)
+    return wishes

@@ -1,0 +1,182 @@
+"""Proposals, each of which is answered by its loss."""
+
+import re
+from collections.abc import Sequence
+from numbers import Real
+from typing import Any, NamedTuple
+
+import numpy as np
+from gymnasium import spaces
+
+from worlds.optimization.functions import LOSSES
+from worlds.optimization.loss import Gradient, Landscape, Loss, Point, Value
+from worlds.optimization.own import own_loss
+from worlds.world import World, illegal
+
+TOLERANCE = 1e-2
+"""A loss that exceeds the minimum by no more than this is a success."""
+_SCALE = 100.0  # LLF-Bench's: rewards are losses divided by it
+_FAILURE = -0.01
+_REACH = 0.2  # greatest shift, as a share of the domain's width
+
+
+class Truth(NamedTuple):
+    """Where the last proposal is, its loss, and how the loss is shifted."""
+
+    x: Point
+    y: float
+    shift: Point
+
+
+class Optimization(World):
+    """A loss of two numbers that is to be made as small as possible.
+
+    Observation: Dict of `x` (Box(2)), the last proposal, at first a random point, and `y` (Box(1)), its loss.
+    Action: Box(2), the next proposal; a text such as `x = [1, 2]`, or one with `stop`, `stay` or `reach`
+    (propose the same point again), is understood, too. Reward: the negated loss, clipped to lie between the
+    negated largest corner loss and the negated minimum, divided by 100. A text that is no action gets -0.01.
+    Success: the loss of this proposal is within 0.01 of the minimum. Nothing terminates.
+
+    LLF-Bench's `reward_range` is not divided by 100; this one is, so that rewards lie in it.
+
+    Args:
+        loss: a key of `LOSSES`, or a function of two numbers that returns one, defined on the whole domain.
+            To be pickled the world needs a function that is defined at the top of a module.
+        shift: move the loss at reset by a hidden, random vector, at most a fifth of the domain's width
+            along each axis; the minimiser stays in the domain. See `Landscape`.
+        func_choice: which of Bohachevsky's three functions, 1 to 3.
+        gradient: for a function of your own, one that returns both derivatives; otherwise they are estimated.
+        domain: for a function of your own, `(low, high)` of both numbers, or of each: `((low, high), (low, high))`.
+        minimiser: for a function of your own, the point where it is least; otherwise scipy looks for it.
+    """
+
+    def __init__(
+        self,
+        loss: str | Value = "Booth",
+        shift: bool = False,
+        func_choice: int = 1,
+        *,
+        gradient: Gradient | None = None,
+        domain: Sequence[Any] | None = None,
+        minimiser: Sequence[float] | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(
+            render_mode=render_mode,
+            loss=loss,
+            shift=shift,
+            func_choice=func_choice,
+            gradient=gradient,
+            domain=domain,
+            minimiser=minimiser,
+        )
+        if not isinstance(shift, bool):
+            raise ValueError(f"shift must be True or False, got {shift!r}")
+        own = {"gradient": gradient, "domain": domain, "minimiser": minimiser}
+        self.loss = own_loss(loss, func_choice, **own) if callable(loss) else _named_loss(loss, func_choice, **own)
+        self.lows, self.highs = self.loss.lows, self.loss.highs
+        self.minimum, self._corner = self.loss.minimum, self.loss.corner
+        self.reward_range = (-self._corner / _SCALE, -self.minimum / _SCALE)
+        self.failure_reward = min(max(_FAILURE, self.reward_range[0]), self.reward_range[1])
+        box = spaces.Box(np.array(self.lows), np.array(self.highs), dtype=np.float64)
+        self.observation_space = spaces.Dict({"x": box, "y": spaces.Box(-np.inf, np.inf, (1,), np.float64)})
+        self.action_space = spaces.Box(np.array(self.lows), np.array(self.highs), dtype=np.float64)
+        (low1, low2), (high1, high2) = self.lows, self.highs
+        self.action_syntax = (
+            f"x = [x1, x2] with numbers x1 from {low1:.6g} to {high1:.6g} and x2 from {low2:.6g} to {high2:.6g}, "
+            f"or the word stay"
+        )
+        self._landscape = Landscape(self.loss, (0.0, 0.0))
+        self._truth: Truth | None = None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Draw a start, and a shift if there is to be one."""
+        super().reset(seed=seed)
+        x1, x2 = self.np_random.uniform(self.lows, self.highs).tolist()
+        shift = self._draw_shift(self.np_random) if self.options["shift"] else (0.0, 0.0)
+        self._load(Truth((x1, x2), Landscape(self.loss, shift).value(x1, x2), shift))
+        return self.observe(), {"success": False}
+
+    @property
+    def truth(self) -> Truth:
+        """The last proposal, its loss and the shift."""
+        return self._truth
+
+    def legal(self, action: Any) -> Point:
+        """The proposal as two Python floats."""
+        numbers = self.read(action) if isinstance(action, str) else action
+        if isinstance(numbers, np.ndarray):
+            numbers = numbers.tolist()
+        if isinstance(numbers, list | tuple) and len(numbers) == 2:
+            x1, x2 = numbers
+            (low1, low2), (high1, high2) = self.lows, self.highs
+            if _is_number(x1) and _is_number(x2) and low1 <= x1 <= high1 and low2 <= x2 <= high2:
+                return float(x1) + 0.0, float(x2) + 0.0  # so that there is no negative zero
+        raise illegal(action, self.action_syntax)
+
+    def advance(self, action: Point) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+        """Evaluate the loss."""
+        y = self._landscape.value(*action)
+        self._truth = Truth(action, y, self._landscape.shift)
+        reward = -min(max(y, self.minimum), self._corner) / _SCALE
+        return self.observe(), reward, False, False, {"success": bool(y - self.minimum <= TOLERANCE)}
+
+    def observe(self) -> dict[str, Any]:
+        """The last proposal and its loss."""
+        x, y, _ = self._truth
+        return {"x": np.array(x), "y": np.array((y,))}
+
+    def describe(self, observation: dict[str, Any]) -> str:
+        """The proposal and its loss, to six digits."""
+        (x1, x2), (y,) = observation["x"].tolist(), observation["y"].tolist()
+        return f"x = [{x1:.6g}, {x2:.6g}]\ny = {y:.6g}"
+
+    def sample_action(self, rng: np.random.Generator) -> np.ndarray:
+        """A uniform point of the domain."""
+        return rng.uniform(self.lows, self.highs)
+
+    def read(self, text: str) -> Point | None:
+        """The one pair of numbers in a text; for `stop`, `stay` or `reach` without a pair, the last proposal."""
+        pairs = {(float(pair[1] or pair[3]), float(pair[2] or pair[4])) for pair in _PAIR.finditer(text)}
+        if len(pairs) == 1:
+            return pairs.pop()
+        stays = self._truth is not None and "[" not in text and not pairs and _STAY.search(text)
+        return self._truth.x if stays else None
+
+    def _load(self, truth: Truth) -> None:
+        self._truth = truth
+        if truth.shift != self._landscape.shift:
+            self._landscape = Landscape(self.loss, truth.shift)
+
+    def _draw_shift(self, rng: np.random.Generator) -> Point:
+        """A shift that leaves the first minimiser in the domain."""
+        bounds = zip(self.loss.minimisers[0], self.lows, self.highs, strict=True)
+        draws = [
+            rng.uniform(max(low - m, -_REACH * (high - low)), min(high - m, _REACH * (high - low)))
+            for m, low, high in bounds
+        ]
+        return draws[0], draws[1]
+
+
+_NUMBER = r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+_TWO = rf"\s*{_NUMBER}\s*,\s*{_NUMBER}\s*"
+_PAIR = re.compile(rf"(?<![\w\[(])(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])])")
+_STAY = re.compile(r"\b(?:stop|stay|reach)(?:ped|ping|ed|ing|es|s)?\b", re.IGNORECASE)
+
+
+def _is_number(value: Any) -> bool:
+    return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
+
+
+def _named_loss(name: str, choice: int, **own: Any) -> Loss:
+    if name not in LOSSES:
+        raise ValueError(f"loss {name!r} is unknown; allowed: {', '.join(LOSSES)}, or a function of two numbers")
+    for option, value in own.items():
+        if value is not None:
+            raise ValueError(f"{option} is for a function of your own; {name} has one already, allowed: None")
+    variants = LOSSES[name]
+    if type(choice) is not int or not 1 <= choice <= len(variants):
+        raise ValueError(f"func_choice must be an integer from 1 to {len(variants)} for {name}, got {choice!r}")
+    return variants[choice - 1]
