@@ -129,9 +129,6 @@ class LLFEnv(LLFWrapper):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], dict]:
         """Begin an episode; the observation has an instruction and no feedback."""
         observation, info = self.env.reset(seed=seed, options=options)
-        aec = self._student.aec
-        self._oracle = self._student.family.oracle_class()(aec.world.scratch)
-        self._oracle.start(aec.moment.after)
         return self._absent(observation) | {"feedback": None}, self._expert(info)
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
@@ -147,7 +144,8 @@ class LLFEnv(LLFWrapper):
 
     def _expert(self, info: dict[str, Any]) -> dict[str, Any]:
         """Add `expert_action`, which LLF-Bench has in some families: the next of an optimal policy, or None."""
-        plan = self._oracle.plan(self._student.aec.moment.after, 1)
+        aec = self._student.aec
+        plan = aec.teacher.oracle.plan(aec.moment.after, 1)
         expert = plan[0] if plan else None
         return info | {"expert_action": int(expert) if isinstance(expert, int) else expert}
 

@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from pettingzoo import register
 
-from pz_envs.subject import Subject
+from pz_envs.subject import TUTORING, Subject, seating_names
 
 if TYPE_CHECKING:
-    from pettingzoo import AECEnv, ParallelEnv
-
     from teachers.oracle import Oracle
     from teachers.phrasebook import Phrasebook
     from teachers.voice import Voice
@@ -48,7 +46,7 @@ class Family(Subject):
     """Per environment, named with its version as in `name-v0`, the world's options."""
     showcase: tuple[str, ...]
     """The environments that stand for the family in the quickstart study."""
-    max_cycles: int
+    max_turns: int
     """Turns of the student after which an episode is truncated."""
     repeated: bool = False
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
@@ -114,20 +112,19 @@ class Family(Subject):
         """Enter the environments into PettingZoo's registry as `llf/<environment>`."""
         module = self.module or f"pz_envs.families.{self.name}"
         for environment, options in self.environments.items():
-            for env_type, function in (("aec", "env"), ("parallel", "parallel_env")):
+            for env_type, function in _FORMS.items():
                 entry_point = f"{module}:{function}"
                 register(env_type, f"llf/{environment}", entry_point=entry_point, kwargs=dict(options))
             name, _, version = environment.rpartition("-")
-            for form, env_type in product(("classroom", "panel"), ("aec", "parallel")):
-                prefix = "parallel_" if env_type == "parallel" else ""
-                kwargs = {"environment": environment, "function": f"{prefix}{form}_env"}
-                register(env_type, f"llf/{name}-{form}-{version}", entry_point=f"{__name__}:make_seats", kwargs=kwargs)
+            for seating, (env_type, function) in product(seating_names(), _FORMS.items()):
+                if seating != TUTORING:
+                    seated = {**options, "seating": seating}
+                    register(
+                        env_type, f"llf/{name}-{seating}-{version}", entry_point=f"{module}:{function}", kwargs=seated
+                    )
 
 
-def make_seats(environment: str, function: str, **kwargs: Any) -> "AECEnv | ParallelEnv":
-    """What a function of an environment's family makes, such as `classroom_env`; PettingZoo's registry calls this."""
-    family = next(family for family in all_families() if environment in family.environments)
-    return getattr(family, function)(**{**family.environments[environment], **kwargs})
+_FORMS = {"aec": "env", "parallel": "parallel_env"}  # PettingZoo's name of a form, and the function that makes it
 
 
 @cache

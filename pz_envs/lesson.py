@@ -76,7 +76,7 @@ class Lesson(Subject):
         spec = self._world.env.spec
         self.name = name or (spec.name if spec else type(self._world.env.unwrapped).__name__)
         limit = spec and spec.max_episode_steps
-        self.max_cycles = (limit or _MAX_TURNS) if max_turns is None else max_turns
+        self.max_turns = (limit or _MAX_TURNS) if max_turns is None else max_turns
         self.repeated, self.regret_unit, self.reward_only = repeated, regret_unit, reward_only
 
     def make_world(self, **options: Any) -> GymWorld:

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import seeding
 from pettingzoo import AECEnv, ParallelEnv
+
+from teachers.seeds import Seeds
 
 
 class ParallelSeats(ParallelEnv):
@@ -20,7 +20,7 @@ class ParallelSeats(ParallelEnv):
     environment's. An agent that has ended leaves `agents` in the step in which it does.
 
     Args:
-        env: the environment, bare: `raw_env(...)`, `raw_classroom_env(...)`.
+        env: the environment, bare: `raw_env(...)`, `raw_env(seating="classroom", ...)`.
         partners: a policy with `reset(rng)` and `act(observation, info)` for each seat that is taken.
 
     Raises:
@@ -38,7 +38,7 @@ class ParallelSeats(ParallelEnv):
         self.agents: list[str] = []
         self.metadata = {**env.metadata, "is_parallelizable": True}
         self.render_mode = env.render_mode
-        self._rng: np.random.Generator | None = None
+        self._seeds = Seeds()
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The agent's observation space, the same object each time."""
@@ -52,14 +52,14 @@ class ParallelSeats(ParallelEnv):
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
         """Begin an episode; without a seed the random streams go on."""
-        if seed is not None or self._rng is None:
-            own, _ = seeding.np_random(seed)
-            seats, self._rng = own.spawn(2)
-            self.env.reset(int(seats.integers(2**31)), options)
+        self.env.reset(seed, options)
+        if seed is None:
+            self._seeds.episode += 1
         else:
-            self.env.reset(None, options)
-        for partner, rng in zip(self.partners.values(), self._rng.spawn(len(self.partners)), strict=True):
-            partner.reset(rng)
+            self._seeds = Seeds(seed)
+        for agent, partner in self.partners.items():
+            role, _, number = agent.rpartition("_")
+            partner.reset(self._seeds.stream(role, int(number)))
         self.agents = self.possible_agents[:]
         self._play({})
         infos = {agent: self.env.infos[agent] for agent in self.agents}

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pz_envs.classroom import ClassroomEnv
+from pz_envs.teacher_seat import SUBSETS
 from teachers.spec import unknown
 
 
@@ -51,7 +51,7 @@ class Attention:
         self._clock += 1
         student = max(waiting, key=lambda i: (self._rank(self, observation, i), -i))
         self._heard[student] = self._clock
-        return ClassroomEnv.address(student, subset_of(observation["available"][student]))
+        return (SUBSETS - 1) * student + subset_of(observation["available"][student])  # ClassroomEnv.address
 
     def _waited(self, observation: dict[str, Any], student: int) -> float:
         return -self._heard.get(student, 0)
@@ -61,6 +61,19 @@ class Attention:
 
     def _chance(self, observation: dict[str, Any], student: int) -> float:
         return self.rng.random()
+
+
+def refuse_messages(speech: str) -> None:
+    """Check the speech of teachers that are scripted.
+
+    Raises:
+        ValueError: it is not `kinds`.
+    """
+    if speech != "kinds":
+        raise ValueError(
+            f"speech {speech!r} has no parallel form, whose teachers are scripted; allowed: kinds; for others take the "
+            "AEC form, as it is or with policies of your own in pz_envs.parallel_seats.ParallelSeats"
+        )
 
 
 def subset_of(bits: np.ndarray) -> int:

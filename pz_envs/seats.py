@@ -7,7 +7,8 @@ from gymnasium import spaces
 from pettingzoo import AECEnv
 
 TEACHER, STUDENT = "teacher_0", "student_0"
-SPEECHES = ("message", "kinds")
+SPEECHES = ("message", "kinds", "claims")
+"""What a teacher's action can be: its own words, kinds of feedback to voice, or one claim after the other."""
 
 
 class SeatsEnv(AECEnv):
@@ -15,7 +16,7 @@ class SeatsEnv(AECEnv):
 
     Args:
         name: for `metadata`.
-        speech: what a teacher's action is, `message` or `kinds`.
+        speech: what a teacher's action is, one of `SPEECHES`.
         render_mode: None, `ansi` or `human`.
 
     Raises:

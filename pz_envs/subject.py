@@ -1,7 +1,10 @@
-"""What can be taught: what makes worlds, and teachers and seats for them."""
+"""What can be taught, and how it can be seated."""
 
+import importlib
+import pkgutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from pettingzoo.utils import wrappers
@@ -9,10 +12,7 @@ from pettingzoo.utils import wrappers
 if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
-    from pz_envs.classroom import ClassroomEnv
-    from pz_envs.panel import PanelEnv
-    from pz_envs.rewards import TeacherReward
-    from pz_envs.tutoring import TutoringEnv
+    from pz_envs.seats import SeatsEnv
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Paraphrase, Phrasebook
@@ -20,12 +20,15 @@ if TYPE_CHECKING:
     from teachers.voice import Voice
     from worlds.world import World
 
+TUTORING = "tutoring"
+"""The seating of one teacher and one student, which is meant where none is named."""
+
 
 class Subject(ABC):
     """What can be taught: it makes worlds, and teachers and seats for them."""
 
     name: str
-    max_cycles: int
+    max_turns: int
     """Turns of the student after which an episode is truncated."""
     repeated: bool
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
@@ -37,18 +40,18 @@ class Subject(ABC):
     """Whether its worlds have an option `visual` that adds images to the observation."""
 
     @abstractmethod
-    def make_world(self, **options: Any) -> "World":
+    def make_world(self, **options: Any) -> "World[Any, Any, Any]":
         """A new world."""
 
     @abstractmethod
-    def oracle_class(self) -> "Callable[[Callable[[], World]], Oracle]":
+    def oracle_class(self) -> "Callable[[Callable[[], World[Any, Any, Any]]], Oracle]":
         """What makes an oracle of a function that makes scratch worlds."""
 
     @abstractmethod
     def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the teachers."""
 
-    def taught_world(self, **options: Any) -> "World":
+    def taught_world(self, **options: Any) -> "World[Any, Any, Any]":
         """The world of new seats."""
         return self.make_world(**options)
 
@@ -62,7 +65,7 @@ class Subject(ABC):
 
     def make_teacher(
         self,
-        world: "World",
+        world: "World[Any, Any, Any]",
         personality: "str | Personality" = "oracle",
         *,
         instruction_type: str = "b",
@@ -82,171 +85,58 @@ class Subject(ABC):
             paraphrase=paraphrase,
         )
 
-    def raw_env(
-        self,
-        *,
-        teacher: "str | Personality" = "oracle",
-        instruction_type: str = "b",
-        feedback_type: str | Iterable[str] = "a",
-        voice: "Voice" = "plain",
-        paraphrase: "Paraphrase" = "random",
-        max_cycles: int | None = None,
-        render_mode: str | None = None,
-        speech: str = "message",
-        text: bool = False,
-        cost: float = 0.01,
-        budget: int | None = None,
-        teacher_reward: "str | TeacherReward" = "student_reward",
-        until_success: bool = False,
-        **options: Any,
-    ) -> "TutoringEnv":
-        """The bare AEC environment; see `pz_envs.tutoring.TutoringEnv`. Other arguments are the world's options.
+    def raw_env(self, *, seating: str = TUTORING, **settings: Any) -> "SeatsEnv":
+        """The bare AEC environment.
 
-        With `speech="kinds"` the personality `teacher` says which claims there are to choose from.
+        Args:
+            seating: a module of `pz_envs.seatings`: `tutoring`, `classroom`, `panel`, ...
+            settings: those of the seating, which its module tells, and the world's options.
+
+        Raises:
+            ValueError: no such seating, or an argument is not allowed.
         """
-        from pz_envs.tutoring import TutoringEnv
+        return find_seating(seating).raw_env(self, **settings)
 
-        world = self.taught_world(**options)
-        tutor = self.make_teacher(
-            world,
-            teacher,
-            instruction_type=instruction_type,
-            feedback_type=feedback_type,
-            voice=voice,
-            paraphrase=paraphrase,
-        )
-        return TutoringEnv(
-            world,
-            tutor,
-            name=self.name,
-            max_cycles=self.max_cycles if max_cycles is None else max_cycles,
-            repeated=self.repeated,
-            render_mode=render_mode,
-            speech=speech,
-            text=text,
-            cost=cost,
-            budget=budget,
-            teacher_reward=teacher_reward,
-            until_success=until_success,
-        )
+    def env(self, **settings: Any) -> "AECEnv":
+        """The AEC environment with PettingZoo's check of the calling order; arguments as in `raw_env`."""
+        return wrappers.OrderEnforcingWrapper(self.raw_env(**settings))
 
-    def env(self, **kwargs: Any) -> "AECEnv":
-        """The AEC environment with PettingZoo's check of the calling order."""
-        return wrappers.OrderEnforcingWrapper(self.raw_env(**kwargs))
+    def parallel_env(self, *, seating: str = TUTORING, **settings: Any) -> "ParallelEnv":
+        """The parallel form, as the seating has it; arguments as in `raw_env`."""
+        return find_seating(seating).parallel_env(self, **settings)
 
-    def parallel_env(self, **kwargs: Any) -> "ParallelEnv":
-        """The parallel form: both seats act, the seat whose turn it is not is ignored."""
+
+class Seating(ABC):
+    """A way to seat teachers and students over a subject's worlds: a module of `pz_envs.seatings` with a `SEATING`."""
+
+    @abstractmethod
+    def raw_env(self, subject: Subject, **settings: Any) -> "SeatsEnv":
+        """The bare AEC environment."""
+
+    def parallel_env(self, subject: Subject, **settings: Any) -> "ParallelEnv":
+        """The parallel form: all seats act, and those whose turn it is not are ignored."""
         from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 
-        return turn_based_aec_to_parallel(self.env(**kwargs))
-
-    def raw_classroom_env(
-        self,
-        *,
-        students: int = 8,
-        attention: int = 1,
-        speech: str = "kinds",
-        same_world: bool = False,
-        until_success: bool = True,
-        cost: float = 0.01,
-        attention_cost: float = 0.01,
-        budget: int | None = None,
-        render_mode: str | None = None,
-        **options: Any,
-    ) -> "ClassroomEnv":
-        """One teacher and so many students, 1 to 64; see `pz_envs.classroom.ClassroomEnv`.
-
-        Other arguments are those of `raw_env` for each of the students, `max_cycles`, `text`, `feedback_type`, ...
-        """
-        from pz_envs.classroom import MOST, ClassroomEnv
-        from pz_envs.teacher_seat import is_count
-
-        if not is_count(students, MOST):
-            raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
-        desks = [self.raw_env(speech="kinds", until_success=until_success, **options) for _ in range(students)]
-        return ClassroomEnv(
-            desks,
-            attention=attention,
-            speech=speech,
-            same_world=same_world,
-            cost=cost,
-            attention_cost=attention_cost,
-            budget=budget,
-            render_mode=render_mode,
-        )
-
-    def classroom_env(self, **kwargs: Any) -> "AECEnv":
-        """The classroom with PettingZoo's check of the calling order."""
-        return wrappers.OrderEnforcingWrapper(self.raw_classroom_env(**kwargs))
-
-    def parallel_classroom_env(
-        self, *, rule: str = "round_robin", speech: str = "kinds", **kwargs: Any
-    ) -> "ParallelEnv":
-        """The students of a classroom, who act at the same time; a scripted teacher shares out its attention by a rule.
-
-        See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
-
-        Raises:
-            ValueError: an argument is not allowed, such as `speech="message"`.
-        """
-        from pz_envs.parallel_seats import ParallelSeats
-        from pz_envs.scripted import Attention
-        from pz_envs.tutoring import TEACHER
-
-        _check_scripted(speech)
-        return ParallelSeats(self.raw_classroom_env(speech=speech, **kwargs), {TEACHER: Attention(rule)})
-
-    def raw_panel_env(
-        self,
-        *,
-        teachers: "Sequence[str | Personality]" = ("oracle", "oracle"),
-        speech: str = "kinds",
-        order: str = "fixed",
-        cost: float = 0.01,
-        budget: int | None = None,
-        render_mode: str | None = None,
-        **options: Any,
-    ) -> "PanelEnv":
-        """Several teachers of these personalities and one student; see `pz_envs.panel.PanelEnv`.
-
-        Other arguments are those of `raw_env`, `max_cycles`, `text`, `feedback_type`, ...
-        """
-        from pz_envs.panel import PanelEnv, check_teachers
-
-        check_teachers(teachers)
-        desk, *others = (self.raw_env(speech="kinds", teacher=teacher, **options) for teacher in teachers)
-        return PanelEnv(
-            desk,
-            [each.tutor for each in (desk, *others)],
-            speech=speech,
-            order=order,
-            cost=cost,
-            budget=budget,
-            render_mode=render_mode,
-        )
-
-    def panel_env(self, **kwargs: Any) -> "AECEnv":
-        """The panel with PettingZoo's check of the calling order."""
-        return wrappers.OrderEnforcingWrapper(self.raw_panel_env(**kwargs))
-
-    def parallel_panel_env(self, *, speech: str = "kinds", **kwargs: Any) -> "ParallelEnv":
-        """The student of a panel alone; each teacher says all that its personality would say.
-
-        Raises:
-            ValueError: an argument is not allowed, such as `speech="message"`.
-        """
-        from pz_envs.parallel_seats import ParallelSeats
-        from pz_envs.scripted import Frank
-
-        _check_scripted(speech)
-        env = self.raw_panel_env(speech=speech, **kwargs)
-        return ParallelSeats(env, {teacher: Frank() for teacher in env.teachers})
+        return turn_based_aec_to_parallel(wrappers.OrderEnforcingWrapper(self.raw_env(subject, **settings)))
 
 
-def _check_scripted(speech: str) -> None:
-    """Check the speech of teachers that are scripted."""
-    if speech == "message":
-        raise ValueError(
-            "speech 'message' has no parallel form, whose teachers are scripted; allowed: kinds; for messages take the "
-            "AEC form, as it is or with policies of your own in pz_envs.parallel_seats.ParallelSeats"
-        )
+@cache
+def seating_names() -> tuple[str, ...]:
+    """The names of all seatings, sorted."""
+    from pz_envs import seatings
+
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(seatings.__path__)))
+
+
+def find_seating(name: str) -> Seating:
+    """The seating of a name.
+
+    Raises:
+        ValueError: there is none of that name.
+    """
+    if name not in seating_names():
+        from teachers.spec import unknown
+
+        raise ValueError(unknown("seating", name, seating_names()))
+    seating: Seating = importlib.import_module(f"pz_envs.seatings.{name}").SEATING
+    return seating

@@ -8,7 +8,18 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from teachers.atoms import KINDS, SILENCE, Claim, FeedbackType, Moment, Utterance
+from teachers.atoms import (
+    KINDS,
+    SILENCE,
+    ActionClaim,
+    Claim,
+    EditClaim,
+    FeedbackType,
+    Moment,
+    PlanClaim,
+    Utterance,
+)
+from teachers.common import Late
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
 
@@ -16,6 +27,12 @@ SUBSETS = 2 ** len(KINDS)
 """Number of subsets of the kinds: bit i of a subset's number is kind i in the order r, hp, hn, fp, fn."""
 PROSE = 65_536
 """Greatest length of a teacher's words, and of a world's description."""
+CLAIMS = 32
+"""Greatest number of claims of a moment to choose from."""
+CHOICES = {"kinds": SUBSETS, "claims": 1 + CLAIMS}
+"""Number of actions of a teacher who chooses, by its speech."""
+TRAITS = (*KINDS, "action", "plan", "edit")
+"""What `TeacherSeat.table` tells of a claim: its kind, and its role."""
 FEATURES = ("turn", "reward", "importance", "budget", "over")
 """What the numbers of `TeacherSeat.features` are."""
 SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
@@ -61,7 +78,7 @@ class Purse:
     @property
     def left(self) -> int:
         """Atoms that can still be said; with no budget, more than there can be in a turn."""
-        return SUBSETS if self.budget is None else max(self.budget - self.spent, 0)
+        return 1 + CLAIMS if self.budget is None else max(self.budget - self.spent, 0)
 
     @property
     def share(self) -> float:
@@ -78,32 +95,50 @@ class TeacherSeat:
     """One teacher in front of one student.
 
     Args:
-        tutor: the teacher whose oracle sees the truth, and whose claims can be said.
+        teacher: whose oracle sees the truth, and whose claims can be said.
         purse: what it may say; several seats can share one.
-        max_cycles: turns of the student in an episode.
+        max_turns: turns of the student in an episode.
         reward_range: least and greatest reward of one turn.
+        asks: whether the student may ask for advice.
     """
 
-    def __init__(self, tutor: Teacher, purse: Purse, max_cycles: int, reward_range: tuple[float, float]) -> None:
-        self.tutor, self.purse, self.max_cycles = tutor, purse, max_cycles
+    def __init__(
+        self, teacher: Teacher, purse: Purse, max_turns: int, reward_range: tuple[float, float], asks: bool = False
+    ) -> None:
+        self.teacher, self.purse, self.max_turns, self.asks = teacher, purse, max_turns, asks
         self.low, self.high = reward_range
-        self.moment: Moment
-        self._claims: tuple[Claim, ...] | None = None
+        self.moment: Moment[Any]
+        self.asked = False
+        self._claims: tuple[Claim[Any], ...] | None = None
         self._kinds = -1  # as a subset's number, once it has been asked for
+        self.choosing: list[int] = []
+        """Indices into `listed` that have been chosen in this turn."""
 
-    def see(self, moment: Moment) -> None:
-        """Take note of what there is to speak of now."""
+    def see(self, moment: Moment[Any], asked: bool = False) -> None:
+        """Take note of what there is to speak of now; `asked`: that the student asks for advice on it."""
         self.moment = moment
+        self.asked = asked
         self._claims = None
         self._kinds = -1
+        self.choosing = []
 
-    def claims(self) -> tuple[Claim, ...]:
+    def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; asked for once a moment, and only if somebody wants to know."""
         if self._claims is None:
-            moment, tutor = self.moment, self.tutor
-            said = tutor.judge(moment)
-            self._claims = said if moment.before is not None or not moment.turn else tutor.notice(moment) + said
+            moment, teacher = self.moment, self.teacher
+            if self.asked:
+                self._claims = teacher.answer(moment)
+            else:
+                said = teacher.judge(moment)
+                told = moment.before is not None or not moment.turn
+                self._claims = said if told else teacher.notice(moment) + said
         return self._claims
+
+    def suggestion(self, brief: bool = False) -> Utterance:
+        """What the teacher would say now: all that it has to say, in its words; `brief`: after the instruction."""
+        teacher, moment = self.teacher, self.moment
+        notice = teacher.notice(moment) if brief else ()
+        return teacher.say(notice + self.claims(), moment.turn)
 
     def available(self) -> int:
         """The kinds that can be said now, as a subset's number."""
@@ -116,44 +151,62 @@ class TeacherSeat:
         return self._kinds if self.purse.budget is None or self.purse.left else 0
 
     def features(self) -> tuple[float, float, float, float, float]:
-        """Turn / max_cycles, the last reward, importance of the next action, share of the budget left, 1 if over."""
-        _, _, reward, after, _, turn, over = self.moment
-        oracle, purse = self.tutor.oracle, self.purse
-        importance, most = oracle.importance(after), oracle.max_importance
+        """Turn / max_turns, the last reward, importance of the next action, share of the budget left, 1 if over."""
+        moment, oracle, purse = self.moment, self.teacher.oracle, self.purse
+        reward = moment.reward
+        importance, most = oracle.importance(moment.after), oracle.max_importance
         if not self.low <= reward <= self.high:
             reward = self.low if reward < self.low else self.high
         return (
-            turn / self.max_cycles,
+            moment.turn / self.max_turns,
             reward,
             importance if importance <= most else most,
             1.0 if purse.budget is None else purse.share,
-            over,
+            moment.over,
         )
 
     def feature_bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and greatest values of the features, float32 arrays of shape (5,)."""
-        low, high = (0, self.low, 0, 0, 0), (1, self.high, self.tutor.oracle.max_importance, 1, 1)
+        low, high = (0, self.low, 0, 0, 0), (1, self.high, self.teacher.oracle.max_importance, 1, 1)
         return np.array(low, np.float32), np.array(high, np.float32)
 
-    def kinds_space(self, **more: spaces.Space) -> spaces.Dict:
+    def view_space(self, speech: str, **more: spaces.Space[Any]) -> spaces.Dict:
         """The space of `observe`, with more entries."""
+        asked = {"asked": spaces.MultiBinary(1)} if self.asks else {}
+        listed = {"claims": spaces.Box(0, 1, (CLAIMS, len(TRAITS)), np.int8)} if speech == "claims" else {}
         return spaces.Dict(
             {
                 "available": spaces.MultiBinary(len(KINDS)),
                 "features": spaces.Box(*self.feature_bounds()),
+                **asked,
+                **listed,
                 **more,
-                "action_mask": spaces.Box(0, 1, (SUBSETS,), np.int8),
+                "action_mask": spaces.Box(0, 1, (CHOICES[speech],), np.int8),
             }
         )
 
-    def observe(self, acts: bool) -> dict[str, Any]:
-        """What a teacher who chooses kinds sees; `acts`: whether it is its turn, else only silence is legal."""
+    def observe(self, speech: str, acts: bool) -> dict[str, Any]:
+        """What a teacher who chooses sees.
+
+        Args:
+            speech: `kinds` or `claims`.
+            acts: whether it is its turn, else only silence is legal.
+        """
         available = self.available()
-        return {
+        observation: dict[str, Any] = {
             "available": _BITS[available].copy(),
             "features": np.array(self.features(), np.float32),
-            "action_mask": _MASKS[available if acts else 0].copy(),
         }
+        if self.asks:
+            observation["asked"] = np.array([self.asked], np.int8)
+        if speech == "kinds":
+            observation["action_mask"] = _MASKS[available if acts else 0].copy()
+        else:
+            observation["claims"] = self.table()
+            observation["action_mask"] = self.choices() if acts else _silence()
+        return observation
+
+    # To say kinds.
 
     def say(self, subset: Any) -> Utterance:
         """The claims of some kinds in words, as many as the budget allows; notices are always said.
@@ -164,27 +217,80 @@ class TeacherSeat:
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
         if not (type(subset) is int and 0 <= subset < SUBSETS) and not _DISCRETE.contains(subset):
             raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {subset!r}")
-        said: Sequence[Claim] = self.claims()
+        said: Sequence[Claim[Any]] = self.claims()
         if subset & self._kinds != self._kinds:  # or it says all that there is, as it mostly does
             said = [claim for claim in said if claim.kind is None or subset & _BIT[claim.kind]]
         if self.purse.budget is not None:
             said = within(self.purse.left, said, _kind)
-        return self.tutor.say(tuple(said), self.moment.turn)
+        return self.teacher.say(tuple(said), self.moment.turn)
+
+    # To say one claim after the other.
+
+    def listed(self) -> list[Claim[Any]]:
+        """The claims to choose from, at most `CLAIMS`: those of the moment that are feedback, in speaking order."""
+        return [claim for claim in self.claims() if claim.kind is not None][:CLAIMS]
+
+    def table(self) -> np.ndarray:
+        """What is to be known of each claim that can be chosen, 0 or 1, int8 (32, 8); see `TRAITS`."""
+        table = np.zeros((CLAIMS, len(TRAITS)), np.int8)
+        for i, claim in enumerate(self.listed()):
+            bare = claim.claim if isinstance(claim, Late) else claim
+            table[i] = (
+                *(claim.kind is kind for kind in KINDS),
+                isinstance(bare, ActionClaim),
+                isinstance(bare, PlanClaim),
+                isinstance(bare, EditClaim),
+            )
+        return table
+
+    def choices(self) -> np.ndarray:
+        """Which choices are legal, int8 (33,): 0 ends the turn, i says claim i - 1 of `listed`."""
+        mask = _silence()
+        if self.purse.left:
+            mask[1 : 1 + len(self.listed())] = 1
+            mask[[1 + i for i in self.choosing]] = 0
+        return mask
+
+    def choose(self, choice: Any) -> bool:
+        """Choose one more claim, or none; whether the turn is over, since nothing else can be said.
+
+        A choice that is not legal says nothing and ends the turn.
+
+        Raises:
+            ValueError: it is no choice.
+        """
+        if not (type(choice) is int and 0 <= choice <= CLAIMS) and not _CHOICE.contains(choice):
+            raise ValueError(f"the teacher's action must be an integer from 0 to {CLAIMS}, got {choice!r}")
+        if not choice or not self.choices()[choice]:
+            return True
+        self.choosing.append(int(choice) - 1)
+        return self.purse.left <= 1 or len(self.choosing) == len(self.listed())
+
+    def chosen(self) -> Utterance:
+        """What has been chosen in words, in speaking order; notices are always said."""
+        listed = self.listed()
+        kept = {id(listed[i]) for i in self.choosing}
+        said = [claim for claim in self.claims() if claim.kind is None or id(claim) in kept]
+        return self.teacher.say(tuple(said), self.moment.turn)
+
+    # To say one's own words.
 
     def allow(self, said: Any) -> str:
-        """A message, as much of it as the budget allows.
+        """A message, as much of it as the feedback type and the budget allow.
+
+        Text without atoms is of no kind: it passes unless no feedback is wanted at all.
 
         Raises:
             ValueError: it is no text, or too long.
         """
         if not isinstance(said, str) or len(said) > PROSE:
             raise ValueError(f"the teacher must say a string of at most {PROSE} characters, got {said!r:.80}")
-        if self.purse.budget is None:
-            return said
-        left = self.purse.left
-        if type(said) is Utterance:
-            return Utterance.of(within(left, said.atoms, _kind))
-        return said if left else SILENCE
+        wanted, purse = self.teacher.kinds, self.purse
+        if type(said) is not Utterance or not said.atoms:
+            return said if (wanted or not self.moment.turn) and purse.left else SILENCE
+        if len(wanted) < len(KINDS) and any(atom.kind not in wanted for atom in said.atoms if atom.kind is not None):
+            said = Utterance.of([atom for atom in said.atoms if atom.kind is None or atom.kind in wanted])
+        return said if purse.budget is None else Utterance.of(within(purse.left, said.atoms, _kind))
 
     def feedback(self, said: Any) -> str:
         """A message to a student who has the instruction already: what is no feedback at the opening is left out."""
@@ -193,7 +299,13 @@ class TeacherSeat:
         return self.allow(said)
 
 
-_DISCRETE = spaces.Discrete(SUBSETS)
+_DISCRETE, _CHOICE = spaces.Discrete(SUBSETS), spaces.Discrete(1 + CLAIMS)
+
+
+def _silence() -> np.ndarray:
+    mask = np.zeros(1 + CLAIMS, np.int8)
+    mask[0] = 1
+    return mask
 
 
 def message_space() -> Prose:

@@ -15,7 +15,8 @@ from pettingzoo import AECEnv
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 
-from pz_envs.tutoring import SPEECHES, STUDENT, SUBSETS, TEACHER
+from pz_envs.seats import SPEECHES, STUDENT, TEACHER
+from pz_envs.teacher_seat import SUBSETS
 from worlds.testing import plain, require
 
 Make = Callable[..., AECEnv]

@@ -71,6 +71,8 @@ class Moment(NamedTuple, Generic[TruthT]):
     """Number of turns the student has had; 0 at the opening."""
     over: bool
     """Whether the episode has ended, so that advice could not be followed any more."""
+    ask_cost: float | None = None
+    """At the opening, what the student pays for asking the teacher; None if it cannot ask."""
 
     @classmethod
     def opening(cls, truth: TruthT, turn: int = 0) -> Self:

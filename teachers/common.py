@@ -246,6 +246,17 @@ class NotUnderstood(Claim[Any]):
 
 
 @claim
+class MayAsk(Claim[Any]):
+    """True if the student may ask for advice in place of acting, once a turn, and pays `cost` for it."""
+
+    cost: float
+
+    def holds(self, moment: Moment[Any], lab: World) -> bool:
+        """Ask the seat, which notes it at the opening."""
+        return moment.ask_cost == self.cost
+
+
+@claim
 class Maximize(Claim[Any]):
     """True of every world, if nothing but its rewards counts: how reinforcement learning is put as an instruction."""
 

@@ -1,20 +1,19 @@
 """The teacher: an oracle, a personality and a voice."""
 
-from collections.abc import Callable, Iterable
-from functools import partial
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from teachers.atoms import SILENCE, Claim, FeedbackType, Moment, ParseFailure, Utterance
-from teachers.common import NotUnderstood
+from teachers.atoms import FN, FP, SILENCE, Claim, FeedbackType, Moment, ParseFailure, Utterance
+from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
+from teachers.seeds import Seeds
 from teachers.voice import Change
 
-_STREAMS = ("oracle", "personality", "mixing", "voice")
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
 
 
@@ -84,6 +83,11 @@ class Teacher:
         self._mixed = text == MIXED
 
     @property
+    def kinds(self) -> frozenset[FeedbackType]:
+        """The kinds that may be said at all."""
+        return self._kinds
+
+    @property
     def paraphrase(self) -> Paraphrase:
         """How a paraphrase is chosen."""
         return self._paraphrase
@@ -93,15 +97,18 @@ class Teacher:
         self._paraphrase = check_paraphrase(value)
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Begin an episode, with a random stream each for oracle, personality, mixing and voice."""
-        self._start(rng.bit_generator.seed_seq.spawn(len(_STREAMS)).__getitem__)  # type: ignore[attr-defined]
+        """Begin an episode, with random streams that are spawned from a generator."""
+        (seed,) = rng.bit_generator.seed_seq.spawn(1)  # type: ignore[attr-defined]  # NumPy's stubs leave it out
+        self.begin(Seeds(int(seed.generate_state(1, np.uint64)[0])))
 
-    def begin(self, seeds: np.random.SeedSequence, episode: int) -> None:
-        """What `reset` does with a generator of the child number `episode` that would be spawned; it is faster."""
-        self._start(partial(_grandchild, seeds, episode))
+    def begin(self, seeds: Seeds, seat: int = 0) -> None:
+        """Begin an episode, with a random stream each for oracle, personality, mixing and voice.
 
-    def _start(self, seeds: Callable[[int], np.random.SeedSequence]) -> None:
-        self._seeds = seeds
+        Args:
+            seeds: those of the environment.
+            seat: number of the teacher, where there are several.
+        """
+        self._seeds, self._seat = seeds, seat
         self._draws = Draws(self._stream("voice"))
         self._mix_rng = None
         transparent = self.personality.transparent
@@ -111,7 +118,7 @@ class Teacher:
 
     def _stream(self, name: str) -> np.random.Generator:
         """One of the episode's random streams from its beginning; made when it is needed, which takes a while."""
-        return np.random.default_rng(self._seeds(_STREAMS.index(name)))
+        return self._seeds.stream(name, self._seat)
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
         """Speak in the teacher's seat."""
@@ -137,7 +144,8 @@ class Teacher:
         if action is None:
             self.oracle.start(moment.after)
             rng = self._stream("oracle") if self._instruction_type == "p" else None
-            return self.oracle.brief(moment.after, self._instruction_type, rng)
+            brief = self.oracle.brief(moment.after, self._instruction_type, rng)
+            return brief if moment.ask_cost is None else (*brief, MayAsk(cost=float(moment.ask_cost)))
         if type(action) is ParseFailure:
             return (NotUnderstood(got=action.got, expected=action.expected),)
         return ()
@@ -151,6 +159,15 @@ class Teacher:
         self.offered = self.oracle.judge(moment, kinds)
         said = self._stage.speak(self.offered, self._view)
         return tuple(claim for claim in said if claim.kind in kinds)
+
+    def answer(self, moment: Moment) -> tuple[Claim, ...]:
+        """The advice of this turn, after personality and bound, for a student who asks for it after all was said."""
+        kinds = self._kinds & {FP, FN}
+        if self._stage is None:
+            return self.oracle.judge(moment, kinds) if kinds else ()
+        self.offered = self.oracle.judge(moment, kinds)
+        self._view.ask()
+        return tuple(claim for claim in self._stage.speak(self.offered, self._view) if claim.kind in kinds)
 
     def _mix(self) -> frozenset[FeedbackType]:
         """A random subset of the kinds for this turn."""
@@ -168,8 +185,3 @@ class Teacher:
         if claims or type(self.voice) is Rewriting:  # which has to know that this time it changed nothing
             return self.voice.say(claims, turn, self._draws, self._paraphrase)
         return SILENCE
-
-
-def _grandchild(seeds: np.random.SeedSequence, i: int, j: int) -> np.random.SeedSequence:
-    """Child number `j` of child number `i`, as spawning gives them, without the others: each takes a while."""
-    return np.random.SeedSequence(seeds.entropy, spawn_key=(*seeds.spawn_key, i, j), pool_size=seeds.pool_size)

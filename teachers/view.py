@@ -26,6 +26,8 @@ class View:
         self._hindsight: tuple[Claim, ...] | None = None
         self.kinds: frozenset[FeedbackType] = frozenset()
         """The kinds of feedback that are wanted; others are withheld whatever a personality says."""
+        self.asked = False
+        """Whether the student asks, and advice is all that it wants."""
         self.words = words
         """The number of words that saying a claim takes, on average over its paraphrases."""
 
@@ -33,7 +35,12 @@ class View:
         """Take note of the next moment, and of the kinds that are wanted now."""
         self._moments.append(moment)
         self.kinds = kinds
+        self.asked = False
         self._hindsight = None
+
+    def ask(self) -> None:
+        """Take note that the student asks for advice on the moment, once more after all was said."""
+        self.asked = True
 
     @property
     def moment(self) -> Moment:

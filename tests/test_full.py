@@ -31,7 +31,7 @@ def test_every_claim_of_ten_thousand_turns_holds(entry, instruction_type):
     pupil = Pupil(
         lambda: family.make_world(**entry.options),
         family.make_teacher,
-        max_turns=family.max_cycles,
+        max_turns=family.max_turns,
         turns=100 if family.slow else 10_000,
     )
     false = [
@@ -77,6 +77,6 @@ def test_every_distorted_atom_is_found(entry, spec):
 @pytest.mark.parametrize("student", ["obedient", "text_only", "oracle"])
 def test_students_who_know_succeed_on_a_thousand_seeds(entry, student):
     specs = [
-        EpisodeSpec(entry.id, "oracle", student, "b", "a", entry.family.max_cycles, seed, "") for seed in range(1000)
+        EpisodeSpec(entry.id, "oracle", student, "b", "a", entry.family.max_turns, seed, "") for seed in range(1000)
     ]
     assert all(play(spec).episode.success for spec in specs)

@@ -101,7 +101,7 @@ from worlds.testing import check_world
 for options in family.environments.values():
     make_world = partial(family.make_world, **options)
     check_world(make_world)
-    check_oracle(Pupil(make_world, family.make_teacher, max_turns=family.max_cycles, turns=300))
+    check_oracle(Pupil(make_world, family.make_teacher, max_turns=family.max_turns, turns=300))
 check_seats(partial(family.env, least=5, most=9))
 """
 

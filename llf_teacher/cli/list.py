@@ -27,7 +27,7 @@ def list_() -> None:
         ids = [id for id, its_family, *_ in entries().values() if its_family is family]
         instructions, feedback = (" ".join(types) for types in supported_types(ids[0]))
         console.print(f"\n[bold]{family.name}[/]: {family.summary}")
-        console.print(f"  {family.max_cycles} turns, instructions {instructions}, feedback {feedback}")
+        console.print(f"  {family.max_turns} turns, instructions {instructions}, feedback {feedback}")
         for id in ids:
             console.print(f"  [cyan]{id}[/]", soft_wrap=True)
     for title, catalogue in (("Teacher personalities", PERSONALITIES), ("Students", STUDENTS)):

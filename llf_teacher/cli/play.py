@@ -126,7 +126,7 @@ def _worded(claim: "Claim", seat: "TeacherSeat") -> str:
 
     from teachers.phrasebook import Draws
 
-    return seat.tutor.voice.say((claim,), seat.moment.turn, Draws(np.random.default_rng(0)), 0)
+    return seat.teacher.voice.say((claim,), seat.moment.turn, Draws(np.random.default_rng(0)), 0)
 
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:

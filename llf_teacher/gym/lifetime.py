@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from llf_teacher.students.student import Student, frozen
-from pz_envs.tutoring import TutoringEnv
+from pz_envs.seatings.tutoring import TutoringEnv
 from teachers.atoms import FP, Moment
 from teachers.oracle import Oracle, RefusalError
 from teachers.spec import unknown
@@ -63,7 +63,7 @@ class Lifetime:
 
     def acted(self) -> None:
         """Take note of the student's action."""
-        self._optimal = float(optimal(self._aec.tutor.oracle, self._aec.moment))
+        self._optimal = float(optimal(self._aec.teacher.oracle, self._aec.moment))
         self._skill += TURN_RATE * (self._optimal - self._skill)
 
     def over(self) -> None:
@@ -77,7 +77,7 @@ class Lifetime:
         visits, advised = self._visits.get(self._state, 0), self._advised.get(self._state, 0)
         mistake = announced is not None and _is_mistake(self._aec, announced)
         moment = self._aec.moment
-        way = () if moment.over else self._aec.tutor.oracle.plan(moment.after, self._aec.max_cycles)
+        way = () if moment.over else self._aec.teacher.oracle.plan(moment.after, self._aec.max_turns)
         return np.array(
             (
                 self.episode / self.episodes,
@@ -109,7 +109,7 @@ def optimal(oracle: Oracle, moment: Moment) -> bool:
 
 def _is_mistake(aec: TutoringEnv, action: Any) -> bool:
     """Whether an action is worse than another one now; False where actions have no values."""
-    values = aec.tutor.oracle.values(aec.moment.after)
+    values = aec.teacher.oracle.values(aec.moment.after)
     return values is not None and values[action] < max(values) - _NEAR
 
 

@@ -3,10 +3,10 @@
 from typing import Any
 
 import gymnasium
-import numpy as np
 from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
+from pz_envs.seatings.tutoring import SEATING as TUTORING
 from pz_envs.subject import Subject
 
 
@@ -24,10 +24,11 @@ class SeatEnv(gymnasium.Env):
             self.env_id, self.family = env_id.name, env_id
         else:
             self.env_id, self.family, options, _ = entry(env_id)
-        self.aec = self.family.raw_env(max_cycles=max_turns, render_mode=render_mode, **{**options, **settings})
+        self.aec = TUTORING.raw_env(
+            self.family, max_cycles=max_turns, render_mode=render_mode, **{**options, **settings}
+        )
         self.render_mode = render_mode
         self.action_space = self.aec.action_space(seat)
-        self._partner_rng: np.random.Generator | None = None
         self._running = False
 
     @property
@@ -35,16 +36,11 @@ class SeatEnv(gymnasium.Env):
         """Least and greatest reward that the world pays for one step."""
         return self.aec.world.reward_range
 
-    def _restart(self, seed: int | None, options: dict[str, Any] | None) -> np.random.Generator:
-        """Reset the seats; the partner's random stream for this episode. Without a seed all streams go on."""
+    def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:
+        """Reset the seats. Without a seed all streams go on."""
         super().reset(seed=seed)
-        if seed is not None or self._partner_rng is None:
-            seats, self._partner_rng = self.np_random.spawn(2)
-            self.aec.reset(int(seats.integers(2**31)), options)
-        else:
-            self.aec.reset(None, options)
+        self.aec.reset(seed, options)
         self._running = True
-        return self._partner_rng.spawn(1)[0]
 
     def _check_running(self) -> None:
         if not self._running:

@@ -10,12 +10,12 @@ from llf_teacher.gym.lifetime import Lifetime, check_vary, drawn, lifetime_space
 from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student, entitled
+from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.subject import Subject
-from pz_envs.tutoring import STUDENT, TEACHER
 
 
 class TeacherEnv(SeatEnv):
-    """The teacher's seat; observation, action and reward as `teacher_0` has them in `pz_envs.tutoring`.
+    """The teacher's seat; observation, action and reward as `teacher_0` has them in `pz_envs.seatings.tutoring`.
 
     A step is the teacher's turn and the student's next one. The reward is the sum of both.
 
@@ -101,17 +101,18 @@ class TeacherEnv(SeatEnv):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode or a lifetime; the teacher speaks first."""
-        self.aec.start = None
-        self._rng = self._restart(seed, options)
+        self._restart(seed, options)
+        seeds = self.aec.seeds
+        self._start: Any = None
         if self._renews or (self._remembers and seed is not None):
-            self.student = self._enrol(self._rng)
+            self.student = self._enrol(seeds.stream("class"))
         if self.episodes > 1:
             self._options = options
             self._life = Lifetime(self.aec, self.episodes)
             self._life.arrive()
             if self.same_world:
-                self.aec.start = self.aec.moment.after
-        self.student.reset(self._rng.spawn(1)[0] if self.episodes > 1 else self._rng)
+                self._start = self.aec.moment.after
+        self.student.reset(seeds.stream("student"))
         return self._observe()
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
@@ -126,6 +127,9 @@ class TeacherEnv(SeatEnv):
         aec.teacher_turn(action)
         reward = aec.rewards[TEACHER]
         terminated, truncated = aec.ended
+        if aec.agent_selection == TEACHER and not (terminated or truncated):
+            observation, info = self._observe()
+            return observation, reward, False, False, info
         if life is not None:
             life.said()
         if terminated or truncated:
@@ -135,7 +139,7 @@ class TeacherEnv(SeatEnv):
         else:
             aec.student_turn(self.student.act(aec.observe(STUDENT), entitled(self.student, aec)))
             reward += aec.rewards[TEACHER]
-            if life is not None:
+            if life is not None and not aec.seat.asked:
                 life.acted()
                 life.arrive()
             if self.render_mode == "human":
@@ -161,10 +165,8 @@ class TeacherEnv(SeatEnv):
         life.over()
         if life.episode == life.episodes:
             return False
-        spent = aec.purse.spent
-        aec.reset(None, self._options)
-        aec.purse.spent = spent
-        student.reset(self._rng.spawn(1)[0])
+        aec.go_on(self._start, self._options)
+        student.reset(aec.seeds.stream("student"))
         life.arrive()
         return True
 

@@ -11,8 +11,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher.students import shelf
+from pz_envs.seatings.tutoring import TutoringEnv
+from pz_envs.seats import STUDENT
 from pz_envs.subject import Subject
-from pz_envs.tutoring import STUDENT, TutoringEnv
 from teachers.spec import Spec
 from worlds.world import World
 

@@ -5,16 +5,14 @@ import json
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import entitled
 from llf_teacher.studies.study import EpisodeSpec
-from pz_envs.tutoring import STUDENT, TutoringEnv
+from pz_envs.seatings.tutoring import TutoringEnv
+from pz_envs.seats import STUDENT
 from teachers.atoms import Atom, Label, Moment, ParseFailure
-
-_STUDENT_STREAM = 1  # spawn key beside the environment's own
+from teachers.seeds import Seeds
 
 
 class TurnRow(NamedTuple):
@@ -91,7 +89,7 @@ def scenes(env: StudentEnv, student: Any, seed: int) -> Iterator[Scene]:
     """  # noqa: D205
     aec = env.aec
     lab = aec.world.scratch()
-    student.reset(np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_STUDENT_STREAM,))))
+    student.reset(Seeds(seed).stream("student"))
     observation, info = env.reset(seed=seed)
     moments = [aec.moment]
     done = False
@@ -117,12 +115,10 @@ def play(spec: EpisodeSpec) -> Record:
         text=player.text,
     )
     student = player.seat(env.family, env.aec.world)
-    oracle = env.family.oracle_class()(env.aec.world.scratch)
+    oracle = env.aec.teacher.oracle
     rows = []
     for scene in scenes(env, student, spec.seed):
         moment = scene.moment
-        if moment.turn == 0:
-            oracle.start(moment.after)
         rows.append(_row(scene, oracle.regret(moment) if moment.turn else 0.0, _seen(env.aec)))
     env.close()
     return Record(spec, _summary(env.family.name, student.reads, rows), tuple(rows))

@@ -125,7 +125,7 @@ class Study:
             self.ids, self.instruction_types, self.feedback_types
         ):
             family = entry(id).family
-            max_turns = self.max_turns or family.max_cycles
+            max_turns = self.max_turns or family.max_turns
             version = llf_teacher.__version__
             if family.version:
                 version = f"{version}+{family.distribution}-{family.version}"

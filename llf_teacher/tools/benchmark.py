@@ -18,7 +18,8 @@ from rich.table import Table
 from llf_teacher.gym import TeacherEnv, make
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import Family, all_families
-from pz_envs.tutoring import SUBSETS, TEACHER
+from pz_envs.seats import TEACHER
+from pz_envs.teacher_seat import SUBSETS
 
 _ROUNDS = 7
 _STEPS = 3000
@@ -173,7 +174,9 @@ def _forms_of(name: str) -> dict[str, float]:
     runs["StudentEnv"] = _gymnasium(make(PREFIX + name), actions)
     runs["TeacherEnv"] = _gymnasium(TeacherEnv(PREFIX + name, student=_Player(actions)), [SUBSETS - 1])
     for students in _CLASSES:
-        room = family.raw_classroom_env(students=students, attention=students, until_success=False, **options)
+        room = family.raw_env(
+            seating="classroom", students=students, attention=students, until_success=False, **options
+        )
         runs[_CLASS.format(students)] = _turns(room, _everybody(actions))
     return _measure(runs)
 

@@ -21,7 +21,7 @@ FAMILY = Family(
         )
     },
     showcase=("bandits-BanditTenArmedRandomFixed-v0",),
-    max_cycles=30,
+    max_turns=30,
     repeated=True,
     regret_unit="expected reward lost",
     reward_only="ucb",

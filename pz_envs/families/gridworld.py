@@ -9,7 +9,7 @@ FAMILY = Family(
     oracle="GridworldOracle",
     environments={"gridworld-v0": {}},
     showcase=("gridworld-v0",),
-    max_cycles=20,
+    max_turns=20,
     regret_unit="moves wasted",
     reward_only="q_learning",
 )

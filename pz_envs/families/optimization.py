@@ -21,7 +21,7 @@ FAMILY = Family(
         )
     },
     showcase=("optimization-Booth-v0",),
-    max_cycles=10,
+    max_turns=10,
     regret_unit="reward lost",
     reward_only="nelder_mead",
 )

@@ -9,7 +9,7 @@ FAMILY = Family(
     oracle="ParkingOracle",
     environments={"highway-parking-v0": {}},
     showcase=("highway-parking-v0",),
-    max_cycles=100,
+    max_turns=100,
     regret_unit="turns lost",
     reward_only="run_and_tumble",
 )

@@ -12,7 +12,7 @@ FAMILY = Family(
         for form in ("Haiku", "LineSyllableConstrainedPoem", "SyllableConstrainedPoem", "Tanka")
     },
     showcase=("poem-Haiku-v0",),
-    max_cycles=30,
+    max_turns=30,
     repeated=True,
     regret_unit="share of wrong lines",
     reward_only="line_search(lengths=(3, 5, 4, 14, 15, 19), syllables=(5, 7, 8, 9, 10, 17))",

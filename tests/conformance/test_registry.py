@@ -23,7 +23,7 @@ def pupil(entry, turns=1000):
     family, options = entry.family, entry.options
     turns = fewer(family, turns)
     return teacher_kit.Pupil(
-        lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles, turns=turns
+        lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=turns
     )
 
 
@@ -100,7 +100,7 @@ def test_the_worlds_trace_does_not_depend_on_teacher_or_voice(entry, settings, p
         env = llf_teacher.make(entry.id, teacher=teacher, **settings)
         env.reset(seed=5)
         seen = []
-        for action in world_kit.some_actions(env.aec.world, env.aec.max_cycles):
+        for action in world_kit.some_actions(env.aec.world, env.aec.max_turns):
             outcome = env.step(action)[1:4]
             seen.append(world_kit.plain((outcome, env.aec.world.truth)))
             if any(outcome[1:]):

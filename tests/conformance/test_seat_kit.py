@@ -5,7 +5,8 @@ import pytest
 
 from pz_envs import testing as kit
 from pz_envs.family import all_families
-from pz_envs.tutoring import STUDENT, TutoringEnv
+from pz_envs.seatings.tutoring import TutoringEnv
+from pz_envs.seats import STUDENT
 from teachers.atoms import ParseFailure
 
 FAMILY = next(family for family in all_families() if not family.repeated)
@@ -14,7 +15,7 @@ FAMILY = next(family for family in all_families() if not family.repeated)
 def maker(cls):
     def make(**settings):
         budget, cost = settings.pop("budget", None), settings.pop("cost", 0.01)
-        max_cycles = settings.pop("max_cycles", FAMILY.max_cycles)
+        max_cycles = settings.pop("max_cycles", FAMILY.max_turns)
         world = FAMILY.make_world()
         return cls(world, FAMILY.make_teacher(world), budget=budget, cost=cost, max_cycles=max_cycles, **settings)
 
@@ -52,7 +53,7 @@ class Indiscreet(TutoringEnv):
 class Patient(TutoringEnv):
     def student_turn(self, action):
         super().student_turn(action)
-        if self.text and self.max_cycles == 2 and type(self.moment.action) is ParseFailure:
+        if self.text and self.max_turns == 2 and type(self.moment.action) is ParseFailure:
             self.ended = (False, False)
 
 

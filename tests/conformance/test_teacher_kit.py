@@ -25,7 +25,7 @@ def pupil(oracle):
         )
         return Teacher(oracle(world.scratch), voice, personality, **settings)
 
-    return kit.Pupil(BANDITS.make_world, make_teacher, max_turns=BANDITS.max_cycles, turns=200)
+    return kit.Pupil(BANDITS.make_world, make_teacher, max_turns=BANDITS.max_turns, turns=200)
 
 
 @claim

@@ -13,7 +13,7 @@ from teachers.testing import Pupil
 def pupil(name):
     family = FAMILIES[name]
     options = family.environments[family.showcase[0]]
-    return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles)
+    return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns)
 
 
 @cache

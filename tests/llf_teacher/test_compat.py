@@ -182,7 +182,7 @@ def test_experts_succeed(id):
             return plan[0]
 
     env = llfbench.make(id)
-    assert evaluate(Expert(), env, horizon=entry(id).family.max_cycles, sparse_reward=True) == 1.0
+    assert evaluate(Expert(), env, horizon=entry(id).family.max_turns, sparse_reward=True) == 1.0
 
 
 @pytest.mark.parametrize("id", IDS)

@@ -42,7 +42,7 @@ def test_all_ways_to_make_lead_to_the_same_environment(id):
     assert all(isinstance(env, llf_teacher.StudentEnv) for env in made)
     assert len({opening(env) for env in made}) == 1
     assert made[0].spec.id == id
-    assert pettingzoo.make("aec", id.replace("llf-", "llf/")).unwrapped.max_cycles == made[0].aec.max_cycles
+    assert pettingzoo.make("aec", id.replace("llf-", "llf/")).unwrapped.max_turns == made[0].aec.max_turns
 
 
 def test_specs_are_json():

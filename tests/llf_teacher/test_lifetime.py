@@ -8,7 +8,8 @@ import llf_teacher
 from llf_teacher.gym.lifetime import FIELDS, drawn
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import entitled
-from pz_envs.tutoring import STUDENT, SUBSETS
+from pz_envs.seats import STUDENT
+from pz_envs.teacher_seat import SUBSETS
 from worlds.testing import plain
 
 GRID, ARMS, BOOTH = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0", "llf-optimization-Booth-v0"
@@ -95,7 +96,7 @@ def test_a_follower_does_what_it_is_advised_to():
     env = llf_teacher.TeacherEnv(GRID, student="q_learning(trust=1.0)", cost=0.0)
     env.reset(seed=0)
     for _ in range(4):
-        advised = env.aec.tutor.oracle.plan(env.aec.moment.after, 1)
+        advised = env.aec.teacher.oracle.plan(env.aec.moment.after, 1)
         env.step(FP)
         assert env.aec.moment.action == advised[0]
         if env.aec.moment.success:
@@ -162,8 +163,8 @@ def test_what_it_announces_is_what_it_does():
             assert env.aec.moment.action == before
             optimal = before in [
                 d
-                for d, v in enumerate(env.aec.tutor.oracle.values(truth))
-                if v == max(env.aec.tutor.oracle.values(truth))
+                for d, v in enumerate(env.aec.teacher.oracle.values(truth))
+                if v == max(env.aec.teacher.oracle.values(truth))
             ]
             assert observation["lifetime"][FIELDS.index("optimal")] == optimal
 
@@ -171,7 +172,7 @@ def test_what_it_announces_is_what_it_does():
 def test_what_the_teacher_sees_of_a_lifetime():
     env = llf_teacher.TeacherEnv(GRID, student="random", episodes=2, max_turns=3, cost=0.0, budget=2)
     observation, info = env.reset(seed=0)
-    way = len(env.aec.tutor.oracle.plan(info["moment"].after, 3))
+    way = len(env.aec.teacher.oracle.plan(info["moment"].after, 3))
     assert observation["lifetime"].tolist() == pytest.approx([0] * 8 + [way / (way + 4)])
     assert info["student"] == "random"
     assert info["intention"] is None

@@ -15,8 +15,8 @@ from llf_teacher.students.student import entitled
 from llf_teacher.studies.episode import play, scenes
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families
+from pz_envs.seats import STUDENT
 from pz_envs.text_mode import parse_action
-from pz_envs.tutoring import STUDENT
 from teachers.atoms import ParseFailure
 from teachers.phrasebook import Draws
 from teachers.voice import voice_names
@@ -28,7 +28,7 @@ POEMS = [id for id, (_, family, *_) in entries().items() if family.oracle == "Po
 
 
 def episode(id, student, seed, teacher="oracle", instruction_type="b"):
-    max_turns = entry(id).family.max_cycles
+    max_turns = entry(id).family.max_turns
     return play(EpisodeSpec(id, teacher, student, instruction_type, "a", max_turns, seed, ""))
 
 
@@ -72,7 +72,7 @@ def test_complete_instructions_suffice_and_basic_ones_do_not(id):
 
 @pytest.mark.parametrize("id", SHOWCASE)
 def test_learning_from_rewards_beats_chance(id):
-    seeds = range(fewer(entry(id).family, 2000 // entry(id).family.max_cycles))
+    seeds = range(fewer(entry(id).family, 2000 // entry(id).family.max_turns))
 
     def regret(student):
         return np.mean([episode(id, student, seed, "silent").episode.regret for seed in seeds])

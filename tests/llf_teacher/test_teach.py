@@ -17,7 +17,7 @@ import llf_teacher
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import entitled
 from pz_envs import testing as seat_kit
-from pz_envs.tutoring import STUDENT
+from pz_envs.seats import STUDENT
 from teachers import testing as teacher_kit
 from teachers.atoms import FP, Claim, ParseFailure, claim
 from teachers.oracle import Oracle, RefusalError
@@ -56,7 +56,7 @@ def teach_lake(slippery=False, snapshot="auto", **settings):
 
 def lake_pupil(slippery=False, turns=150, **options):
     lesson = llf_teacher.Lesson(**lake_options(slippery, **options))
-    return teacher_kit.Pupil(lesson.make_world, lesson.make_teacher, max_turns=lesson.max_cycles, turns=turns)
+    return teacher_kit.Pupil(lesson.make_world, lesson.make_teacher, max_turns=lesson.max_turns, turns=turns)
 
 
 def play(env, student, seed=0):

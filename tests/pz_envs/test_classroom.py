@@ -12,8 +12,8 @@ import llf_teacher
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import RULES, Attention
+from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.testing import require_aec, require_parallel
-from pz_envs.tutoring import STUDENT, TEACHER
 from teachers.atoms import Utterance
 from worlds.testing import plain
 
@@ -27,7 +27,7 @@ def ids():
 
 def optimal(env, agent):
     desk = env.desks[int(agent.rpartition("_")[2])]
-    plan = desk.tutor.oracle.plan(desk.moment.after, 1)
+    plan = desk.teacher.oracle.plan(desk.moment.after, 1)
     return plan[0] if plan else desk.world.sample_action(np.random.default_rng(0))
 
 
@@ -60,18 +60,18 @@ def test_pettingzoo_accepts_it(id, speech, text):
 
 @pytest.mark.parametrize("students", [1, 2, 64])
 def test_pettingzoo_accepts_every_size(students):
-    require_aec(lambda: GRID.classroom_env(students=students, attention=students))
+    require_aec(lambda: GRID.env(seating="classroom", students=students, attention=students))
 
 
 def test_a_round_is_the_teachers_turns_and_then_the_students():
-    env = GRID.raw_classroom_env(students=3, attention=2, until_success=False, max_cycles=2)
+    env = GRID.raw_env(seating="classroom", students=3, attention=2, until_success=False, max_cycles=2)
     alive = [agent for agent, dead, _ in play(env) if not dead]
     students = [f"student_{i}" for i in range(3)]
     assert alive == [TEACHER, TEACHER, *students] * 2 + [TEACHER, TEACHER]
 
 
 def test_nobody_ends_the_teachers_part():
-    env = GRID.raw_classroom_env(students=3, attention=3)
+    env = GRID.raw_env(seating="classroom", students=3, attention=3)
     env.reset(seed=0)
     env.step(0)
     assert env.agent_selection == "student_0"
@@ -79,7 +79,7 @@ def test_nobody_ends_the_teachers_part():
 
 
 def test_only_who_is_spoken_to_hears_anything():
-    env = BANDIT.raw_classroom_env(students=4, attention=2)
+    env = BANDIT.raw_env(seating="classroom", students=4, attention=2)
     env.reset(seed=0)
     assert all(env.observe(student)["instruction"] for student in env.students)
     env.step(env.address(3, ALL))
@@ -90,7 +90,7 @@ def test_only_who_is_spoken_to_hears_anything():
 
 
 def test_attention_on_one_who_heard_already_is_wasted():
-    env = BANDIT.raw_classroom_env(students=3, attention=2, cost=0.0, attention_cost=0.5)
+    env = BANDIT.raw_env(seating="classroom", students=3, attention=2, cost=0.0, attention_cost=0.5)
     env.reset(seed=0)
     env.step(env.address(2, 0b01000))
     before = env.observe("student_2")["feedback"]
@@ -101,7 +101,7 @@ def test_attention_on_one_who_heard_already_is_wasted():
 
 
 def test_the_mask_is_exact():
-    env = GRID.raw_classroom_env(students=3, attention=3)
+    env = GRID.raw_env(seating="classroom", students=3, attention=3)
     env.reset(seed=0)
     for round_ in range(4):
         observation = env.observe(TEACHER)
@@ -121,7 +121,7 @@ def test_the_mask_is_exact():
 
 
 def test_observations_are_in_their_spaces_and_what_they_are_said_to_be():
-    env = GRID.raw_classroom_env(students=4, attention=2, budget=20)
+    env = GRID.raw_env(seating="classroom", students=4, attention=2, budget=20)
     env.reset(seed=3)
     for agent in env.agent_iter():
         observation, _, terminated, truncated, info = env.last()
@@ -134,13 +134,13 @@ def test_observations_are_in_their_spaces_and_what_they_are_said_to_be():
                 turn, reward, importance, over, present, _ = observation["students"][i].tolist()
                 assert present == (f"student_{i}" in env.agents)
                 assert (turn, reward, over) == (pytest.approx(moment.turn / 20), moment.reward, moment.over)
-                assert importance == (0 if moment.over else env.desks[i].tutor.oracle.importance(moment.after))
+                assert importance == (0 if moment.over else env.desks[i].teacher.oracle.importance(moment.after))
         env.step(act(env, agent, observation))
     assert env.purse.spent == 20
 
 
 def test_students_leave_when_they_are_done_and_hear_a_last_word():
-    env = GRID.raw_classroom_env(students=6, attention=6)
+    env = GRID.raw_env(seating="classroom", students=6, attention=6)
     env.reset(seed=1)
     left, last = [], {}
     for agent in env.agent_iter():
@@ -159,7 +159,7 @@ def test_students_leave_when_they_are_done_and_hear_a_last_word():
 
 
 def test_the_teacher_is_truncated_with_anyone():
-    env = GRID.raw_classroom_env(students=2, max_cycles=1)
+    env = GRID.raw_env(seating="classroom", students=2, max_cycles=1)
     env.reset(seed=0)
     for agent in env.agent_iter():
         observation, _, terminated, truncated, _ = env.last()
@@ -169,7 +169,7 @@ def test_the_teacher_is_truncated_with_anyone():
 
 
 def test_rewards_and_costs():
-    env = BANDIT.raw_classroom_env(students=2, attention=1, cost=0.25, attention_cost=0.5, max_cycles=1)
+    env = BANDIT.raw_env(seating="classroom", students=2, attention=1, cost=0.25, attention_cost=0.5, max_cycles=1)
     turns = play(env)
     # Attention, and the one kind of advice that the greatest legal action of the last student says.
     paid = [reward for agent, dead, reward in turns if agent == TEACHER and not dead]
@@ -182,7 +182,7 @@ def test_rewards_and_costs():
 
 def test_the_teachers_reward_can_be_named_or_a_function():
     for reward, expected in (("student_progress", 0.0), (lambda moment, oracle: 7.0, 7.0)):
-        env = GRID.raw_classroom_env(students=2, teacher_reward=reward)
+        env = GRID.raw_env(seating="classroom", students=2, teacher_reward=reward)
         env.reset(seed=0)
         env.step(0)
         env.step(optimal(env, "student_0"))
@@ -191,7 +191,7 @@ def test_the_teachers_reward_can_be_named_or_a_function():
 
 def test_each_student_is_taught_as_in_a_tutoring_env():
     """A student's world, words and rewards are those of seats of its own with the same seed."""
-    env = GRID.raw_classroom_env(students=3, attention=3, until_success=False, max_cycles=5)
+    env = GRID.raw_env(seating="classroom", students=3, attention=3, until_success=False, max_cycles=5)
     env.reset(seed=5)
     rng = np.random.default_rng(5)
     seeds = rng.integers(2**31, size=3).tolist()
@@ -219,11 +219,11 @@ def test_each_student_is_taught_as_in_a_tutoring_env():
 
 
 def test_same_world():
-    env = GRID.raw_classroom_env(students=3, same_world=True)
+    env = GRID.raw_env(seating="classroom", students=3, same_world=True)
     env.reset(seed=0)
     assert len({desk.world.truth for desk in env.desks}) == 1
     assert len({desk.world for desk in env.desks}) == 3
-    env = GRID.raw_classroom_env(students=3)
+    env = GRID.raw_env(seating="classroom", students=3)
     env.reset(seed=0)
     first = [desk.world.truth for desk in env.desks]
     assert len(set(first)) == 3
@@ -237,7 +237,7 @@ def test_same_world():
 
 
 def test_messages():
-    env = GRID.raw_classroom_env(students=2, attention=2, speech="message", budget=2)
+    env = GRID.raw_env(seating="classroom", students=2, attention=2, speech="message", budget=2)
     env.reset(seed=0)
     assert env.observe(TEACHER)["student_1"]["state"].startswith("Room: ")
     env.step({"student": 2, "words": "Mind the stairs."})
@@ -252,7 +252,7 @@ def test_messages():
 
 
 def test_text_that_is_no_action_is_answered_without_attention():
-    env = GRID.raw_classroom_env(students=2, text=True)
+    env = GRID.raw_env(seating="classroom", students=2, text=True)
     env.reset(seed=0)
     env.step(0)
     env.step("hmm")
@@ -264,7 +264,7 @@ def test_text_that_is_no_action_is_answered_without_attention():
 
 
 def test_only_the_teacher_sees_the_moments():
-    env = GRID.raw_classroom_env(students=2)
+    env = GRID.raw_env(seating="classroom", students=2)
     env.reset(seed=0)
     env.step(0)
     env.step(0)
@@ -275,7 +275,7 @@ def test_only_the_teacher_sees_the_moments():
 
 @pytest.mark.parametrize("rule", RULES)
 def test_rules_of_attention(rule):
-    env = GRID.parallel_classroom_env(students=4, attention=1, rule=rule, until_success=False, max_cycles=8)
+    env = GRID.parallel_env(seating="classroom", students=4, attention=1, rule=rule, until_success=False, max_cycles=8)
     observations, _ = env.reset(seed=0)
     heard = []
     while env.agents:
@@ -293,7 +293,7 @@ def test_unknown_rule():
 
 
 def test_the_parallel_form_has_kinds_only():
-    assert GRID.parallel_classroom_env(speech="kinds").env.speech == "kinds"
+    assert GRID.parallel_env(seating="classroom", speech="kinds").env.speech == "kinds"
     for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
         with pytest.raises(ValueError, match=match):
             pettingzoo.make("parallel", "llf/gridworld-classroom-v0", speech=speech)
@@ -314,7 +314,7 @@ class Guide:
 
 def test_the_teachers_seat_alone():
     def make():
-        aec = GRID.raw_classroom_env(students=2, attention=2, max_cycles=3)
+        aec = GRID.raw_env(seating="classroom", students=2, attention=2, max_cycles=3)
         return ParallelSeats(aec, {student: Guide(0) for student in aec.students})
 
     require_parallel(make)
@@ -362,11 +362,12 @@ def test_seats_of_partners(partners, match):
 )
 def test_bad_arguments(settings, match):
     with pytest.raises(ValueError, match=match):
-        GRID.raw_classroom_env(**settings)
+        GRID.raw_env(seating="classroom", **settings)
 
 
 def test_numbers_may_be_numpys():
-    env = GRID.raw_classroom_env(
+    env = GRID.raw_env(
+        seating="classroom",
         students=np.int64(2),
         attention=np.int64(2),
         cost=np.float32(0.5),
@@ -383,7 +384,7 @@ def test_numbers_may_be_numpys():
     ("speech", "action"), [("kinds", 249), ("kinds", -1), ("message", {"student": 1}), ("message", "x")]
 )
 def test_other_actions_of_the_teacher_are_refused(speech, action):
-    env = GRID.raw_classroom_env(speech=speech)
+    env = GRID.raw_env(seating="classroom", speech=speech)
     env.reset(seed=0)
     with pytest.raises(ValueError, match="the teacher's action must be"):
         env.step(action)
@@ -391,10 +392,10 @@ def test_other_actions_of_the_teacher_are_refused(speech, action):
 
 
 def test_rendering(capsys):
-    env = GRID.raw_classroom_env(students=2, render_mode="ansi")
+    env = GRID.raw_env(seating="classroom", students=2, render_mode="ansi")
     env.reset(seed=0)
     assert env.render().count("Teacher: ") == 2
-    env = GRID.raw_classroom_env(students=2, render_mode="human")
+    env = GRID.raw_env(seating="classroom", students=2, render_mode="human")
     env.reset(seed=0)
     env.step(0)
     assert "student_1: Room: " in capsys.readouterr().out
@@ -402,12 +403,12 @@ def test_rendering(capsys):
 
 def test_a_lesson_has_classrooms_and_panels():
     lesson = llf_teacher.Lesson(lambda: gymnasium.make("FrozenLake-v1", is_slippery=False))
-    require_aec(lambda: lesson.classroom_env(students=3, attention=2))
-    require_aec(lambda: lesson.panel_env(teachers=("oracle", "silent")))
+    require_aec(lambda: lesson.env(seating="classroom", students=3, attention=2))
+    require_aec(lambda: lesson.env(seating="panel", teachers=("oracle", "silent")))
 
 
 def test_classrooms_copy_and_pickle():
-    env = GRID.raw_classroom_env(students=3, attention=2)
+    env = GRID.raw_env(seating="classroom", students=3, attention=2)
     env.reset(seed=0)
     env.step(env.address(1, ALL))
     for other in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):

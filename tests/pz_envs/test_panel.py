@@ -8,8 +8,8 @@ import llf_teacher  # noqa: F401  (registers the environments)
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Frank
+from pz_envs.seats import STUDENT
 from pz_envs.testing import require_aec, require_parallel
-from pz_envs.tutoring import STUDENT
 from teachers.atoms import KINDS, Utterance
 from worlds.testing import plain
 
@@ -43,7 +43,7 @@ def test_pettingzoo_accepts_it(id, speech, text):
 
 
 def test_every_teacher_speaks_then_the_student_acts_and_the_teachers_have_the_last_word():
-    env = GRID.raw_panel_env(teachers=TEACHERS, max_cycles=2)
+    env = GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=2)
     env.reset(seed=0)
     turns = []
     for agent in env.agent_iter():
@@ -57,7 +57,7 @@ def test_every_teacher_speaks_then_the_student_acts_and_the_teachers_have_the_la
 
 
 def test_atoms_keep_who_said_them():
-    env = GRID.raw_panel_env(teachers=TEACHERS)
+    env = GRID.raw_env(seating="panel", teachers=TEACHERS)
     env.reset(seed=0)
     round_of(env)
     env.step(0)
@@ -74,7 +74,7 @@ def test_atoms_keep_who_said_them():
 
 
 def test_every_teacher_speaks_by_its_personality():
-    env = GRID.raw_panel_env(teachers=TEACHERS, max_cycles=15)
+    env = GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=15)
     env.reset(seed=2)
     lab = env.desk.world.scratch()
     held = {teacher: [] for teacher in env.teachers}
@@ -93,7 +93,7 @@ def test_every_teacher_speaks_by_its_personality():
 
 
 def test_the_instruction_is_given_once_and_notices_too():
-    env = GRID.raw_panel_env(teachers=("oracle", "oracle"), text=True)
+    env = GRID.raw_env(seating="panel", teachers=("oracle", "oracle"), text=True)
     env.reset(seed=0)
     assert env.observe(STUDENT)["instruction"]
     round_of(env)
@@ -101,9 +101,9 @@ def test_the_instruction_is_given_once_and_notices_too():
     round_of(env)
     atoms = env.observe(STUDENT)["feedback"].atoms
     assert [atom.speaker for atom in atoms if atom.kind is None] == ["teacher_0"]
-    env = GRID.raw_panel_env(teachers=("oracle", "oracle"), speech="message")
+    env = GRID.raw_env(seating="panel", teachers=("oracle", "oracle"), speech="message")
     env.reset(seed=0)
-    for tutor in [env.seats[teacher].tutor for teacher in env.teachers]:
+    for tutor in [env.seats[teacher].teacher for teacher in env.teachers]:
         env.step(tutor.speak(env.desk.moment))
     seen = env.observe(STUDENT)
     assert [(atom.speaker, atom.kind) for atom in seen["feedback"].atoms] == [
@@ -113,11 +113,11 @@ def test_the_instruction_is_given_once_and_notices_too():
 
 @pytest.mark.parametrize("words_first", [False, True])
 def test_a_notice_is_heard_from_the_first_who_gives_it(words_first):
-    env = GRID.raw_panel_env(teachers=["oracle"] * 3, speech="message", text=True)
+    env = GRID.raw_env(seating="panel", teachers=["oracle"] * 3, speech="message", text=True)
     env.reset(seed=0)
     for said in ("", "", "", "hmm"):
         env.step(said)
-    notice = env.desk.tutor.open(env.desk.moment)
+    notice = env.desk.teacher.open(env.desk.moment)
     for said in ("I see." if words_first else notice, notice, notice):
         env.step(said)
     seen = env.observe(STUDENT)
@@ -128,7 +128,7 @@ def test_a_notice_is_heard_from_the_first_who_gives_it(words_first):
 
 
 def test_each_pays_for_its_own_words_out_of_its_own_budget():
-    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"), cost=0.5, budget=3, max_cycles=10)
+    env = BANDIT.raw_env(seating="panel", teachers=("oracle", "oracle"), cost=0.5, budget=3, max_cycles=10)
     env.reset(seed=0)
     spent = dict.fromkeys(env.teachers, 0)
     for turn in range(5):
@@ -145,12 +145,12 @@ def test_each_pays_for_its_own_words_out_of_its_own_budget():
 
 
 def test_later_speakers_know_what_was_said():
-    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"))
+    env = BANDIT.raw_env(seating="panel", teachers=("oracle", "oracle"))
     env.reset(seed=0)
     assert env.observe("teacher_0")["heard"].tolist() == [0, 0, 0, 0, 0]
     env.step(0b01000)
     assert env.observe("teacher_1")["heard"].tolist() == [0, 0, 0, 1, 0]
-    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"), speech="message")
+    env = BANDIT.raw_env(seating="panel", teachers=("oracle", "oracle"), speech="message")
     env.reset(seed=0)
     env.step("Take the third.")
     assert env.observe("teacher_1")["heard"] == "Take the third."
@@ -162,7 +162,7 @@ def test_later_speakers_know_what_was_said():
 
 def test_orders():
     def orders(order, seed):
-        env = GRID.raw_panel_env(teachers=["oracle"] * 4, order=order)
+        env = GRID.raw_env(seating="panel", teachers=["oracle"] * 4, order=order)
         env.reset(seed=seed)
         found = []
         for _ in range(8):
@@ -179,7 +179,7 @@ def test_orders():
 
 def test_the_order_and_the_others_do_not_change_the_world():
     def trace(**settings):
-        env = GRID.raw_panel_env(**settings)
+        env = GRID.raw_env(seating="panel", **settings)
         env.reset(seed=9)
         states = []
         for turn in range(6):
@@ -193,7 +193,7 @@ def test_the_order_and_the_others_do_not_change_the_world():
 
 def test_forms_in_parallel():
     """The student alone, or the teachers at once, who then do not hear each other."""
-    env = GRID.parallel_panel_env(teachers=TEACHERS)
+    env = GRID.parallel_env(seating="panel", teachers=TEACHERS)
     observations, _ = env.reset(seed=0)
     assert list(observations) == [STUDENT]
     assert {atom.speaker for atom in observations[STUDENT]["feedback"].atoms} == {f"teacher_{i}" for i in range(3)}
@@ -205,7 +205,7 @@ def test_forms_in_parallel():
         def act(self, observation, info):
             return 0
 
-    teachers = ParallelSeats(GRID.raw_panel_env(teachers=TEACHERS, max_cycles=2), {STUDENT: Still()})
+    teachers = ParallelSeats(GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=2), {STUDENT: Still()})
     observations, _ = teachers.reset(seed=0)
     rounds = 0
     while teachers.agents:
@@ -217,7 +217,7 @@ def test_forms_in_parallel():
 
 
 def test_the_parallel_form_has_kinds_only():
-    assert GRID.parallel_panel_env(speech="kinds").env.speech == "kinds"
+    assert GRID.parallel_env(seating="panel", speech="kinds").env.speech == "kinds"
     for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
         with pytest.raises(ValueError, match=match):
             pettingzoo.make("parallel", "llf/gridworld-panel-v0", speech=speech)
@@ -225,7 +225,7 @@ def test_the_parallel_form_has_kinds_only():
 
 @pytest.mark.parametrize("kind", range(5))
 def test_heard_tells_each_kind(kind):
-    env = BANDIT.raw_panel_env(teachers=("oracle", "oracle"))
+    env = BANDIT.raw_env(seating="panel", teachers=("oracle", "oracle"))
     env.reset(seed=1)
     round_of(env)
     env.step(0)
@@ -250,11 +250,11 @@ def test_heard_tells_each_kind(kind):
 )
 def test_bad_arguments(settings, match):
     with pytest.raises(ValueError, match=match):
-        GRID.raw_panel_env(**settings)
+        GRID.raw_env(seating="panel", **settings)
 
 
 def test_messages_without_atoms_are_just_words():
-    env = GRID.raw_panel_env(speech="message", budget=1)
+    env = GRID.raw_env(seating="panel", speech="message", budget=1)
     env.reset(seed=0)
     env.step("One.")
     env.step("Two.")
@@ -268,7 +268,7 @@ def test_messages_without_atoms_are_just_words():
 
 
 def test_rendering():
-    env = GRID.raw_panel_env(render_mode="ansi", speech="message")
+    env = GRID.raw_env(seating="panel", render_mode="ansi", speech="message")
     env.reset(seed=0)
     env.step("Left!")
     env.step("Right!")

@@ -9,7 +9,7 @@ import pytest
 import llf_teacher
 from llf_teacher.registry import entry
 from pz_envs.family import all_families
-from pz_envs.tutoring import STUDENT, TEACHER
+from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, Utterance
 
 GRID, BANDIT = entry("llf-gridworld-v0").family, entry("llf-bandits-BanditTenArmedGaussian-v0").family
@@ -40,8 +40,8 @@ def test_every_environment_is_registered_once():
 def test_message_the_opening_is_split_into_instruction_and_advice():
     env = GRID.raw_env()
     env.reset(seed=0)
-    env.tutor.reset(np.random.default_rng(0))
-    said = env.tutor.speak(env.infos[TEACHER]["moment"])
+    env.teacher.reset(np.random.default_rng(0))
+    said = env.teacher.speak(env.infos[TEACHER]["moment"])
     env.step(said)
     seen = env.observe(STUDENT)
     assert f"{seen['instruction']} {seen['feedback']}" == said

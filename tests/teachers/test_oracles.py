@@ -51,7 +51,7 @@ SQUARE = Layout(
 def pupil(name, turns=150):
     family, options = ENVIRONMENTS[name]
     turns = fewer(family, turns)
-    return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles, turns=turns)
+    return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=turns)
 
 
 def started(oracle_class, world, truth):
@@ -126,7 +126,7 @@ def test_plans_are_optimal_and_solve_the_task(name):
         assert oracle.plan(world.truth, 0) == ()
         assert oracle.plan(world.truth, 1) == plan[:1]
         info = {}
-        for number, action in enumerate(plan[: ENVIRONMENTS[name][0].max_cycles], 1):
+        for number, action in enumerate(plan[: ENVIRONMENTS[name][0].max_turns], 1):
             before, values = world.truth, oracle.values(world.truth)
             assert values is None or values[action] == max(values)
             _, reward, _, _, info = world.step(action)

@@ -23,7 +23,7 @@ ALPHA = 1e-4
 def pupil(name, turns=TURNS):
     family = FAMILIES[name]
     options = family.environments[family.showcase[0]]
-    return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles, turns=turns)
+    return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=turns)
 
 
 @cache
@@ -246,7 +246,7 @@ def test_late_claims_hold_of_their_turn(name, personality):
     atoms = list(feedback(name, personality))
     assert len(atoms) > 1000
     assert all(holds(name, atom.claim, moment) for atom, moment in atoms)
-    assert {atom.about_turn for atom, _ in atoms} == set(range(FAMILIES[name].max_cycles - 1))
+    assert {atom.about_turn for atom, _ in atoms} == set(range(FAMILIES[name].max_turns - 1))
 
 
 @on_every_family

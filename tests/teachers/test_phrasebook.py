@@ -70,7 +70,7 @@ def real_claims(name):
     found = {}
     for environment in family.sampled or family.environments:
         options = family.environments[environment]
-        pupil = Pupil(lambda options=options: family.make_world(**options), family.make_teacher, family.max_cycles, 60)
+        pupil = Pupil(lambda options=options: family.make_world(**options), family.make_teacher, family.max_turns, 60)
         lab = pupil.make_world()
         for oracle, moment in pupil.judged():
             claims = oracle.judge(moment)

@@ -20,7 +20,7 @@ def make(name, personality="oracle", **settings):
     """A teacher and the moments of random play over two episodes or so."""
     family = FAMILIES[name]
     options = family.environments[family.showcase[0]]
-    pupil = Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_cycles, turns=40)
+    pupil = Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=40)
     world = pupil.make_world()
     teacher = pupil.make_teacher(world, personality, **settings)
     return teacher, list(pupil.moments(world))
@@ -235,7 +235,7 @@ def test_copies_within_an_episode_go_on_like_the_original(name, personality, cop
     for moment in moments[:6]:
         teacher.speak(moment)
     twin = copied(teacher)
-    rest = moments[6 : FAMILIES[name].max_cycles]
+    rest = moments[6 : FAMILIES[name].max_turns]
     said = [teacher.speak(moment) for moment in rest]
     assert [twin.speak(moment) for moment in rest] == said
     assert [claims(each) for each in map(twin.speak, rest)] == [claims(each) for each in map(teacher.speak, rest)]

@@ -5,25 +5,30 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import seeding
+from pettingzoo import ParallelEnv
 
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.scripted import Attention, refuse_messages
+from pz_envs.seatings.tutoring import SEATING as TUTORING
+from pz_envs.seatings.tutoring import TutoringEnv, words_space
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
-from pz_envs.teacher_seat import LEGAL, PROSE, SUBSET_BITS, SUBSETS, Purse, check_cost, is_count
-from pz_envs.tutoring import TutoringEnv, words_space
+from pz_envs.subject import Seating, Subject
+from pz_envs.teacher_seat import CHOICES, CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, Purse, check_cost, is_count
 from teachers.atoms import KINDS, SILENCE, Moment
+from teachers.seeds import Seeds
 from worlds.spaces import Prose
+
+__all__ = ["MOST", "SEATING", "Classroom", "ClassroomEnv"]
 
 MOST = 64
 """Greatest number of students."""
-SAYINGS = SUBSETS - 1
-"""Number of subsets of the kinds that are not silence."""
 _ATTENDED = 5  # the column of `students`
 
 
 class ClassroomEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0` to `student_<n - 1>`.
 
-    Each student is taught in a world of its own, as in `pz_envs.tutoring.TutoringEnv`; they do not hear each other.
+    Each student is taught in a world of its own, as in `TutoringEnv`; they do not hear each other.
 
     Turn order:
         `reset` gives every student the instruction, free of charge. Then round follows round. In a round the teacher
@@ -37,7 +42,9 @@ class ClassroomEnv(SeatsEnv):
         student was, else truncated.
 
     Student:
-        Observation, action and info are those of `TutoringEnv`'s student. It has no way to ask for attention.
+        Observation, action and info are those of `TutoringEnv`'s student. With `ask_cost` it may ask, once a turn: it
+        pays, and is not moved on; at once the teacher has one more turn, and attention for this student alone, to say
+        what advice it wants to give; then the student acts.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of
@@ -47,32 +54,39 @@ class ClassroomEnv(SeatsEnv):
             `available`, MultiBinary (n, 5): the kinds of which there is a claim to say to it, in the order
             r, hp, hn, fp, fn;
             `purse`, Box (2,) float32: share of the round's attention and share of the budget that are left, 0 to 1;
-            `action_mask`, int8 (1 + 31 n,).
+            `action_mask`, int8 (1 + 31 n,);
+            `asking`, MultiBinary (n,), only with `ask_cost`: the student that asks.
         Action: Discrete(1 + 31 n). 0: nobody; `address(i, subset)` = 31 i + subset: to student i the claims of a subset
         of the kinds, bit j of `subset` (1 to 31) for kind j.
+    Teacher, `speech="claims"`:
+        As with `kinds`, with 32 in place of 31: `address(i, c)` = 32 i + c says the one claim c (1 to 32) of those that
+        there are to say to student i; and `claims`, Box (n, 32, 8) int8, what is to be known of each of them, as in
+        `TutoringEnv`.
     Teacher, `speech="message"`:
         Observation: Dict of `student_<i>`, each a Dict of `state` and `action` (`Prose`), the student's world and last
         action as text, both empty once it has left.
         Action: Dict of `student`, Discrete(n + 1), 0 for nobody, i + 1 for student i, and `words`, `Prose`; an
         `Utterance` brings its atoms along. What words say of the instruction is not repeated.
-    Info of the teacher: the privileged `moments`, a tuple with a `Moment` per student.
+    Info of the teacher: the privileged `moments`, a tuple with a `Moment` per student; `asking`, the number of the
+    student who asks, if one does; with `message` also `suggestions`, per student what its own teacher would say (empty
+    for who has left), and `suggestion`, what it would answer.
     To turn to a student who has left, or a second time in a round, is to waste that attention.
 
     Rewards: at a student's step it gets its world's reward, and the teacher its `teacher_reward`; so over a round the
     teacher gets the sum over the class. At the teacher's step it pays `attention_cost` for turning to a student, and
     `cost` for each atom of feedback, out of one `budget` for the whole class.
 
-    Seeds: `reset(seed)` draws a seed for each student's `TutoringEnv`, or one for all of them with `same_world`: then
-    all begin in equal worlds, whose random streams are equal, too. Without a seed the streams go on.
+    Seeds: `reset(seed)` gives the seed itself to the first student's `TutoringEnv`, and to all of them with
+    `same_world`: then all begin in equal worlds, whose random streams are equal, too; the others get seeds that are
+    drawn. Without a seed the streams go on.
 
     Args:
-        desks: one `TutoringEnv` per student, all alike, with `speech="kinds"`; see `Subject.classroom_env`.
+        desks: one `TutoringEnv` per student, all alike, of the same speech (`kinds` in place of `message`), which share
+            the purse; see `Classroom.raw_env`.
         attention: students that the teacher can turn to in a round, 1 to their number.
-        speech: `kinds` or `message`.
+        speech: `kinds`, `claims` or `message`.
         same_world: whether all students begin in equal worlds.
-        cost: paid by the teacher per atom of feedback, at least 0.
         attention_cost: paid by the teacher for turning to a student, at least 0.
-        budget: atoms of feedback that the teacher may say in an episode. None: any number.
         render_mode: None, `ansi` or `human`.
 
     Raises:
@@ -88,9 +102,7 @@ class ClassroomEnv(SeatsEnv):
         attention: int = 1,
         speech: str = "kinds",
         same_world: bool = False,
-        cost: float = 0.01,
         attention_cost: float = 0.01,
-        budget: int | None = None,
         render_mode: str | None = None,
     ) -> None:
         count = len(desks)
@@ -103,14 +115,14 @@ class ClassroomEnv(SeatsEnv):
         check_cost("attention_cost", attention_cost)
         super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
         self.desks = tuple(desks)
-        self.purse = Purse(cost, budget)
-        for desk in self.desks:
-            desk.purse = desk.seat.purse = self.purse
+        self.purse = desks[0].purse
+        self._sayings = CHOICES.get(speech, 1) - 1
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}
         self.possible_agents = [TEACHER, *self.students]
-        self._rng: np.random.Generator | None = None
+        self.seeds = Seeds()
+        """The streams of this environment's episodes, beside those of the desks."""
         self.observation_spaces[TEACHER] = self._teachers_view()
         self.action_spaces[TEACHER] = self._teachers_choice()
         for student, desk in zip(self.students, self.desks, strict=True):
@@ -122,13 +134,19 @@ class ClassroomEnv(SeatsEnv):
         if self.speech == "message":
             return spaces.Dict({student: words_space() for student in self.students})
         low, high = self.desks[0].seat.feature_bounds()
+        more: dict[str, spaces.Space[Any]] = {}
+        if self.speech == "claims":
+            more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(TRAITS)), np.int8)
+        if self.desks[0].ask_cost is not None:
+            more["asking"] = spaces.MultiBinary(count)
         keep = [0, 1, 2, 4, 4, 4]  # presence and attendance have the bounds of `over`
         return spaces.Dict(
             {
                 "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),
                 "available": spaces.MultiBinary((count, len(KINDS))),
                 "purse": spaces.Box(0, 1, (2,), np.float32),
-                "action_mask": spaces.Box(0, 1, (1 + SAYINGS * count,), np.int8),
+                "action_mask": spaces.Box(0, 1, (1 + self._sayings * count,), np.int8),
+                **more,
             }
         )
 
@@ -136,18 +154,21 @@ class ClassroomEnv(SeatsEnv):
         count = len(self.desks)
         if self.speech == "message":
             return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(PROSE)})
-        return spaces.Discrete(1 + SAYINGS * count)
+        return spaces.Discrete(1 + self._sayings * count)
 
-    @staticmethod
-    def address(student: int, subset: int) -> int:
-        """The teacher's action that says a subset of the kinds (1 to 31) to a student (0 to n - 1)."""
-        return SAYINGS * student + subset
+    def address(self, student: int, said: int) -> int:
+        """The teacher's action that says a subset of the kinds (1 to 31) or a claim (1 to 32) to a student (from 0)."""
+        return self._sayings * student + said
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
-        if seed is not None or self._rng is None:
-            self._rng, _ = seeding.np_random(seed)
-        seeds = self._rng.integers(2**31, size=len(self.desks)).tolist()
+        if seed is None:
+            self.seeds.episode += 1
+        else:
+            self.seeds = Seeds(seed)
+        seeds = self.seeds.stream("class").integers(2**31, size=len(self.desks)).tolist()
+        if seed is not None:
+            seeds[0] = seed
         for desk, own in zip(self.desks, seeds, strict=True):
             desk.reset(seeds[0] if self.same_world else own, options)
         self._open()
@@ -172,12 +193,20 @@ class ClassroomEnv(SeatsEnv):
             self._rows = self._table()
         rows, true, mask = self._rows
         speaks = self.agent_selection == TEACHER
-        return {
+        observation = {
             "students": rows.copy(),
             "available": true.copy(),
             "purse": np.array((self._left / self.attention, self.purse.share), np.float32),
             "action_mask": mask.copy() if speaks else _nobody(len(mask)),
         }
+        if self.speech == "claims":
+            present = set(self._class)
+            blank = np.zeros((CLAIMS, len(TRAITS)), np.int8)
+            tables = [desk.seat.table() if i in present else blank for i, desk in enumerate(self.desks)]
+            observation["claims"] = np.array(tables)
+        if self.desks[0].ask_cost is not None:
+            observation["asking"] = np.array([i == self._asking for i in range(len(self.desks))], np.int8)
+        return observation
 
     def as_text(self) -> str:
         """Every desk."""
@@ -199,6 +228,11 @@ class ClassroomEnv(SeatsEnv):
         desk.student_turn(action)
         self.infos[agent] = desk.infos[STUDENT]
         self._pay(agent, desk.rewards[TEACHER], desk.rewards[STUDENT])
+        if desk.seat.asked:
+            self._asking, self._rows = i, None
+            self.infos[TEACHER] = self._privilege()
+            self.agent_selection = TEACHER
+            return
         self._next += 1
         if self._next < len(self._class):
             self.agent_selection = self.students[self._class[self._next]]
@@ -208,15 +242,34 @@ class ClassroomEnv(SeatsEnv):
     def _begin_round(self) -> None:
         self._unheard = dict.fromkeys(self._class)  # in the order of the numbers
         self._left = min(self.attention, len(self._class))
+        self._asking: int | None = None
         self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self._moments: tuple[Moment, ...] = tuple(desk.moment for desk in self.desks)
-        self.infos[TEACHER] = {"moments": self._moments}
+        self._suggestions = tuple(
+            desk.seat.suggestion() if self.speech == "message" and i in self._unheard else SILENCE
+            for i, desk in enumerate(self.desks)
+        )
+        self.infos[TEACHER] = self._privilege()
         self.agent_selection = TEACHER
+
+    def _privilege(self) -> dict[str, Any]:
+        """The teacher's info."""
+        info: dict[str, Any] = {"moments": self._moments}
+        if self.speech == "message":
+            info["suggestions"] = self._suggestions
+        if self._asking is not None:
+            info["asking"] = self._asking
+            if self.speech == "message":
+                info["suggestion"] = self.desks[self._asking].seat.suggestion()
+        return info
 
     def _teach(self, action: Any) -> None:
         """A turn of the teacher."""
         i, said = self._understand(action)
         reward = 0.0
+        if self._asking is not None:
+            self._answer(self._asking, i, said)
+            return
         if i is None:
             self._left = 0
         else:
@@ -225,9 +278,36 @@ class ClassroomEnv(SeatsEnv):
             if i in self._unheard:
                 reward += self._tell(i, said)
         self._pay(TEACHER, reward, 0.0)
-        self.infos[TEACHER] = {"moments": self._moments}
+        self.infos[TEACHER] = self._privilege()
         if not self._left or not self._unheard:
             self._dismiss()
+
+    def _answer(self, asking: int, i: int | None, said: Any) -> None:
+        """What the teacher says to a student who asks; what it says to another one is not heard."""
+        desk = self.desks[asking]
+        reward = 0.0
+        if i is None:
+            desk.hear(SILENCE)
+        elif i != asking:
+            reward = -self.attention_cost
+            desk.hear(SILENCE)
+        else:
+            reward = self._put(desk, said) - self.attention_cost
+        self._pay(TEACHER, reward, 0.0)
+        self._asking, self._rows = None, None
+        self.infos[TEACHER] = self._privilege()
+        self.agent_selection = self.students[asking]
+
+    def _put(self, desk: TutoringEnv, said: Any) -> float:
+        """Let a student hear something; what that costs, negated."""
+        if self.speech == "kinds":
+            words: str = desk.seat.say(said)
+        elif self.speech == "claims":
+            desk.seat.choose(said)
+            words = desk.seat.chosen()
+        else:
+            words = desk.seat.feedback(said)
+        return self.purse.pay(desk.hear(words))
 
     def _understand(self, action: Any) -> tuple[int | None, Any]:
         """The student that an action turns to, and what it says: a subset or words.
@@ -244,23 +324,20 @@ class ClassroomEnv(SeatsEnv):
                 )
             student = int(action["student"]) - 1
             return (None if student < 0 else student), action["words"]
-        if not (type(action) is int and 0 <= action <= SAYINGS * len(self.desks)) and not space.contains(action):
-            raise ValueError(
-                f"the teacher's action must be an integer from 0 to {SAYINGS * len(self.desks)}, got {action!r}"
-            )
-        student, subset = divmod(int(action) - 1, SAYINGS)
-        return (None if student < 0 else student), subset + 1
+        last = self._sayings * len(self.desks)
+        if not (type(action) is int and 0 <= action <= last) and not space.contains(action):
+            raise ValueError(f"the teacher's action must be an integer from 0 to {last}, got {action!r}")
+        student, said = divmod(int(action) - 1, self._sayings)
+        return (None if student < 0 else student), said + 1
 
     def _tell(self, i: int, said: Any) -> float:
         """Say something to a student; the teacher's reward for that."""
         del self._unheard[i]
-        desk = self.desks[i]
-        words = desk.seat.say(said) if self.speech == "kinds" else desk.seat.feedback(said)
-        reward = self.purse.pay(desk.hear(words))
+        reward = self._put(self.desks[i], said)
         if self._rows is not None:
             rows, true, mask = self._rows
             rows[i, _ATTENDED] = 1
-            mask[1 + SAYINGS * i : 1 + SAYINGS * (i + 1)] = 0
+            mask[1 + self._sayings * i : 1 + self._sayings * (i + 1)] = 0
             if not self.purse.left:
                 true[:] = 0
                 mask[1:] = 0
@@ -268,10 +345,9 @@ class ClassroomEnv(SeatsEnv):
 
     def _dismiss(self) -> None:
         """End the teacher's part of the round: silence for the others, the end for whose episode is over."""
-        kinds = self.speech == "kinds"
         for i in self._unheard:
             desk = self.desks[i]
-            desk.hear(desk.seat.say(0) if kinds else SILENCE)
+            desk.hear(SILENCE if self.speech == "message" else desk.seat.say(0))
         self._unheard = {}
         leaving = [i for i in self._class if any(self.desks[i].ended)]
         for i in leaving:
@@ -304,6 +380,7 @@ class ClassroomEnv(SeatsEnv):
         """What the teacher sees of each student, the kinds that are true, and the mask of its actions."""
         rows, true, legal = [], [], []
         present = set(self._class)
+        nothing = np.zeros(self._sayings, np.int8)
         for i, desk in enumerate(self.desks):
             turn, reward, importance, _, over = desk.seat.features()
             here = i in present
@@ -311,10 +388,74 @@ class ClassroomEnv(SeatsEnv):
             available = desk.seat.available() if here else 0
             rows.append((turn, reward, 0.0 if over else importance, over, here, heard))
             true.append(available)
-            legal.append(0 if heard else available)
-        mask = np.ones(1 + SAYINGS * len(rows), np.int8)
-        mask[1:] = LEGAL[legal, 1:].reshape(-1)
+            mute = not here or (heard if self._asking is None else i != self._asking)
+            if mute:
+                legal.append(nothing)
+            else:
+                legal.append(LEGAL[available, 1:] if self.speech == "kinds" else desk.seat.choices()[1:])
+        mask = np.ones(1 + self._sayings * len(rows), np.int8)
+        mask[1:] = np.concatenate(legal)
         return np.array(rows, np.float32), SUBSET_BITS[true], mask
+
+
+class Classroom(Seating):
+    """One teacher and so many students."""
+
+    def raw_env(
+        self,
+        subject: Subject,
+        *,
+        students: int = 8,
+        attention: int = 1,
+        speech: str = "kinds",
+        same_world: bool = False,
+        until_success: bool = True,
+        cost: float = 0.01,
+        attention_cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> ClassroomEnv:
+        """One teacher and so many students, 1 to 64; see `ClassroomEnv`.
+
+        One budget is for the whole class. Other arguments are those of `Tutoring.raw_env` for each of the students,
+        `teacher`, `max_cycles`, `text`, `feedback_type`, `ask_cost`, ..., and the world's options.
+
+        Raises:
+            ValueError: an argument is not allowed.
+        """
+        if not is_count(students, MOST):
+            raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
+        chosen = "kinds" if speech == "message" else speech
+        purse = Purse(cost, budget)
+        desks = [
+            TUTORING.raw_env(subject, speech=chosen, until_success=until_success, purse=purse, **options)
+            for _ in range(students)
+        ]
+        return ClassroomEnv(
+            desks,
+            attention=attention,
+            speech=speech,
+            same_world=same_world,
+            attention_cost=attention_cost,
+            render_mode=render_mode,
+        )
+
+    def parallel_env(
+        self, subject: Subject, *, rule: str = "round_robin", speech: str = "kinds", **settings: Any
+    ) -> ParallelEnv[str, Any, Any]:
+        """The students, who act at the same time; a scripted teacher shares out its attention by a rule.
+
+        See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
+
+        Raises:
+            ValueError: an argument is not allowed, such as `speech="message"`.
+        """
+        refuse_messages(speech)
+        return ParallelSeats(self.raw_env(subject, speech=speech, **settings), {TEACHER: Attention(rule)})
+
+
+SEATING = Classroom()
 
 
 def _nobody(length: int) -> np.ndarray:

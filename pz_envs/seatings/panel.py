@@ -5,14 +5,21 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import seeding
+from pettingzoo import ParallelEnv
 
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.scripted import Frank, refuse_messages
+from pz_envs.seatings.tutoring import SEATING as TUTORING
+from pz_envs.seatings.tutoring import TutoringEnv, words_space
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
-from pz_envs.teacher_seat import PROSE, SUBSETS, Purse, TeacherSeat, message_space, price
-from pz_envs.tutoring import TutoringEnv, words_space
+from pz_envs.subject import Seating, Subject
+from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, message_space, price
 from teachers.atoms import KINDS, SILENCE, Utterance
+from teachers.personality import Personality
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
+
+__all__ = ["MOST", "SEATING", "Panel", "PanelEnv", "check_teachers"]
 
 MOST = 16
 """Greatest number of teachers."""
@@ -49,22 +56,25 @@ class PanelEnv(SeatsEnv):
         Observation: Dict of `available`, `features` and `action_mask` as in `TutoringEnv`, with its own budget, and
         `heard`, MultiBinary (5): the kinds that others have said before it in this round, in the order r, hp, hn, fp,
         fn. Action: Discrete(32), the subset of the kinds to say. What it can say are the claims of its own personality.
+    Teacher, `speech="claims"`:
+        As with `kinds`, and as in `TutoringEnv`: it is asked again after each claim that it says.
     Teacher, `speech="message"`:
         Observation: Dict of `state`, `action` (`Prose`) as in `TutoringEnv`, and `heard` (`Prose`), what others have
         said before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. What it says of the
         instruction is not repeated.
     The notice that the student's text was no action is heard from the first who gives it in a round.
-    Info: the privileged `moment`.
+    Info: the privileged `moment`; with `message` also `suggestion`, with `claims` also `claims`, as in `TutoringEnv`.
+    A student who asks (`ask_cost`) asks all teachers: a round of answers follows, and then it acts.
 
     Rewards: at the student's step the student gets the world's reward, and each teacher its `teacher_reward`, by its
     own oracle; at its own step a teacher pays `cost` for each atom of feedback, within a `budget` of its own.
 
-    Seeds: `reset(seed)` seeds the student's world, each teacher and the order. Without a seed the streams go on.
+    Seeds: as for `TutoringEnv`; each teacher has streams of its own. Without a seed the streams go on.
 
     Args:
-        desk: the `TutoringEnv` of the student, with `speech="kinds"`; see `Subject.panel_env`.
-        tutors: the teachers, 1 to 16, each with an oracle of its own; the first is the desk's.
-        speech: `kinds` or `message`.
+        desk: the `TutoringEnv` of the student, with `speech="kinds"` in place of `message`; see `Panel.raw_env`.
+        teachers: 1 to 16, each with an oracle of its own; the first is the desk's.
+        speech: `kinds`, `claims` or `message`.
         order: `fixed` or `random`.
         cost: paid by a teacher per atom of feedback, at least 0.
         budget: atoms of feedback that each teacher may say in an episode. None: any number.
@@ -79,7 +89,7 @@ class PanelEnv(SeatsEnv):
     def __init__(
         self,
         desk: TutoringEnv,
-        tutors: Sequence[Teacher],
+        teachers: Sequence[Teacher],
         *,
         speech: str = "kinds",
         order: str = "fixed",
@@ -88,15 +98,17 @@ class PanelEnv(SeatsEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(f"panel_{desk.name}", speech, render_mode)
-        check_teachers(tutors)
+        check_teachers(teachers)
         if order not in ORDERS:
             raise ValueError(f"order {order!r} is unknown; allowed: {', '.join(ORDERS)}")
         self.desk, self.order = desk, order
-        self.teachers = tuple(f"{TEACHER[:-1]}{i}" for i in range(len(tutors)))
+        self.teachers = tuple(f"{TEACHER[:-1]}{i}" for i in range(len(teachers)))
         self.possible_agents = [*self.teachers, STUDENT]
         self.seats = {
-            teacher: TeacherSeat(tutor, Purse(cost, budget), desk.max_cycles, desk.world.reward_range)
-            for teacher, tutor in zip(self.teachers, tutors, strict=True)
+            agent: TeacherSeat(
+                teacher, Purse(cost, budget), desk.max_turns, desk.world.reward_range, desk.ask_cost is not None
+            )
+            for agent, teacher in zip(self.teachers, teachers, strict=True)
         }
         students = desk.observation_space(STUDENT)
         said = spaces.Dict({teacher: Prose(PROSE) for teacher in self.teachers})
@@ -104,24 +116,21 @@ class PanelEnv(SeatsEnv):
         self.action_spaces[STUDENT] = desk.action_space(STUDENT)
         for teacher, seat in self.seats.items():
             if speech == "message":
-                self.observation_spaces[teacher] = spaces.Dict({**words_space(), "heard": Prose(PROSE * len(tutors))})
+                self.observation_spaces[teacher] = spaces.Dict({**words_space(), "heard": Prose(PROSE * len(teachers))})
                 self.action_spaces[teacher] = message_space()
             else:
-                self.observation_spaces[teacher] = seat.kinds_space(heard=spaces.MultiBinary(len(KINDS)))
-                self.action_spaces[teacher] = spaces.Discrete(SUBSETS)
-        self._rng: np.random.Generator | None = None
+                self.observation_spaces[teacher] = seat.view_space(speech, heard=spaces.MultiBinary(len(KINDS)))
+                self.action_spaces[teacher] = spaces.Discrete(CHOICES[speech])
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
-        if seed is not None or self._rng is None:
-            self._rng, _ = seeding.np_random(seed)
         desk = self.desk
-        desk.reset(int(self._rng.integers(2**31)), options)
-        self._order_rng, *streams = self._rng.spawn(len(self.teachers))
+        desk.reset(seed, options)
+        self._order_rng = desk.seeds.stream("order")
         _, *others = self.seats.values()
-        for seat, stream in zip(others, streams, strict=True):
-            seat.tutor.reset(stream)
-            seat.tutor.open(desk.moment)  # which looks at the world; the student has the instruction already
+        for number, seat in enumerate(others, 1):
+            seat.teacher.begin(desk.seeds, number)
+            seat.teacher.open(desk.moment)  # which looks at the world; the student has the instruction already
         for seat in self.seats.values():
             seat.purse.spent = 0
         self._open()
@@ -137,7 +146,7 @@ class PanelEnv(SeatsEnv):
         if self.speech == "message":
             return {**self.desk.describe(), "heard": str(heard)}
         kinds = {atom.kind for atom in heard.atoms}
-        observation = self.seats[agent].observe(self.agent_selection == agent)
+        observation = self.seats[agent].observe(self.speech, self.agent_selection == agent)
         observation["heard"] = np.array([kind in kinds for kind in KINDS], np.int8)
         return observation
 
@@ -152,32 +161,59 @@ class PanelEnv(SeatsEnv):
 
     def _act(self, agent: str, action: Any) -> None:
         if agent == STUDENT:
-            desk = self.desk
-            desk.student_turn(action)
-            self.infos[STUDENT] = desk.infos[STUDENT]
-            teachers = {
-                teacher: desk.teacher_reward(desk.moment, seat.tutor.oracle) for teacher, seat in self.seats.items()
-            }
-            self._pay(STUDENT, {**teachers, STUDENT: desk.moment.reward})
-            self._begin_round()
+            self._learn(action)
             return
         seat = self.seats[agent]
-        said = self._with_speaker(agent, seat.say(action) if self.speech == "kinds" else seat.feedback(action))
-        self._pay(agent, {**dict.fromkeys(self.possible_agents, 0.0), agent: seat.purse.pay(price(said))})
+        if self.speech == "claims":
+            before = len(seat.choosing)
+            done = seat.choose(action)
+            self._charge(agent, len(seat.choosing) - before)
+            if not done:
+                return
+            said = self._with_speaker(agent, seat.chosen())
+        else:
+            said = self._with_speaker(agent, seat.say(action) if self.speech == "kinds" else seat.feedback(action))
+            self._charge(agent, price(said))
         self._spoken[agent] = said
         if self._waiting:
             self.agent_selection = self._waiting.pop(0)
         else:
             self._end_round()
 
+    def _learn(self, action: Any) -> None:
+        """The student's turn."""
+        desk = self.desk
+        desk.student_turn(action)
+        self.infos[STUDENT] = desk.infos[STUDENT]
+        asked = desk.seat.asked
+        teachers = {
+            agent: 0.0 if asked else desk.teacher_reward(desk.moment, seat.teacher.oracle)
+            for agent, seat in self.seats.items()
+        }
+        self._pay(STUDENT, {**teachers, STUDENT: desk.rewards[STUDENT]})
+        self._begin_round()
+
+    def _charge(self, agent: str, atoms: int) -> None:
+        """Let a teacher pay."""
+        self._pay(agent, {**dict.fromkeys(self.possible_agents, 0.0), agent: self.seats[agent].purse.pay(atoms)})
+
     def _begin_round(self) -> None:
         order = list(self.teachers)
         if self.order == "random":
             self._order_rng.shuffle(order)
         self._spoken: dict[str, Utterance] = {}
+        moment, asked = self.desk.moment, self.desk.seat.asked
         for teacher in order:
-            self.seats[teacher].see(self.desk.moment)
-            self.infos[teacher] = {"moment": self.desk.moment}
+            seat = self.seats[teacher]
+            seat.see(moment, asked)
+            info: dict[str, Any] = {"moment": moment}
+            if asked:
+                info["asked"] = True
+            if self.speech == "message":
+                info["suggestion"] = seat.suggestion()
+            elif self.speech == "claims":
+                info["claims"] = tuple(seat.listed())
+            self.infos[teacher] = info
         self.agent_selection, *self._waiting = order
 
     def _with_speaker(self, teacher: str, said: str) -> Utterance:
@@ -208,3 +244,58 @@ class PanelEnv(SeatsEnv):
         self._cumulative_rewards[actor] = 0.0
         for agent, reward in rewards.items():
             self._cumulative_rewards[agent] += reward
+
+
+class Panel(Seating):
+    """Several teachers, one student."""
+
+    def raw_env(
+        self,
+        subject: Subject,
+        *,
+        teachers: Sequence[str | Personality] = ("oracle", "oracle"),
+        speech: str = "kinds",
+        order: str = "fixed",
+        cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> PanelEnv:
+        """Several teachers of these personalities and one student; see `PanelEnv`.
+
+        Other arguments are those of `Tutoring.raw_env`, `max_cycles`, `text`, `feedback_type`, `ask_cost`, ..., and the
+        world's options.
+
+        Raises:
+            ValueError: an argument is not allowed.
+        """
+        check_teachers(teachers)
+        if "teacher" in options:
+            raise ValueError(f"a panel has teachers=[...], not teacher={options['teacher']!r}")
+        first, *others = teachers
+        chosen = "kinds" if speech == "message" else speech
+        desk = TUTORING.raw_env(subject, speech=chosen, teacher=first, **options)
+        voices = {key: options[key] for key in _TEACHING if key in options}
+        return PanelEnv(
+            desk,
+            [desk.teacher, *(subject.make_teacher(desk.world, each, **voices) for each in others)],
+            speech=speech,
+            order=order,
+            cost=cost,
+            budget=budget,
+            render_mode=render_mode,
+        )
+
+    def parallel_env(self, subject: Subject, *, speech: str = "kinds", **settings: Any) -> ParallelEnv[str, Any, Any]:
+        """The student alone; each teacher says all that its personality would say.
+
+        Raises:
+            ValueError: an argument is not allowed, such as `speech="message"`.
+        """
+        refuse_messages(speech)
+        env = self.raw_env(subject, speech=speech, **settings)
+        return ParallelSeats(env, {teacher: Frank() for teacher in env.teachers})
+
+
+_TEACHING = ("instruction_type", "feedback_type", "voice", "paraphrase")
+SEATING = Panel()

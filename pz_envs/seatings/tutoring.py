@@ -1,0 +1,429 @@
+"""Tutoring: a teacher and a student take turns over a world."""
+
+import copy
+from collections.abc import Iterable
+from typing import Any
+
+from gymnasium import spaces
+
+from pz_envs.asking import ASK, asking_space, read_question
+from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
+from pz_envs.subject import Seating, Subject
+from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
+from pz_envs.text_mode import failure, legal_text, parse_action
+from teachers.atoms import FN, FP, SILENCE, Moment, ParseFailure, Utterance
+from teachers.personality import Personality
+from teachers.phrasebook import Paraphrase
+from teachers.seeds import Seeds
+from teachers.teacher import Teacher
+from teachers.voice import Voice
+from worlds.spaces import Prose
+from worlds.world import World
+
+__all__ = ["SEATING", "Tutoring", "TutoringEnv", "words_space"]
+
+_new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
+
+
+class TutoringEnv(SeatsEnv):
+    """An AEC environment with the agents `teacher_0` and `student_0`.
+
+    The teacher opens; then student and teacher alternate, and the teacher has the last word: after the
+    student's final action nothing terminates until the teacher has spoken.
+
+    Student:
+        Observation: Dict of `state` (the world's space; `Prose` with `text=True`), `instruction` and
+        `feedback` (`Prose`), what the teacher last said. Of an opening utterance with atoms the advice for
+        the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
+        `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world
+        does not step, the turn counts.
+        Info: what the world tells, with `success`, and `atoms`, what was said last.
+
+    Teacher, `speech="message"`:
+        Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
+        Action: `Prose`; an `Utterance` brings its atoms along, of which those are heard that `feedback_type` allows.
+        Info: the privileged `moment`, and `suggestion`, the utterance that the seat's own teacher would say.
+
+    Teacher, `speech="kinds"`:
+        Observation: Dict of
+            `available`, MultiBinary(5): the kinds of which there is a claim to say, in the order r, hp, hn, fp, fn;
+            `features`, Box (5,) float32: turn / max_turns, 0 to 1; the last reward, in the world's `reward_range`;
+            importance of the next action, 0 to the oracle's `max_importance`; share of the budget that is left, 0 to 1,
+            1 without a budget; 1 if the episode is over, else 0;
+            `action_mask`, int8 (32,).
+        The claims are those of the seat's own teacher after its personality: true, if that does not err.
+        Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to
+        say are not said. `reset` says the instruction itself. Info: the privileged `moment`.
+
+    Teacher, `speech="claims"`:
+        Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim that
+        there is to say its kind, one of five, and whether it is about an action, a plan, or an edit of a text.
+        Action: Discrete(33): i says claim i - 1, and the seat is asked again; 0 ends the teacher's turn, which ends by
+        itself when nothing else can be said. The student hears all of it at once, in speaking order. What cannot be
+        said (it has been said, or there is no such claim) ends the turn. Info: the privileged `moment`, and `claims`,
+        those that the numbers are about.
+
+    Asking, with `ask_cost`: in place of an action the student may ask, once a turn; see `pz_envs.asking` for how. The
+    world does not step and the turn does not count; the teacher is asked for its advice (fp, fn) on the moment, its
+    observation has one more entry `asked`, MultiBinary(1), its info `asked`, and then the student acts. A second
+    question in a turn is taken for a text that is no action: it costs the turn.
+
+    Rewards: at the student's step the student gets the world's reward, or pays `ask_cost` for a question, and the
+    teacher gets its `teacher_reward`; at the teacher's step the teacher pays `cost` for each atom of feedback that it
+    says, one for a text without atoms.
+
+    Seeds: `reset(seed)` is the bare world's `reset(seed)`; all other streams are those of `teachers.seeds.Seeds`.
+    Without a seed the streams go on.
+
+    Args:
+        world: what is taught.
+        teacher: its oracle sees the truth; it speaks, or says what there is to choose from, or makes suggestions.
+        name: for `metadata`.
+        max_cycles: turns of the student after which the episode is truncated, at least 1.
+        repeated: whether success is that of a single action, so that a text which is no action does not keep it.
+        speech: `message`, `kinds` or `claims`.
+        text: text in, text out for the student.
+        cost: paid by the teacher per atom of feedback, at least 0.
+        budget: atoms of feedback that the teacher may say in an episode; what exceeds it is not said. None: any number.
+        purse: cost and budget that the seat shares with others; None: its own.
+        teacher_reward: the teacher's reward of a student's turn: `student_reward`, `student_progress`,
+            `success_minus_cost`, or a function of the `Moment` and the `Oracle`; see `pz_envs.rewards`.
+        until_success: whether success ends the episode; it does not where the task is `repeated`.
+        ask_cost: what the student pays for asking, at least 0; None: it cannot ask.
+        render_mode: None, `ansi` or `human`.
+
+    Raises:
+        ValueError: an argument is not allowed.
+    """
+
+    metadata = {**SeatsEnv.metadata, "name": "tutoring_v0"}  # noqa: RUF012 (PettingZoo's convention)
+
+    def __init__(
+        self,
+        world: World[Any, Any, Any],
+        teacher: Teacher,
+        *,
+        name: str = "tutoring",
+        max_cycles: int = 30,
+        repeated: bool = False,
+        speech: str = "message",
+        text: bool = False,
+        cost: float = 0.01,
+        budget: int | None = None,
+        purse: Purse | None = None,
+        teacher_reward: str | TeacherReward = student_reward,
+        until_success: bool = False,
+        ask_cost: float | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(name, speech, render_mode)
+        if not is_count(max_cycles):
+            raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
+        if ask_cost is not None:
+            check_cost("ask_cost", ask_cost)
+        self.name, self.world, self.teacher = name, world, teacher
+        self.max_turns, self.text, self.ask_cost = max_cycles, text, ask_cost
+        self.repeated, self.until_success = repeated, until_success and not repeated
+        self.purse = purse or Purse(cost, budget)
+        self.seat = TeacherSeat(teacher, self.purse, max_cycles, world.reward_range, ask_cost is not None)
+        self.teacher_reward = parse_teacher_reward(teacher_reward)
+        self._own_reward = self.teacher_reward is not student_reward
+        self.possible_agents = [TEACHER, STUDENT]
+        self._texts = text or isinstance(world.action_space, spaces.Text)
+        self.observation_spaces[STUDENT] = spaces.Dict(
+            {
+                "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
+                "instruction": Prose(PROSE),
+                "feedback": Prose(PROSE),
+            }
+        )
+        acts = Prose(PROSE) if text else copy.deepcopy(world.action_space)
+        self.action_spaces[STUDENT] = acts if ask_cost is None else asking_space(acts)
+        if speech == "message":
+            self.observation_spaces[TEACHER] = words_space()
+            self.action_spaces[TEACHER] = message_space()
+        else:
+            self.observation_spaces[TEACHER] = self.seat.view_space(speech)
+            self.action_spaces[TEACHER] = spaces.Discrete(CHOICES[speech])
+        self.seeds = Seeds()
+        """The streams of this environment's episodes, beside the world's."""
+        self.state_now: Any = None
+        """The world's observation as the student sees it; made anew by each action, and handed out as it is."""
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        """Begin an episode; without a seed the random streams go on. `options` are the world's."""
+        self._begin(seed, options, None)
+        self.purse.spent = 0
+        self._open_lesson()
+
+    def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+        """Begin another episode of the same lesson: the streams go on, and what was spent of the budget stays spent.
+
+        Args:
+            start: the world's truth to begin with; None: as its reset draws it.
+            options: the world's.
+        """
+        self._begin(None, options, start)
+        self._open_lesson()
+
+    def _begin(self, seed: int | None, options: dict[str, Any] | None, start: Any) -> None:
+        world = self.world
+        self._state, self._told = world.reset(seed=seed, options=options)
+        if seed is None:
+            self.seeds.episode += 1
+        else:
+            self.seeds = Seeds(seed)
+        if start is not None:
+            world.restore(start)
+            self._state = world.observe()
+
+    def _open_lesson(self) -> None:
+        self._see()
+        self._open()
+        self.turn = 0
+        self.ended = (False, False)
+        self._asked = False
+        self.instruction: str = SILENCE
+        self.feedback: str = SILENCE
+        self.moment: Moment[Any] = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
+        self.infos[STUDENT] = self._told | {"atoms": ()}
+        self.teacher.begin(self.seeds)
+        if self.speech != "message":
+            opening = self.instruction = self.teacher.open(self.moment)
+            self.infos[STUDENT]["atoms"] = opening.atoms
+        self._pass_to_teacher()
+
+    def observe(self, agent: str) -> dict[str, Any]:
+        """What an agent sees now."""
+        if agent == STUDENT:
+            state = self.state_now
+            state = state.copy() if type(state) is dict else copy.copy(state)
+            return {"state": state, "instruction": self.instruction, "feedback": self.feedback}
+        if self.speech == "message":
+            return self.describe()
+        return self.seat.observe(self.speech, self.agent_selection == TEACHER)
+
+    def describe(self) -> dict[str, str]:
+        """The world and the student's last action as text."""
+        action = self.moment.action
+        if type(action) is ParseFailure:
+            action = action.got
+        return {"state": self.world.describe(self._state), "action": "" if action is None else f"{action}"}
+
+    def _act(self, agent: str, action: Any) -> None:
+        if agent == STUDENT:
+            self.student_turn(action)
+        else:
+            self.teacher_turn(action)
+
+    def student_turn(self, action: Any) -> None:
+        """The student acts, or asks.
+
+        Raises:
+            ValueError: the action is outside the action space; nothing has changed.
+        """
+        if self.ask_cost is not None:
+            asks, action = read_question(action, self.action_spaces[STUDENT])
+            if asks and not self._asked:
+                self._ask(self.ask_cost)
+                return
+            action = failure(ASK, self.world) if asks else self._understand(action)
+        else:
+            action = self._understand(action)
+        world, before = self.world, self.moment.after
+        turn = self.turn = self.turn + 1
+        if type(action) is ParseFailure:
+            late = turn >= self.max_turns
+            self.ended = (False, late)
+            reward = world.failure_reward
+            success = self.moment.success and not self.repeated
+            self.moment = Moment.unread(before, action, reward, success, turn, late)
+            self._state = copy.deepcopy(self._state)  # each observation is new, also if nothing happened
+            self._see()
+            info: dict[str, Any] = {"success": success, "parse_failure": action}
+        else:
+            self._state, reward, terminated, truncated, info = world.advance(action)
+            self._see()
+            if self.until_success and info["success"]:
+                terminated = True
+            late = not terminated and (truncated or turn >= self.max_turns)
+            self.ended = (terminated, late)
+            over = terminated or late
+            self.moment = _new(Moment, (before, action, reward, world.truth, info["success"], turn, over, None))
+        self.infos[STUDENT] = info
+        self._asked = False
+        own = self.teacher_reward(self.moment, self.teacher.oracle) if self._own_reward else reward
+        self._pay(STUDENT, own, reward)
+        self._pass_to_teacher()
+
+    def _ask(self, cost: float) -> None:
+        """The student asks for advice on what it sees; nothing else happens."""
+        self._asked = True
+        self._state = copy.deepcopy(self._state)
+        self._see()
+        told = {key: value for key, value in self.infos[STUDENT].items() if key not in ("atoms", "parse_failure")}
+        self.infos[STUDENT] = told
+        self._pay(STUDENT, 0.0, -cost)
+        self._pass_to_teacher()
+
+    def teacher_turn(self, action: Any) -> None:
+        """The teacher speaks; a finished episode ends with it.
+
+        Raises:
+            ValueError: the action is outside the action space; nothing has changed.
+        """
+        if self.speech == "message":
+            self._pay(TEACHER, self.purse.pay(self.hear(self.seat.allow(action))), 0.0)
+        elif self.speech == "kinds":
+            self._pay(TEACHER, self.purse.pay(self.hear(self.seat.say(action))), 0.0)
+        else:
+            chosen = len(self.seat.choosing)
+            done = self.seat.choose(action)
+            self._pay(TEACHER, self.purse.pay(len(self.seat.choosing) - chosen), 0.0)
+            if done:
+                self.hear(self.seat.chosen())
+
+    def hear(self, said: str) -> int:
+        """Let the student hear the teacher's words, which ends a finished episode; the number of atoms to pay for."""
+        atoms = said.atoms if type(said) is Utterance else ()
+        info = self.infos[STUDENT]
+        if self.turn == 0 and not self._asked and self.speech == "message":
+            self.instruction, self.feedback = _split(said, atoms)
+            cost = len(self.feedback.atoms) if atoms else 0
+        else:
+            self.feedback = said
+            # After an executed action nothing but feedback is said.
+            cost = len(atoms) if atoms and self.moment.before is not None else price(said)
+            if self.turn == 0 and not self._asked:
+                atoms = info["atoms"] + atoms
+        info["atoms"] = atoms
+        terminated, truncated = self.ended
+        if terminated or truncated:
+            self.terminations = {TEACHER: terminated, STUDENT: terminated}
+            self.truncations = {TEACHER: truncated, STUDENT: truncated}
+        self.agent_selection = STUDENT
+        return cost
+
+    def as_text(self) -> str:
+        """The world and the teacher's last words."""
+        words = self.feedback or self.instruction
+        return f"{self.world.describe(self._state)}\nTeacher: {words}".lstrip("\n")
+
+    def close(self) -> None:
+        """Close the world."""
+        self.world.close()
+
+    def _see(self) -> None:
+        self.state_now = self.world.describe(self._state) if self.text else self._state
+
+    def _understand(self, action: Any) -> Any:
+        """The student's action in canonical form, or a `ParseFailure`."""
+        if not self._texts:
+            return self.world.legal(action)
+        if not isinstance(action, str):
+            raise ValueError(f"the student's action must be a string, got {action!r}; the state is unchanged")
+        return parse_action(action, self.world) if self.text else legal_text(action, self.world)
+
+    def _pass_to_teacher(self) -> None:
+        self.seat.see(self.moment, self._asked)
+        info: dict[str, Any] = {"moment": self.moment}
+        if self._asked:
+            info["asked"] = True
+        if self.speech == "message":
+            info["suggestion"] = self.seat.suggestion(brief=not self.turn and not self._asked)
+        elif self.speech == "claims":
+            info["claims"] = tuple(self.seat.listed())
+        self.infos[TEACHER] = info
+        self.agent_selection = TEACHER
+
+    def _pay(self, actor: str, teacher: float, student: float) -> None:
+        self.rewards = {TEACHER: teacher, STUDENT: student}
+        cumulative = self._cumulative_rewards
+        cumulative[actor] = 0.0
+        cumulative[TEACHER] += teacher
+        cumulative[STUDENT] += student
+
+
+class Tutoring(Seating):
+    """One teacher, one student."""
+
+    def raw_env(
+        self,
+        subject: Subject,
+        *,
+        teacher: str | Personality | Teacher = "oracle",
+        instruction_type: str = "b",
+        feedback_type: str | Iterable[str] = "a",
+        voice: Voice = "plain",
+        paraphrase: Paraphrase = "random",
+        max_cycles: int | None = None,
+        render_mode: str | None = None,
+        speech: str = "message",
+        text: bool = False,
+        cost: float = 0.01,
+        budget: int | None = None,
+        purse: Purse | None = None,
+        teacher_reward: str | TeacherReward = "student_reward",
+        until_success: bool = False,
+        ask_cost: float | None = None,
+        **options: Any,
+    ) -> TutoringEnv:
+        """The bare AEC environment; see `TutoringEnv`. Other arguments are the world's options.
+
+        With `speech="kinds"` or `"claims"` the personality `teacher` says what there is to choose from, with `message`
+        it makes suggestions. A `Teacher` that is given as it is brings its own instruction, feedback, voice and
+        paraphrase along.
+
+        Raises:
+            ValueError: an argument is not allowed.
+        """
+        world = subject.taught_world(**options)
+        settings: dict[str, Any] = {
+            "instruction_type": instruction_type,
+            "feedback_type": feedback_type,
+            "voice": voice,
+            "paraphrase": paraphrase,
+        }
+        if isinstance(teacher, Teacher):
+            changed = [name for name, value in settings.items() if value != _DEFAULTS[name]]
+            if changed:
+                raise ValueError(
+                    f"{', '.join(changed)}: a Teacher that is given as it is has its own; set it there, or give a "
+                    "personality as the teacher"
+                )
+        else:
+            teacher = subject.make_teacher(world, teacher, **settings)
+        return TutoringEnv(
+            world,
+            teacher,
+            name=subject.name,
+            max_cycles=subject.max_turns if max_cycles is None else max_cycles,
+            repeated=subject.repeated,
+            render_mode=render_mode,
+            speech=speech,
+            text=text,
+            cost=cost,
+            budget=budget,
+            purse=purse,
+            teacher_reward=teacher_reward,
+            until_success=until_success,
+            ask_cost=ask_cost,
+        )
+
+
+_DEFAULTS = {"instruction_type": "b", "feedback_type": "a", "voice": "plain", "paraphrase": "random"}
+SEATING = Tutoring()
+
+
+def words_space() -> spaces.Dict:
+    """The space of `TutoringEnv.describe`."""
+    return spaces.Dict({"state": Prose(PROSE), "action": Prose(PROSE)})
+
+
+def _split(said: str, atoms: tuple[Any, ...]) -> tuple[str, Any]:
+    """An opening utterance as instruction and feedback: advice for the first action is feedback."""
+    advice = [atom for atom in atoms if atom.kind in (FP, FN)]
+    if not advice:
+        return said, SILENCE
+    return Utterance.of([atom for atom in atoms if atom.kind not in (FP, FN)]), Utterance.of(advice)
