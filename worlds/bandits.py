@@ -4,9 +4,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 
 from worlds.world import World, illegal
+
+__all__ = ["PROBLEMS", "Bandit", "Truth"]
 
 
 class Truth(NamedTuple):
@@ -28,7 +31,7 @@ class Truth(NamedTuple):
         return tuple(arm for arm, mean in enumerate(self.means) if mean == greatest)
 
 
-def _paying(chances: np.ndarray, payouts: np.ndarray, spread: float = 0.0) -> Truth:
+def _paying(chances: npt.NDArray[np.float64], payouts: npt.NDArray[np.float64], spread: float = 0.0) -> Truth:
     return Truth(tuple(chances.tolist()), tuple(payouts.tolist()), spread, tuple((chances * payouts).tolist()))
 
 
@@ -49,7 +52,7 @@ PROBLEMS: dict[str, Callable[[np.random.Generator], Truth]] = {
 """Per problem how reset draws its arms; independent draws need no shuffling."""
 
 
-class Bandit(World):
+class Bandit(World[Truth, int, int]):
     """Arms that pay at random, asked again and again without a state.
 
     Observation: Discrete(1), always 0. Action: Discrete(number of arms), the arm to pull.
@@ -60,6 +63,7 @@ class Bandit(World):
     """
 
     reward_range = (-100.0, 100.0)
+    _truth: Truth
 
     def __init__(self, problem: str = "TenArmedRandomFixed", *, render_mode: str | None = None) -> None:
         super().__init__(render_mode=render_mode, problem=problem)

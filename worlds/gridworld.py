@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 
 from worlds.world import World, illegal
@@ -67,7 +68,7 @@ class Truth(NamedTuple):
     layout: Layout
 
 
-class Gridworld(World):
+class Gridworld(World[Truth, dict[str, Any], Direction]):
     """A house of rooms with one treasure.
 
     Observation: Dict of `room` (Discrete(num_rooms)), `doors` (MultiBinary(4): north, east, west, south)
@@ -82,6 +83,9 @@ class Gridworld(World):
     """
 
     reward_range = (0.0, 1.0)
+    _room: int
+    _found: bool
+    _layout: Layout
     action_words = MappingProxyType(dict(zip(_NAMES, DIRECTIONS, strict=True)))
     action_syntax = "one of north, east, west, south, or its number (0, 1, 2, 3)"
 
@@ -122,7 +126,8 @@ class Gridworld(World):
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
         if not (type(action) in _PLAIN and 0 <= action < 4) and not self.action_space.contains(action):
             raise illegal(action, "0 north, 1 east, 2 west, 3 south")
-        return DIRECTIONS[action]
+        number: int = action
+        return DIRECTIONS[number]
 
     def advance(self, action: Direction) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Walk through a door, if there is one."""
@@ -167,9 +172,9 @@ class Gridworld(World):
         if layout is not getattr(self, "_layout", None):
             self._layout = layout
             self._doors, self._treasure = layout.doors, layout.treasure
-            self._views: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+            self._views: dict[int, tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]] = {}
 
-    def _view(self, room: int) -> tuple[np.ndarray, np.ndarray]:
+    def _view(self, room: int) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]:
         """Which doors and objects there are in a room, as it is first seen."""
         here = self._layout.objects[room]
         doors = [behind != NO_DOOR for behind in self._doors[room]]
@@ -272,4 +277,5 @@ def _furnish(doors: _Doors, treasure: int, num_objects: int, rng: np.random.Gene
         room, thing = int(place * rooms), OBJECTS[int(kind * len(OBJECTS))]
         if thing not in objects[room]:
             objects[room] = tuple(sorted((*objects[room], thing)))
-    return Layout(tuple(map(tuple, doors)), tuple(names), tuple(objects), treasure)
+    behind = tuple((north, east, west, south) for north, east, west, south in doors)
+    return Layout(behind, tuple(names), tuple(objects), treasure)

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 from highway_env.envs.common.action import action_factory
 from highway_env.envs.common.observation import KinematicsGoalObservation
@@ -13,7 +13,7 @@ from highway_env.envs.parking_env import ParkingEnv
 from highway_env.vehicle.kinematics import Vehicle
 from highway_env.vehicle.objects import RoadObject
 
-from worlds.world import World, illegal
+from worlds.world import World, illegal, is_number
 
 Action = tuple[float, float]
 
@@ -65,7 +65,7 @@ class Truth(NamedTuple):
     """Whether the spot, and each wall, was ever touched; for rendering."""
 
 
-class Parking(World):
+class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
     """highway-env's `parking-v0`, with the same numbers, tens of times faster.
 
     Observation: highway-env's Dict of `observation`, `achieved_goal` and `desired_goal`, each Box(6): x and y
@@ -96,7 +96,7 @@ class Parking(World):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    ) -> tuple[dict[str, npt.NDArray[np.float64]], dict[str, Any]]:
         """Draw a heading of the car, a spot and where other cars stand."""
         super().reset(seed=seed)
         lot = self._lot
@@ -111,9 +111,10 @@ class Parking(World):
         lot = self._lot
         car, *parked = lot.road.vehicles
         goal = car.goal
+        x, y = goal.position.tolist()
         return Truth(
             _state(car),
-            Spot(*goal.position.tolist(), float(goal.heading)),
+            Spot(x, y, float(goal.heading)),
             tuple([_state(other) for other in parked]),
             lot.time,
             tuple([each.crashed or each.hit for each in lot.road.objects]),
@@ -128,18 +129,18 @@ class Parking(World):
                 return float(acceleration) + 0.0, float(steering) + 0.0  # so that there is no negative zero
         raise illegal(action, self.action_syntax)
 
-    def advance(self, action: Action) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+    def advance(self, action: Action) -> tuple[dict[str, npt.NDArray[np.float64]], float, bool, bool, dict[str, Any]]:
         """Drive for 0.2 s."""
         result = self._lot.step(np.array(action, np.float32))
         info = result[4]
         info["success"] = info["is_success"] and not info["crashed"]
         return result
 
-    def observe(self) -> dict[str, np.ndarray]:
+    def observe(self) -> dict[str, npt.NDArray[np.float64]]:
         """The car and the spot."""
         return self._lot.observation_type.observe()
 
-    def describe(self, observation: dict[str, np.ndarray]) -> str:
+    def describe(self, observation: dict[str, npt.NDArray[np.float64]]) -> str:
         """Position, heading and speed of the car, the spot, and where other cars stand."""
         x, y, vx, vy, cos, sin = (observation["observation"] * _SCALES).tolist()
         goal_x, goal_y, _, _, goal_cos, goal_sin = (observation["desired_goal"] * _SCALES).tolist()
@@ -181,7 +182,7 @@ _SCALES = np.array(ParkingEnv.PARKING_OBS["observation"]["scales"], float)
 
 
 def _is_share(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and -1 <= value <= 1
+    return is_number(value) and -1 <= value <= 1
 
 
 def _degrees(cos: float, sin: float) -> float:
@@ -205,7 +206,7 @@ def _place(car: Vehicle, state: Car) -> None:
 class _Observation(KinematicsGoalObservation):
     """The same numbers without data frames."""
 
-    def observe(self) -> dict[str, np.ndarray]:
+    def observe(self) -> dict[str, npt.NDArray[np.float64]]:
         car = self.env.vehicle
         if car is None:  # while the environment is being made
             return {name: np.zeros(len(_FEATURES)) for name in _PARTS}
@@ -238,7 +239,7 @@ class _Lot(ParkingEnv):
         self._dt = 1 / self.config["simulation_frequency"]
         self._frames = self.config["simulation_frequency"] // self.config["policy_frequency"]
 
-    def step(self, action: np.ndarray) -> tuple[dict[str, np.ndarray], float, bool, bool, dict[str, Any]]:
+    def step(self, action: np.ndarray) -> tuple[dict[str, npt.NDArray[np.float64]], float, bool, bool, dict[str, Any]]:
         """As highway-env does, observing once."""
         config, car = self.config, self.vehicle
         self.time += 1 / config["policy_frequency"]

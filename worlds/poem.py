@@ -47,7 +47,7 @@ class Truth(NamedTuple):
         return self.pattern if lines == len(self.pattern) else ()
 
 
-class Poem(World):
+class Poem(World[Truth, int, str]):
     """A form of verse to be filled, asked again and again without a state.
 
     Observation: Discrete(1), always 0. Action: the poem, a `Prose` of at most 10,000 characters, one line
@@ -64,6 +64,7 @@ class Poem(World):
     reward_range = (-1.0, 0.0)
     failure_reward = -1.0
     several_lines = True
+    _truth: Truth
     action_syntax = (
         f"the poem itself, one line of verse a line of text, at most {MAX_LENGTH} characters, no control characters"
     )
@@ -152,7 +153,7 @@ class Poem(World):
 
 
 def _countable(number: Any) -> bool:
-    return isinstance(number, Integral) and not isinstance(number, bool) and 1 <= number <= MOST
+    return isinstance(number, Integral) and not isinstance(number, bool) and 1 <= int(number) <= MOST
 
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f]").search  # all but tab, line feed and carriage return

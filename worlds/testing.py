@@ -14,7 +14,7 @@ import numpy as np
 
 from worlds.world import World
 
-Make = Callable[[], World]
+Make = Callable[[], World[Any]]
 _STEPS = 40
 
 
@@ -30,19 +30,19 @@ def require(condition: Any, message: str) -> None:
         raise AssertionError(message)
 
 
-def started(make: Make, seed: int = 0) -> World:
+def started(make: Make, seed: int = 0) -> World[Any]:
     """A world after `reset(seed)`."""
     world = make()
     world.reset(seed=seed)
     return world
 
 
-def trace(world: World, actions: list[Any]) -> list[Any]:
+def trace(world: World[Any], actions: list[Any]) -> list[Any]:
     """What a sequence of actions gives, with observations and truths."""
     return [(*map(plain, world.step(action)), plain(world.truth)) for action in actions]
 
 
-def some_actions(world: World, count: int = _STEPS, seed: int = 1) -> list[Any]:
+def some_actions(world: World[Any], count: int = _STEPS, seed: int = 1) -> list[Any]:
     """Actions that an untaught student might take."""
     rng = np.random.default_rng(seed)
     return [world.sample_action(rng) for _ in range(count)]

@@ -2,33 +2,52 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from types import MappingProxyType
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, Generic, NamedTuple, Self, TypeGuard
 
 import gymnasium
 import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from typing_extensions import TypeVar
+
+__all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "illegal", "is_number"]
 
 _QUOTES = " \t\r\n.,;!\"'`*"  # what may stand around a word
 
+TruthT = TypeVar("TruthT")
+"""What `truth` gives: an immutable value that compares with `==`, such as a NamedTuple."""
+ObservationT = TypeVar("ObservationT", default=Any)
+"""What `reset`, `step` and `observe` give."""
+ActionT = TypeVar("ActionT", default=Any)
+"""The canonical form of actions: what `legal` gives and `advance` takes."""
 
-class Snapshot(NamedTuple):
+
+class Snapshot(NamedTuple, Generic[TruthT]):
     """All that determines a world's future."""
 
-    truth: Any
+    truth: TruthT
     """The world's `truth` at the time of saving."""
-    random_state: dict[str, Any]
+    random_state: Mapping[str, Any]
     """State of the world's NumPy bit generator."""
 
 
-class World(gymnasium.Env):
-    """A simulator with native spaces, for oracles to look into and for labs to replay.
+class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, ActionT]):
+    """A simulator with native spaces that can be looked into, saved and replayed.
 
     `step` is `advance(legal(action))`. A family implements `legal`, which either returns the action in
     its canonical form or raises without touching the state, and `advance`, which is the simulation.
-    An episode's length is not the world's business: the seats of `pz_envs` truncate.
+    An episode's length is not the world's business: who plays it truncates.
+
+    A world says of which types its truths, its observations and its actions in canonical form are, as in
+    `class Maze(World[Truth, int, int])`; to one who takes any world of such truths, `World[Truth]` is enough.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["ansi"]}
+    metadata: dict[str, Any] = {"render_modes": ["ansi"]}  # noqa: RUF012 (to Gymnasium it is no ClassVar)
+    observation_space: spaces.Space[Any]
+    action_space: spaces.Space[Any]
+    """What `step` takes: `legal` makes `ActionT` of its elements."""
     reward_range: tuple[float, float]
     """Least and greatest reward of one step."""
     action_words: Mapping[str, Any] = MappingProxyType({})
@@ -38,7 +57,9 @@ class World(gymnasium.Env):
     several_lines: bool = False
     """Whether a text that is an action may have several lines; people who type it then end it with an empty one."""
     failure_reward: float = 0.0
-    """Reward of a turn in which the student's text was no action; the world did not step."""
+    """Reward of a turn in which the text that was given was no action; the world did not step."""
+    actions_key: str = ""
+    """Key of the info under which it lists the actions that come to something now; empty if it lists none."""
     options: dict[str, Any]
     """Keyword arguments that construct an equal world."""
 
@@ -51,11 +72,11 @@ class World(gymnasium.Env):
 
     @property
     @abstractmethod
-    def truth(self) -> Any:
+    def truth(self) -> TruthT:
         """An immutable snapshot of the whole state but for the random stream, comparable with `==`."""
 
     @abstractmethod
-    def legal(self, action: Any) -> Any:
+    def legal(self, action: Any) -> ActionT:
         """The action in canonical form.
 
         Raises:
@@ -63,20 +84,20 @@ class World(gymnasium.Env):
         """
 
     @abstractmethod
-    def advance(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def advance(self, action: ActionT) -> tuple[ObservationT, float, bool, bool, dict[str, Any]]:
         """Apply a legal action; return Gymnasium's five-tuple, with `success` (bool) in the info."""
 
     @abstractmethod
-    def observe(self) -> Any:
+    def observe(self) -> ObservationT:
         """The current observation, a fresh value: the one that `reset` or the last step gave."""
 
     @abstractmethod
-    def describe(self, observation: Any) -> str:
+    def describe(self, observation: ObservationT) -> str:
         """The canonical plain-text rendering of an observation."""
 
     @abstractmethod
     def sample_action(self, rng: np.random.Generator) -> Any:
-        """A random legal action that an untaught student might try."""
+        """A random action, such as one might try who knows nothing of the task: in the action space, and legal."""
 
     def read(self, text: str) -> Any | None:
         """The action that a text stands for in the world's own words; None if it is none.
@@ -86,29 +107,30 @@ class World(gymnasium.Env):
         return self.action_words.get(text.strip(_QUOTES).lower())
 
     @abstractmethod
-    def _load(self, truth: Any) -> None:
+    def _load(self, truth: TruthT) -> None:
         """Take over the state that a `truth` holds."""
 
-    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[ObservationT, float, bool, bool, dict[str, Any]]:
         """Check and apply an action; see `legal` and `advance`."""
         return self.advance(self.legal(action))
 
-    def save(self) -> Snapshot:
+    def save(self) -> Snapshot[TruthT]:
         """The exact state, random stream included."""
         return Snapshot(self.truth, self.np_random.bit_generator.state)
 
-    def restore(self, state: Any) -> None:
+    def restore(self, state: TruthT | Snapshot[TruthT]) -> None:
         """Return to a saved state; a bare `truth` leaves the world's own random stream as it is."""
         if isinstance(state, Snapshot):
             self.np_random.bit_generator.state = state.random_state
-            state = state.truth
-        self._load(state)
+            self._load(state.truth)
+        else:
+            self._load(state)
 
-    def scratch(self) -> "World":
+    def scratch(self) -> Self:
         """A new world of the same class and options, for experiments on the side. Restore before use."""
         return type(self)(**self.options)
 
-    def original(self, actions: Sequence[Any]) -> gymnasium.Env | None:
+    def original(self, actions: Sequence[Any]) -> gymnasium.Env[Any, Any] | None:
         """For benchmarks: the environment of another package that does this world's work; None if there is none.
 
         Args:
@@ -116,7 +138,7 @@ class World(gymnasium.Env):
         """
         return None
 
-    def render(self) -> str | None:
+    def render(self) -> str | npt.NDArray[np.uint8] | None:
         """The current observation as text, when `render_mode="ansi"`."""
         return self.describe(self.observe()) if self.render_mode == "ansi" else None
 
@@ -126,3 +148,8 @@ def illegal(action: Any, allowed: str) -> ValueError:
     got = repr(action)
     got = got if len(got) <= 80 else got[:77] + "..."
     return ValueError(f"action {got} is not in the action space; allowed: {allowed}; the state is unchanged")
+
+
+def is_number(value: Any) -> TypeGuard[float]:
+    """Whether a value is a real number, of Python or NumPy; a bool is none."""
+    return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))

@@ -274,7 +274,7 @@ def test_what_is_no_catalogue_is_refused(tmp_path):
     text = tmp_path / "text.db"
     text.write_text("no database " * 100)
     for path in (other, text):
-        with pytest.raises(ValueError, match=r"is no catalogue .*`llf catalogue import` makes one"):
+        with pytest.raises(ValueError, match=r"is no catalogue .*import_catalogue` makes one"):
             load_catalogue(path)
     for path in (tmp_path / "missing.db", 3.5):
         with pytest.raises(ValueError, match="cannot read the catalogue"):

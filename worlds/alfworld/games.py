@@ -54,7 +54,7 @@ class Game(NamedTuple):
 
 def goal_pddl(task: str, words: dict[str, str]) -> str:
     """The goal of a task in PDDL, with the types of its things."""
-    return goals()[task]["pddl"].format(**words).replace("#", "-")
+    return str(goals()[task]["pddl"]).format(**words).replace("#", "-")
 
 
 _COMMENT = re.compile(r";[^\n]*")

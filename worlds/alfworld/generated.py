@@ -113,10 +113,10 @@ def _write(here: Plan, lying: tuple[_Lying, ...], start: str, target: str, goal:
     lines += [f"{_name(each.id)} - receptacle" for each in here.receptacles]
     lines += [f"{_name(each)} - location" for each in places]
     lines += [")", "(:init", f"(atLocation agent1 {_name(start)})"]
-    for each in here.receptacles:
-        name = _name(each.id)
-        lines += [f"(receptacleType {name} {each.type}Type)", f"(receptacleAtLocation {name} {_name(each.location)})"]
-        if each.type in shipped.OPENABLE_CLASS_SET:
+    for place in here.receptacles:
+        name = _name(place.id)
+        lines += [f"(receptacleType {name} {place.type}Type)", f"(receptacleAtLocation {name} {_name(place.location)})"]
+        if place.type in shipped.OPENABLE_CLASS_SET:
             lines.append(f"(openable {name})")
     for holder in sorted({each.type for each in here.receptacles}):
         lines += [f"(canContain {holder}Type {each}Type)" for each in holders().get(holder, ()) if each in kinds]

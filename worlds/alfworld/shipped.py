@@ -2,6 +2,7 @@
 
 import os
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -35,9 +36,7 @@ def rules() -> tuple[str, str]:
 def constants() -> ModuleType:
     """The lists of the package: types of things, what may lie where, floor plans."""
     package()
-    from alfworld.gen import constants
-
-    return constants
+    return import_module("alfworld.gen.constants")
 
 
 def goals() -> dict[str, dict[str, Any]]:
@@ -45,4 +44,5 @@ def goals() -> dict[str, dict[str, Any]]:
     package()
     from alfworld.gen.goal_library import gdict
 
-    return gdict
+    found: dict[str, dict[str, Any]] = gdict
+    return found

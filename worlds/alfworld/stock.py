@@ -45,7 +45,8 @@ def _memory() -> dict[Any, Any]:
     """TextWorld's cache of facts."""
     from mementos import core
 
-    return core._memento_cache
+    facts: dict[Any, Any] = core._memento_cache
+    return facts
 
 
 @cache
@@ -91,7 +92,7 @@ class StockEngine:
                 (int(layer), (name, *filter(None, arguments.split(", "))))
                 for layer, name, arguments in _VARIABLE.findall(self._sas)
             ]
-            self._signs = _STATE.search(self._sas)[1].split("\n")  # type: ignore[index]
+            self._signs = _STATE.findall(self._sas)[0].split("\n")
             if len(self._signs) != len(self._variables):
                 raise RuntimeError(
                     f"{len(self._variables)} variables, but {len(self._signs)} values in the translation"

@@ -39,7 +39,7 @@ class Truth(NamedTuple):
     game: Game
 
 
-class Alfworld(World):
+class Alfworld(World[Truth, str, str]):
     """A house, and something to do in it.
 
     Observation: Prose, the answer to the last command and a list of the commands that can be carried out now, which
@@ -55,7 +55,7 @@ class Alfworld(World):
         games: `official` are the files below the folder that the environment variable ALFWORLD_DATA names, where
             `alfworld-download` puts them; `generated` are made by seed from the package's floor plans; `auto` is
             official if there are such files.
-        oracle: for oracles, what they are to advise by: `planner` all that is true, `explorer` what has been seen.
+        oracle: for who advises, what to go by: `planner` all that is true, `explorer` what has been seen.
         engine: `exact`, or `textworld`, the original, which is equal and some thousand times slower.
 
     Raises:
@@ -63,7 +63,11 @@ class Alfworld(World):
     """
 
     reward_range = (0.0, 1.0)
+    actions_key = "admissible_commands"
     action_syntax = f"one command such as `go to desk 1`, of at most {MAX_LENGTH} characters, no control characters"
+
+    _feedback: str
+    _won: bool
 
     def __init__(
         self,
@@ -90,7 +94,7 @@ class Alfworld(World):
             )
         self.observation_space = Prose(max_length=16_384)
         self.action_space = Prose(max_length=MAX_LENGTH)
-        self._engine: Any = None
+        self._engine: Any = None  # one of `ENGINES`, once an episode has begun
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[str, dict[str, Any]]:
         """Begin a game.
@@ -137,17 +141,18 @@ class Alfworld(World):
 
     def commands(self) -> list[str]:
         """The commands that can be carried out now, sorted."""
-        return self._engine.commands()
+        found: list[str] = self._engine.commands()
+        return found
 
     def sample_action(self, rng: np.random.Generator) -> str:
         """Mostly one of the commands that can be carried out; before any episode one that might be."""
         if self._engine is not None and rng.random() > _ASTRAY:
-            commands = self._engine.commands()
+            commands = self.commands()
             return commands[rng.integers(len(commands))]
         pattern, thing, place = (each[rng.integers(len(each))] for each in (_TRIED, _THINGS, _PLACES))
         return pattern.format(f"{thing} {rng.integers(1, 4)}", f"{place} {rng.integers(1, 4)}")
 
-    def original(self, actions: Sequence[Any]) -> World:
+    def original(self, actions: Sequence[Any]) -> "Alfworld":
         """The same world on TextWorld's engine."""
         return type(self)(**self.options | {"engine": "textworld"})
 
@@ -168,7 +173,7 @@ class Alfworld(World):
         self._feedback, self._won = truth.feedback, truth.won
 
     def _info(self) -> dict[str, Any]:
-        return {"success": self._won, "admissible_commands": self._engine.commands()}
+        return {"success": self._won, self.actions_key: self._engine.commands()}
 
     def _draw(self, path: Any) -> Game:
         if path is not None:

@@ -3,9 +3,12 @@
 import math
 import sys
 import types
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+
+from worlds.metaworld.state import FloatArray
 
 _FLOATS = (float, np.float64)
 _LONG_TAIL = math.sqrt(1 / 0.1 - 1)
@@ -23,6 +26,21 @@ class _Cheap:
     added up is added up in the same order.
     """
 
+    # What metaworld's class has.
+    model: Any
+    data: Any
+    sawyer_observation_space: Any
+    action_scale: float
+    frame_skip: int
+    mocap_low: FloatArray
+    mocap_high: FloatArray
+    curr_path_length: int
+    evaluate_state: Callable[[FloatArray, FloatArray], tuple[Any, dict[str, Any]]]
+    _prev_obs: FloatArray
+    _get_pos_goal: Callable[[], FloatArray]
+    _get_pos_objects: Callable[[], FloatArray]
+    _get_quat_objects: Callable[[], FloatArray]
+
     def prepare(self, mujoco: Any) -> None:
         """Look names up."""
         data = self.data
@@ -35,18 +53,20 @@ class _Cheap:
             data.site("leftEndEffector").xpos,
         )
         self._pads = data.geom("leftpad_geom").id, data.geom("rightpad_geom").id
-        self._known: dict[str, np.ndarray] = {}
+        self._known: dict[str, FloatArray] = {}
         self._still = np.array([1.0, 0.0, 1.0, 0.0])
         space = self.sawyer_observation_space
         self._bounds = space.low, space.high
         self.max_path_length = sys.maxsize
 
     @property
-    def tcp_center(self) -> np.ndarray:
+    def tcp_center(self) -> FloatArray:
         """The middle of the two fingers."""
-        return (self._views[4] + self._views[5]) / 2.0
+        _, _, _, _, right, left = self._views
+        middle: FloatArray = (right + left) / 2.0
+        return middle
 
-    def get_body_com(self, name: str) -> np.ndarray:
+    def get_body_com(self, name: str) -> FloatArray:
         """A body's position, as MuJoCo keeps it."""
         known = self._known.get(name)
         if known is None:
@@ -70,7 +90,7 @@ class _Cheap:
                     right += force[addresses[i]]
         return left > 0 and right > 0
 
-    def _get_curr_obs_combined_no_goal(self) -> np.ndarray:
+    def _get_curr_obs_combined_no_goal(self) -> FloatArray:
         _, hand, right, left, _, _ = self._views
         observation = np.zeros(18)
         observation[:3] = hand
@@ -82,7 +102,7 @@ class _Cheap:
             observation[11:14], observation[14:18] = positions[3:], rotations[4:]
         return observation
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, Any, bool, bool, dict[str, Any]]:
+    def step(self, action: FloatArray) -> tuple[FloatArray, Any, bool, bool, dict[str, Any]]:
         """One low-level step; the action has to lie in [-1, 1]."""
         data, mujoco = self.data, self._views[0]
         moved = data.mocap_pos[0] + action[:3] * self.action_scale
@@ -123,11 +143,11 @@ def _rebound(base: type) -> dict[str, Any]:
 class _Rotation:
     """`scipy.spatial.transform.Rotation`, as far as metaworld's observations need it: a matrix to a quaternion."""
 
-    def __init__(self, quaternion: np.ndarray) -> None:
+    def __init__(self, quaternion: FloatArray) -> None:
         self._quaternion = quaternion
 
     @staticmethod
-    def from_matrix(matrix: np.ndarray) -> Any:
+    def from_matrix(matrix: FloatArray) -> Any:
         """The arithmetic of scipy in scipy's order (Markley 2008); what is not quite a rotation is left to scipy."""
         rows = (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
         if not _is_rotation(rows):
@@ -147,12 +167,12 @@ class _Rotation:
         norm = math.sqrt(x * x + y * y + z * z + w * w)
         return _Rotation(np.array((x / norm, y / norm, z / norm, w / norm)))
 
-    def as_quat(self) -> np.ndarray:
+    def as_quat(self) -> FloatArray:
         """x, y, z, w."""
         return self._quaternion
 
 
-def _is_rotation(rows: Any) -> bool:
+def _is_rotation(rows: Sequence[Sequence[float]]) -> bool:
     """Whether scipy takes a matrix for a rotation, with a margin to its own test."""
     (a, b, c), (d, e, f), (g, h, i) = rows
     return (

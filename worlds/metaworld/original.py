@@ -8,11 +8,13 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from worlds.metaworld.state import FloatArray
 
-class Original(gymnasium.Env):
+
+class Original(gymnasium.Env[Any, Any]):
     """The environment of metaworld as it comes; a step is the low-level steps of the next turn."""
 
-    def __init__(self, task: str, variation: Sequence[float], turns: list[list[np.ndarray]]) -> None:
+    def __init__(self, task: str, variation: Sequence[float], turns: list[list[FloatArray]]) -> None:
         from metaworld.env_dict import ALL_V3_ENVIRONMENTS
         from metaworld.types import Task
 
@@ -30,6 +32,7 @@ class Original(gymnasium.Env):
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """The low-level steps of the next turn, which `action` was."""
+        result: tuple[Any, Any, bool, bool, dict[str, Any]]
         for command in next(self._next):
             result = self.env.step(command)
         return result

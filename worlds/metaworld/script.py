@@ -4,6 +4,9 @@ import types
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+
+from worlds.metaworld.state import FloatArray
 
 
 class Aim(NamedTuple):
@@ -23,8 +26,9 @@ class Script:
     def __init__(self, task: str) -> None:
         from metaworld.policies import ENV_POLICY_MAP
 
-        self._task, self._policy = task, ENV_POLICY_MAP[task]()
-        act = type(self._policy).get_action
+        policy: Any = ENV_POLICY_MAP[task]
+        self._task, self._policy = task, policy()
+        act = policy.get_action
         # A copy of the method that finds our `move` in place of metaworld's: nothing of metaworld is changed.
         self._act = types.FunctionType(act.__code__, act.__globals__ | {"move": self._move}, closure=act.__closure__)
         self._aimed: tuple[Any, float] = (None, 0.0)
@@ -32,13 +36,15 @@ class Script:
     def __reduce__(self) -> tuple[Any, ...]:
         return Script, (self._task,)
 
-    def _move(self, from_xyz: np.ndarray, to_xyz: np.ndarray, p: float) -> np.ndarray:
+    def _move(self, from_xyz: FloatArray, to_xyz: FloatArray, p: float) -> FloatArray:
         self._aimed = to_xyz, p
         return p * (to_xyz - from_xyz)
 
-    def command(self, observation: tuple[float, ...]) -> np.ndarray:
+    def command(self, observation: tuple[float, ...]) -> npt.NDArray[np.float32]:
         """The policy's own command, float32 (4,): velocity and grip."""
-        return self._act(self._policy, np.array(observation))  # some policies write into what they are given
+        # Some policies write into what they are given.
+        command: npt.NDArray[np.float32] = self._act(self._policy, np.array(observation))
+        return command
 
     def aim(self, observation: tuple[float, ...]) -> Aim:
         """What it aims at."""

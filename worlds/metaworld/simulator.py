@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from worlds.metaworld.cheap import cheapened
-from worlds.metaworld.state import Episode, Truth
+from worlds.metaworld.state import Episode, FloatArray, ImageArray, Truth
 
 PIXELS = 240
 """Width and height of an image."""
@@ -15,6 +15,7 @@ _SPARE = 4  # simulators that a thread keeps
 _PASSING = ("curr_path_length", "_prev_obs", "_target_to_obj_init")  # what metaworld changes in a step, in Python
 _SOLVER = ("model", "data", "mujoco_renderer", "_np_random", "_np_random_seed", "_views")
 _CAMERA = "corner2"
+_NONE = Episode((), b"", b"", ())  # the episode of a simulator that has loaded none
 
 
 class Simulator:
@@ -26,7 +27,7 @@ class Simulator:
 
         self._mujoco = mujoco
         base = ALL_V3_ENVIRONMENTS[task]
-        cheap = cheapened(base)
+        cheap: Any = cheapened(base)
         env = self.env = cheap.__new__(cheap)  # constructed by metaworld's own code
         env.__dict__.update(base().__dict__)
         # As metaworld's MT1 sets its environments: tasks are given, and the goal can be seen.
@@ -38,8 +39,9 @@ class Simulator:
         self.objects = len(env._get_pos_objects()) // 3
         self._fresh = dict(env.__dict__)
         self._fresh_physics = self._physics(), env.model.body_pos.copy(), env.model.site_pos.copy()
-        self._episode: Episode | None = None
+        self._episode = _NONE
         self._renderer: Any = None
+        self._aliases: dict[str, FloatArray] = {}
         self._aliases = self._find_aliases()
 
     def reset(self, rng: np.random.Generator) -> Truth:
@@ -85,7 +87,7 @@ class Simulator:
         env.__dict__.update(zip(names, map(_thawed, truth.passing), strict=True))
         self._mujoco.mj_setState(env.model, env.data, np.frombuffer(truth.physics).copy(), self._kind)
 
-    def image(self) -> np.ndarray:
+    def image(self) -> ImageArray:
         """What the camera sees now, uint8 (240, 240, 3)."""
         mujoco, env = self._mujoco, self.env
         physics = self._physics()
@@ -101,9 +103,10 @@ class Simulator:
                 f"to egl (Debian: libegl1) or to osmesa (Debian: libosmesa6) before Python starts, or do without images"
             ) from error
         mujoco.mj_setState(env.model, env.data, physics, self._kind)
-        return image[::-1, ::-1].copy()  # this camera hangs upside down
+        upright: ImageArray = image[::-1, ::-1].copy()
+        return upright  # this camera hangs upside down
 
-    def _physics(self) -> np.ndarray:
+    def _physics(self) -> FloatArray:
         physics = np.empty(self._size)
         self._mujoco.mj_getState(self.env.model, self.env.data, physics, self._kind)
         return physics
@@ -119,9 +122,8 @@ class Simulator:
         self._mujoco.mj_setState(env.model, env.data, physics, self._kind)
         self._mujoco.mj_forward(env.model, env.data)
 
-    def _find_aliases(self) -> dict[str, np.ndarray]:
+    def _find_aliases(self) -> dict[str, FloatArray]:
         """Attributes that metaworld's reset binds to MuJoCo's own memory, so that they follow the simulation."""
-        self._aliases: dict[str, np.ndarray] = {}
         self.reset(np.random.default_rng(0))
         data = self.env.data
         arrays = [array for name in ("xpos", "xquat", "site_xpos", "geom_xpos") for array in (getattr(data, name),)]
@@ -130,7 +132,7 @@ class Simulator:
             for name, value in self.env.__dict__.items()
             if isinstance(value, np.ndarray) and any(np.may_share_memory(value, array) for array in arrays)
         }
-        self._episode = None
+        self._episode = _NONE
         return aliases
 
 

@@ -2,6 +2,11 @@
 
 from typing import Any, NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+ImageArray = npt.NDArray[np.uint8]
 Pose = tuple[float, float, float, float]
 """x, y and z of the hand in metres, and the grip from -1 (open) to 1 (close)."""
 

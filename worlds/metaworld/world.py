@@ -3,19 +3,17 @@
 import json
 import math
 from collections.abc import Callable, Sequence
-from numbers import Real
-from typing import Any, ClassVar
+from typing import Any
 
-import gymnasium
 import numpy as np
 from gymnasium import spaces
 
 from worlds.metaworld.original import Original
 from worlds.metaworld.script import Aim, Script
 from worlds.metaworld.simulator import PIXELS, Simulator, simulator_of
-from worlds.metaworld.state import Pose, Truth
+from worlds.metaworld.state import FloatArray, ImageArray, Pose, Truth
 from worlds.metaworld.tasks import TASKS, TWO_OBJECTS
-from worlds.world import World, illegal
+from worlds.world import World, illegal, is_number
 
 CONTROLS = ("absolute", "relative", "teacher_event")
 LONGEST, LONGEST_BY_EVENT = 15, 20
@@ -35,7 +33,7 @@ _NEAR = ((-0.2, -0.2, -0.2, -1.0), (0.2, 0.2, 0.2, 1.0))
 _AXES = range(3)
 
 
-class MetaWorld(World):
+class MetaWorld(World[Truth, dict[str, Any], Pose]):
     """A robot's hand over a table, and one of metaworld's 50 tasks.
 
     Observation: Dict of `hand` (3, metres), `gripper` (1, 0 closed to 1 open), `object` (3) and `object_rotation` (4,
@@ -55,8 +53,9 @@ class MetaWorld(World):
         video: put `video`, the images of a turn's low-level steps, into the info.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["ansi", "rgb_array"]}
+    metadata: dict[str, Any] = {"render_modes": ["ansi", "rgb_array"]}  # noqa: RUF012 (as in `World`)
     reward_range = (0.0, 10.0)
+    _truth: Truth
 
     def __init__(
         self,
@@ -83,7 +82,9 @@ class MetaWorld(World):
         if task in TWO_OBJECTS:
             shapes |= {"second_object": 3, "second_rotation": 4}
         self._parts = tuple(shapes.items())
-        boxes = {name: spaces.Box(-np.inf, np.inf, (n,), np.float64) for name, n in (*self._parts, ("goal", 3))}
+        boxes: dict[str, spaces.Space[Any]] = {
+            name: spaces.Box(-np.inf, np.inf, (n,), np.float64) for name, n in (*self._parts, ("goal", 3))
+        }
         if visual:
             boxes["image"] = spaces.Box(0, 255, (PIXELS, PIXELS, 3), np.uint8)
         self.observation_space = spaces.Dict(boxes)
@@ -93,8 +94,7 @@ class MetaWorld(World):
         self.action_syntax = (
             f"[x, y, z, grip] with x, y and z from {-REACH:g} to {REACH:g}, {count}, and grip from -1 to 1"
         )
-        self._truth: Truth | None = None
-        self._watch: Callable[[np.ndarray], None] | None = None
+        self._watch: Callable[[FloatArray], None] | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -114,7 +114,7 @@ class MetaWorld(World):
         numbers = action.tolist() if isinstance(action, np.ndarray) else action
         if isinstance(numbers, list | tuple) and len(numbers) == 4:
             bounds = (REACH, REACH, REACH, 1.0)
-            if all(_is_number(n) and -b <= n <= b for n, b in zip(numbers, bounds, strict=True)):
+            if all(is_number(n) and -b <= n <= b for n, b in zip(numbers, bounds, strict=True)):
                 x, y, z, grip = (float(n) + 0.0 for n in numbers)  # so that there is no negative zero
                 return x, y, z, grip
         raise illegal(action, self.action_syntax)
@@ -131,7 +131,7 @@ class MetaWorld(World):
         """Drive the hand towards the target until the turn ends."""
         simulator, truth = simulator_of(self.task), self._truth
         simulator.load(truth)
-        video: list[np.ndarray] = []
+        video: list[ImageArray] = []
         watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
         observation, reward, solved = self._turn(simulator, truth, action, watch)
         self._truth = simulator.truth(observation, truth.solved or solved)
@@ -141,7 +141,7 @@ class MetaWorld(World):
         return self.observe(), reward, False, False, info
 
     def _turn(
-        self, simulator: Simulator, truth: Truth, action: Pose, watch: Callable[[np.ndarray], None] | None
+        self, simulator: Simulator, truth: Truth, action: Pose, watch: Callable[[FloatArray], None] | None
     ) -> tuple[tuple[float, ...], float, bool]:
         """The low-level steps of a turn: the last observation, its reward, and whether one of them solved the task.
 
@@ -170,7 +170,7 @@ class MetaWorld(World):
                 break
         return tuple(seen.tolist()), float(reward), solved
 
-    def _ends(self, aim: Aim, start: Sequence[float], seen: np.ndarray) -> bool:
+    def _ends(self, aim: Aim, start: Sequence[float], seen: FloatArray) -> bool:
         """Whether a turn ends before the hand has arrived."""
         if not self._event:
             return _apart(start, seen[:3].tolist()) > TRAVEL
@@ -198,11 +198,11 @@ class MetaWorld(World):
         }
         return json.dumps(numbers)
 
-    def sample_action(self, rng: np.random.Generator) -> np.ndarray:
+    def sample_action(self, rng: np.random.Generator) -> FloatArray:
         """A uniform pose over the table, or one that is not far from the hand."""
         return rng.uniform(*_NEAR) if self.relative else rng.uniform(*_TABLE)
 
-    def render(self) -> str | np.ndarray | None:  # type: ignore[override]
+    def render(self) -> str | ImageArray | None:
         """The observation as text, or with `render_mode="rgb_array"` the camera image, uint8 (240, 240, 3).
 
         Raises:
@@ -210,16 +210,16 @@ class MetaWorld(World):
         """
         return self._image() if self.render_mode == "rgb_array" else super().render()
 
-    def _image(self) -> np.ndarray:
+    def _image(self) -> ImageArray:
         simulator = simulator_of(self.task)
         simulator.load(self._truth)
         return simulator.image()
 
-    def original(self, actions: Sequence[Any]) -> gymnasium.Env:
+    def original(self, actions: Sequence[Any]) -> Original:
         """The environment of metaworld, which takes the low-level steps of these turns and nothing else."""
         world = type(self)(**self.options)
         world.reset(seed=0)
-        turns: list[list[np.ndarray]] = []
+        turns: list[list[FloatArray]] = []
         world._watch = lambda command: turns[-1].append(command.copy())
         variation = world.truth.episode.variation
         for action in actions:
@@ -239,7 +239,3 @@ def _apart(one: Sequence[float], other: Sequence[float]) -> float:
 def _check(name: str, value: Any, allowed: Any) -> None:
     if type(value) is not type(next(iter(allowed))) or value not in allowed:
         raise ValueError(f"{name} must be one of {', '.join(map(str, allowed))}, got {value!r}")
-
-
-def _is_number(value: Any) -> bool:
-    return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))

@@ -36,9 +36,11 @@ def canonical(text: str) -> str | None:
         return None
     if not isinstance(entries, list) or len(entries) > MAX_TITLES:
         return None
-    titles = [_title(entry) for entry in entries]
-    answer = None if None in titles else answer_of(titles)  # type: ignore[arg-type]
-    return answer if answer is not None and len(answer) <= MAX_LENGTH else None
+    titles = [title for title in map(_title, entries) if title is not None]
+    if len(titles) < len(entries):
+        return None
+    answer = answer_of(titles)
+    return answer if len(answer) <= MAX_LENGTH else None
 
 
 def _title(entry: Any) -> str | None:

@@ -29,7 +29,7 @@ class Truth(NamedTuple):
     """The last list of titles, in canonical form; empty at the start."""
 
 
-class Movies(World):
+class Movies(World[Truth, dict[str, Any], str]):
     """A user to whom titles are recommended, again and again without a state.
 
     Observation: Dict of what the user says: `type` (Discrete(3): nothing, movie, TV show), `periods`
@@ -41,7 +41,7 @@ class Movies(World):
     ambiguous meets none. Success: all are met. Nothing terminates.
 
     Args:
-        catalogue: path of a catalogue that `llf catalogue import` made; None for the one that ships.
+        catalogue: path of a catalogue that `catalogue.importing.import_catalogue` made; None for the one that ships.
 
     Raises:
         ValueError: the file is no catalogue, or has less than three titles of a type.
@@ -49,6 +49,7 @@ class Movies(World):
 
     reward_range = (-1.0, 0.0)
     failure_reward = -1.0
+    _truth: Truth
     action_syntax = (
         f'a JSON list of at most {MAX_TITLES} titles, such as ["Title", "Title (1999)"] or [{{"title": "Title"}}]'
     )
@@ -101,8 +102,9 @@ class Movies(World):
 
     def advance(self, action: str) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Look the titles up and judge them."""
-        self._truth = truth = Truth(*self._truth[:3], action)
-        titles, wishes = titles_of(action), truth.profile.wishes.values()
+        profile, unsaid, manner, _ = self._truth
+        self._truth = Truth(profile, unsaid, manner, action)
+        titles, wishes = titles_of(action), profile.wishes.values()
         catalogue = self.catalogue
         met = 0
         for title in titles:

@@ -5,6 +5,10 @@ from functools import partial
 
 from worlds.optimization.loss import Gradient, Loss, Point, Value
 
+__all__ = ["LOSSES"]
+
+_Curvature = tuple[float, float, float]  # second derivatives: by x1 twice, by both, by x2 twice
+
 
 def _booth(x1: float, x2: float) -> float:
     return (x1 + 2 * x2 - 7) ** 2 + (2 * x1 + x2 - 5) ** 2
@@ -23,7 +27,7 @@ def _mccormick_gradient(x1: float, x2: float) -> Point:
     return cos + difference - 1.5, cos - difference + 2.5
 
 
-def _mccormick_hessian(x1: float, x2: float) -> tuple[float, float, float]:
+def _mccormick_hessian(x1: float, x2: float) -> _Curvature:
     sin = math.sin(x1 + x2)
     return 2 - sin, -2 - sin, 2 - sin
 
@@ -37,7 +41,7 @@ def _rosenbrock_gradient(x1: float, x2: float) -> Point:
     return 2 * (x1 - 1) - 4 * x1 * off, 2 * off
 
 
-def _rosenbrock_hessian(x1: float, x2: float) -> tuple[float, float, float]:
+def _rosenbrock_hessian(x1: float, x2: float) -> _Curvature:
     return 2 - 4 * (x2 - x1**2) + 8 * x1**2, -4 * x1, 2.0
 
 
@@ -49,7 +53,7 @@ def _six_hump_camel_gradient(x1: float, x2: float) -> Point:
     return 8 * x1 - 8.4 * x1**3 + 2 * x1**5 + x2, x1 - 8 * x2 + 16 * x2**3
 
 
-def _six_hump_camel_hessian(x1: float, x2: float) -> tuple[float, float, float]:
+def _six_hump_camel_hessian(x1: float, x2: float) -> _Curvature:
     return 8 - 25.2 * x1**2 + 10 * x1**4, 1.0, 48 * x2**2 - 8
 
 
@@ -61,7 +65,7 @@ def _bohachevsky_1_gradient(x1: float, x2: float) -> Point:
     return 2 * x1 + 0.3 * _A * math.sin(_A * x1), 4 * x2 + 0.4 * _B * math.sin(_B * x2)
 
 
-def _bohachevsky_1_hessian(x1: float, x2: float) -> tuple[float, float, float]:
+def _bohachevsky_1_hessian(x1: float, x2: float) -> _Curvature:
     return 2 + 0.3 * _A**2 * math.cos(_A * x1), 0.0, 4 + 0.4 * _B**2 * math.cos(_B * x2)
 
 
@@ -76,7 +80,7 @@ def _bohachevsky_2_gradient(x1: float, x2: float) -> Point:
     )
 
 
-def _bohachevsky_2_hessian(x1: float, x2: float) -> tuple[float, float, float]:
+def _bohachevsky_2_hessian(x1: float, x2: float) -> _Curvature:
     cosines = 0.3 * math.cos(_A * x1) * math.cos(_B * x2)
     return 2 + _A**2 * cosines, -0.3 * _A * _B * math.sin(_A * x1) * math.sin(_B * x2), 4 + _B**2 * cosines
 
@@ -90,7 +94,7 @@ def _bohachevsky_3_gradient(x1: float, x2: float) -> Point:
     return 2 * x1 + _A * sin, 4 * x2 + _B * sin
 
 
-def _bohachevsky_3_hessian(x1: float, x2: float) -> tuple[float, float, float]:
+def _bohachevsky_3_hessian(x1: float, x2: float) -> _Curvature:
     cos = 0.3 * math.cos(_A * x1 + _B * x2)
     return 2 + _A**2 * cos, _A * _B * cos, 4 + _B**2 * cos
 
@@ -119,16 +123,16 @@ def _three_hump_camel_gradient(x1: float, x2: float) -> Point:
     return 4 * x1 - 4.2 * x1**3 + x1**5 + x2, x1 + 2 * x2
 
 
-def _three_hump_camel_hessian(x1: float, x2: float) -> tuple[float, float, float]:
+def _three_hump_camel_hessian(x1: float, x2: float) -> _Curvature:
     return 4 - 12.6 * x1**2 + 5 * x1**4, 1.0, 2.0
 
 
-def _constant(x1: float, x2: float, *, curvature: tuple[float, float, float]) -> tuple[float, float, float]:
+def _constant(x1: float, x2: float, *, curvature: _Curvature) -> _Curvature:
     return curvature
 
 
 def _square(
-    value: Value, gradient: Gradient, hessian: Gradient | tuple[float, ...], low: float, high: float, *minimisers: Point
+    value: Value, gradient: Gradient, hessian: Gradient | _Curvature, low: float, high: float, *minimisers: Point
 ) -> Loss:
     if isinstance(hessian, tuple):
         hessian = partial(_constant, curvature=hessian)

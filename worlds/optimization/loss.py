@@ -41,33 +41,39 @@ class Landscape:
     range and minimum stay the same, and a loss is never asked outside its domain.
     """
 
+    value: Value
+    """The loss."""
+    gradient: Gradient
+    """The two first derivatives; at a reflecting edge, those of one of its sides."""
+    hessian: Gradient
+    """The second derivatives: by x1 twice, by both, by x2 twice."""
+
     def __init__(self, loss: Loss, shift: Point) -> None:
         self.loss, self.shift = loss, shift
         if shift == (0.0, 0.0):  # the common case goes the short way
-            self.value, self.gradient, self.hessian = loss.value, loss.gradient, loss.hessian  # type: ignore[method-assign]
-
-    def value(self, x1: float, x2: float) -> float:
-        """The loss."""
-        (z1, _), (z2, _) = self._place(0, x1), self._place(1, x2)
-        return self.loss.value(z1, z2)
-
-    def gradient(self, x1: float, x2: float) -> tuple[float, float]:
-        """The first derivatives; at a reflecting edge, those of one of its sides."""
-        (z1, sign1), (z2, sign2) = self._place(0, x1), self._place(1, x2)
-        g1, g2 = self.loss.gradient(z1, z2)
-        return sign1 * g1, sign2 * g2
-
-    def hessian(self, x1: float, x2: float) -> tuple[float, float, float]:
-        """The second derivatives: by x1 twice, by both, by x2 twice."""
-        (z1, sign1), (z2, sign2) = self._place(0, x1), self._place(1, x2)
-        h11, h12, h22 = self.loss.hessian(z1, z2)
-        return h11, sign1 * sign2 * h12, h22
+            self.value, self.gradient, self.hessian = loss.value, loss.gradient, loss.hessian
+        else:
+            self.value, self.gradient, self.hessian = self._value, self._gradient, self._hessian
 
     def minimisers(self) -> tuple[Point, ...]:
         """The points at which the loss is least, mirror images included."""
         return tuple(
             dict.fromkeys(p for m in self.loss.minimisers for p in product(self._images(0, m), self._images(1, m)))
         )
+
+    def _value(self, x1: float, x2: float) -> float:
+        (z1, _), (z2, _) = self._place(0, x1), self._place(1, x2)
+        return self.loss.value(z1, z2)
+
+    def _gradient(self, x1: float, x2: float) -> tuple[float, float]:
+        (z1, sign1), (z2, sign2) = self._place(0, x1), self._place(1, x2)
+        g1, g2 = self.loss.gradient(z1, z2)
+        return sign1 * g1, sign2 * g2
+
+    def _hessian(self, x1: float, x2: float) -> tuple[float, float, float]:
+        (z1, sign1), (z2, sign2) = self._place(0, x1), self._place(1, x2)
+        h11, h12, h22 = self.loss.hessian(z1, z2)
+        return h11, sign1 * sign2 * h12, h22
 
     def _place(self, i: int, x: float) -> tuple[float, float]:
         """The unshifted coordinate, and -1 if it was reflected, else 1."""

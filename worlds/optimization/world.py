@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from gymnasium import spaces
 from worlds.optimization.functions import LOSSES
 from worlds.optimization.loss import Gradient, Landscape, Loss, Point, Value
 from worlds.optimization.own import own_loss
-from worlds.world import World, illegal
+from worlds.world import World, illegal, is_number
 
 TOLERANCE = 1e-2
 """A loss that exceeds the minimum by no more than this is a success."""
@@ -28,7 +27,7 @@ class Truth(NamedTuple):
     shift: Point
 
 
-class Optimization(World):
+class Optimization(World[Truth, dict[str, Any], Point]):
     """A loss of two numbers that is to be made as small as possible.
 
     Observation: Dict of `x` (Box(2)), the last proposal, at first a random point, and `y` (Box(1)), its loss.
@@ -49,6 +48,8 @@ class Optimization(World):
         domain: for a function of your own, `(low, high)` of both numbers, or of each: `((low, high), (low, high))`.
         minimiser: for a function of your own, the point where it is least; otherwise scipy looks for it.
     """
+
+    _truth: Truth
 
     def __init__(
         self,
@@ -72,7 +73,7 @@ class Optimization(World):
         )
         if not isinstance(shift, bool):
             raise ValueError(f"shift must be True or False, got {shift!r}")
-        own = {"gradient": gradient, "domain": domain, "minimiser": minimiser}
+        own: dict[str, Any] = {"gradient": gradient, "domain": domain, "minimiser": minimiser}
         self.loss = own_loss(loss, func_choice, **own) if callable(loss) else _named_loss(loss, func_choice, **own)
         self.lows, self.highs = self.loss.lows, self.loss.highs
         self.minimum, self._corner = self.loss.minimum, self.loss.corner
@@ -87,7 +88,6 @@ class Optimization(World):
             f"or the word stay"
         )
         self._landscape = Landscape(self.loss, (0.0, 0.0))
-        self._truth: Truth | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -112,7 +112,7 @@ class Optimization(World):
         if isinstance(numbers, list | tuple) and len(numbers) == 2:
             x1, x2 = numbers
             (low1, low2), (high1, high2) = self.lows, self.highs
-            if _is_number(x1) and _is_number(x2) and low1 <= x1 <= high1 and low2 <= x2 <= high2:
+            if is_number(x1) and is_number(x2) and low1 <= x1 <= high1 and low2 <= x2 <= high2:
                 return float(x1) + 0.0, float(x2) + 0.0  # so that there is no negative zero
         raise illegal(action, self.action_syntax)
 
@@ -142,7 +142,7 @@ class Optimization(World):
         pairs = {(float(pair[1] or pair[3]), float(pair[2] or pair[4])) for pair in _PAIR.finditer(text)}
         if len(pairs) == 1:
             return pairs.pop()
-        stays = self._truth is not None and "[" not in text and not pairs and _STAY.search(text)
+        stays = hasattr(self, "_truth") and "[" not in text and not pairs and _STAY.search(text)
         return self._truth.x if stays else None
 
     def _load(self, truth: Truth) -> None:
@@ -164,10 +164,6 @@ _NUMBER = r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
 _TWO = rf"\s*{_NUMBER}\s*,\s*{_NUMBER}\s*"
 _PAIR = re.compile(rf"(?<![\w\[(])(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])])")
 _STAY = re.compile(r"\b(?:stop|stay|reach)(?:ped|ping|ed|ing|es|s)?\b", re.IGNORECASE)
-
-
-def _is_number(value: Any) -> bool:
-    return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
 
 
 def _named_loss(name: str, choice: int, **own: Any) -> Loss:

@@ -12,7 +12,7 @@ from gymnasium import spaces
 
 
 @singledispatch
-def canonical(space: spaces.Space, action: Any) -> Any:
+def canonical(space: spaces.Space[Any], action: Any) -> Any:
     """The action in canonical form.
 
     Raises:
@@ -22,18 +22,18 @@ def canonical(space: spaces.Space, action: Any) -> Any:
 
 
 @singledispatch
-def native(space: spaces.Space, action: Any) -> Any:
+def native(space: spaces.Space[Any], action: Any) -> Any:
     """A canonical action in the form that the environment takes."""
     return action
 
 
 @singledispatch
-def syntax(space: spaces.Space) -> str:
+def syntax(space: spaces.Space[Any]) -> str:
     """What an action looks like in text, to complete "the answer must be ..."."""
     return f"an element of {space}"
 
 
-def _member(space: spaces.Space, action: Any) -> Any:
+def _member(space: spaces.Space[Any], action: Any) -> Any:
     if not space.contains(action):
         raise ValueError(f"{action!r} is not in {space}")
     return action
@@ -95,20 +95,20 @@ def _(space: spaces.MultiDiscrete) -> str:
     )
 
 
-@canonical.register
-def _(space: spaces.Tuple, action: Any) -> tuple[Any, ...]:
+@canonical.register(spaces.Tuple)
+def _(space: Any, action: Any) -> tuple[Any, ...]:
     if not isinstance(action, list | tuple):
         raise TypeError(f"{action!r} is no tuple")
     return tuple(canonical(part, item) for part, item in zip(space.spaces, action, strict=True))
 
 
-@native.register
-def _(space: spaces.Tuple, action: Any) -> tuple[Any, ...]:
+@native.register(spaces.Tuple)
+def _(space: Any, action: Any) -> tuple[Any, ...]:
     return tuple(native(part, item) for part, item in zip(space.spaces, action, strict=True))
 
 
-@syntax.register
-def _(space: spaces.Tuple) -> str:
+@syntax.register(spaces.Tuple)
+def _(space: Any) -> str:
     return f"a list of {'; '.join(map(syntax, space.spaces))}"
 
 

@@ -8,7 +8,7 @@ taught environment next to nothing, and only the lab pays, when a claim is check
 import copy
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import gymnasium
 import numpy as np
@@ -16,6 +16,8 @@ from gymnasium import spaces
 
 from worlds.world import World, illegal
 from worlds.wrapped.actions import canonical, native, syntax, tell
+
+Env = gymnasium.Env[Any, Any]
 
 SNAPSHOTS = ("auto", "copy", "replay")
 REWARD_RANGE = (-1e6, 1e6)
@@ -28,11 +30,11 @@ class Episode:
 
     __slots__ = ("actions", "anchor", "observation", "options", "rewards", "seed")
 
-    def __init__(self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: Any) -> None:
+    def __init__(self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: Env | None) -> None:
         self.seed, self.options = seed, options
         self.observation = observation
         """What reset gave."""
-        self.anchor = anchor
+        self.anchor: Env | None = anchor
         """A copy of the environment right after reset, which is never stepped; None when it is replayed."""
         self.actions: list[Any] = []
         self.rewards: list[float] = []
@@ -84,7 +86,7 @@ class Position:
         return self
 
 
-class GymWorld(World):
+class GymWorld(World[Position, Any, Any]):
     """A world around an environment.
 
     Spaces, dynamics and rewards are the environment's. Actions are legal if they are in its action space; their
@@ -109,56 +111,62 @@ class GymWorld(World):
 
     def __init__(
         self,
-        env: gymnasium.Env | Callable[[], gymnasium.Env],
+        env: Env | Callable[[], Env],
         *,
-        look: Callable[[gymnasium.Env], Any] | None = None,
+        look: Callable[[Env], Any] | None = None,
         snapshot: str = "auto",
         success: Callable[..., Any] | None = None,
         describe: Callable[[Any], str] | None = None,
         action_words: Mapping[str, Any] | None = None,
         reward_range: tuple[float, float] | None = None,
     ) -> None:
-        options = {"look": look, "snapshot": snapshot, "success": success, "describe": describe}
-        super().__init__(env=env, **options, action_words=action_words, reward_range=reward_range)
+        super().__init__(
+            env=env,
+            look=look,
+            snapshot=snapshot,
+            success=success,
+            describe=describe,
+            action_words=action_words,
+            reward_range=reward_range,
+        )
         if snapshot not in SNAPSHOTS:
             raise ValueError(f"snapshot {snapshot!r} is unknown; allowed: {', '.join(SNAPSHOTS)}")
-        self._make = env if callable(env) and not isinstance(env, gymnasium.Env) else None
-        self._given = self._env = self._make() if self._make else env
-        if not isinstance(self._env, gymnasium.Env):
-            hint = "; wrap an environment of the old Gym in OldGym" if hasattr(self._env, "step") else ""
-            raise ValueError(f"env must be a gymnasium.Env, or a function that makes one, got {self._env!r}{hint}")
-        self._copies = snapshot != "replay" and faithful(self._env)
+        self._make = None if isinstance(env, gymnasium.Env) or not callable(env) else env
+        given = self._make() if self._make else env
+        if not isinstance(given, gymnasium.Env):
+            hint = "; wrap an environment of the old Gym in OldGym" if hasattr(given, "step") else ""
+            raise ValueError(f"env must be a gymnasium.Env, or a function that makes one, got {given!r}{hint}")
+        self._given: Env = given
+        self._env: Env | None = given
+        self._copies = snapshot != "replay" and faithful(given)
         if snapshot == "copy" and not self._copies:
-            raise ValueError(f"copies of {self._env} do not go on like the original; allowed: snapshot='replay'")
+            raise ValueError(f"copies of {given} do not go on like the original; allowed: snapshot='replay'")
         self._look, self._success, self._describe = look, success, describe
-        self.observation_space: spaces.Space = self._env.observation_space
-        self.action_space: spaces.Space = self._env.action_space
+        self.observation_space, self.action_space = given.observation_space, given.action_space
         self._discrete = type(self.action_space) is spaces.Discrete
-        if self._discrete:
-            self._least = int(self.action_space.start)  # type: ignore[attr-defined]
-            self._count = int(self.action_space.n)  # type: ignore[attr-defined]
+        if isinstance(self.action_space, spaces.Discrete):
+            self._least, self._count = int(self.action_space.start), int(self.action_space.n)
         self._sampler = copy.deepcopy(self.action_space)
-        self.reward_range = _reward_range(self._env, reward_range)
+        self.reward_range = _reward_range(given, reward_range)
         self.failure_reward = min(max(0.0, self.reward_range[0]), self.reward_range[1])
         self.action_syntax = syntax(self.action_space)
         self.action_words = {str(word).lower(): self.legal(action) for word, action in (action_words or {}).items()}
         if self.action_words:
             self.action_syntax = f"one of {', '.join(self.action_words)}, or {self.action_syntax}"
         self._at: tuple[Episode, int] | None = None
-        self._kept: tuple[Episode, int, gymnasium.Env, Any] | None = None
+        self._kept: tuple[Episode, int, Env, Any] | None = None
         self._shared = False
 
     @property
-    def env(self) -> gymnasium.Env:
+    def env(self) -> Env:
         """The environment, in the state that this world is in."""
-        self._arrive()
-        return self._env
+        return self._arrive()
 
     @property
     def truth(self) -> Position:
         """The position in the episode, with what `look` sees."""
         if self._at == (self._episode, self._turn):
-            self._seen = _still(self._observation if self._look is None else self._look(self._env))
+            self._seen = _still(self._observation if self._look is None else self._look(self._arrive()))
         return Position(self._seen, self._turn, self._episode)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -166,8 +174,9 @@ class GymWorld(World):
         super().reset(seed=seed)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
         self._at = None
-        self._observation, info = self.env.reset(seed=seed, options=copy.deepcopy(options))
-        anchor = copy.deepcopy(self._env) if self._copies else None
+        env = self._arrive()
+        self._observation, info = env.reset(seed=seed, options=copy.deepcopy(options))
+        anchor = copy.deepcopy(env) if self._copies else None
         self._episode = Episode(seed, copy.deepcopy(options), _still(self._observation), anchor)
         self._turn, self._shared, self._kept = 0, False, None
         self._at = self._episode, 0
@@ -184,7 +193,7 @@ class GymWorld(World):
 
     def advance(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Step the environment."""
-        env = self.env
+        env = self._arrive()
         if not self._discrete:
             observation, paid, terminated, truncated, info = env.step(native(self.action_space, action))
         else:
@@ -222,7 +231,7 @@ class GymWorld(World):
         self._sampler.seed(int(rng.integers(2**31)))
         return self._sampler.sample()
 
-    def scratch(self) -> "GymWorld":
+    def scratch(self) -> Self:
         """A world like this one; its environment is made when it is first needed."""
         lab = object.__new__(type(self))
         lab.__dict__.update(self.__dict__)
@@ -244,38 +253,46 @@ class GymWorld(World):
         if self._at is None:
             self._at = _NOWHERE
 
-    def _arrive(self) -> None:
-        """See that there is an environment, and that it is where the world is."""
+    def _arrive(self) -> Env:
+        """The environment, made if there is none, and brought to where the world is."""
         if self._at is not None and self._at != (self._episode, self._turn):
-            self._travel()
-        elif self._env is None:
+            return self._travel()
+        if self._env is None:
             self._env = self._another()
+        return self._env
 
-    def _travel(self) -> None:
-        """Bring the environment to where the world is."""
-        episode, turn = self._episode, self._turn
+    def _travel(self) -> Env:
+        """The environment, brought to where the world is by actions of its episode."""
+        env, episode, turn = self._env, self._episode, self._turn
         here, begin = self._at or _NOWHERE
-        if here is not episode or begin > turn:
-            begin = 0
-            if episode.anchor is None:
-                self._env = self._env or self._another()
-                self._observation, _ = self._env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
-                if not same(_still(self._observation), episode.observation):
-                    raise self._differs("reset")
-            elif self._kept is not None and self._kept[0] is episode and self._kept[1] <= turn:
-                _, begin, kept, self._observation = self._kept
-                self._env = copy.deepcopy(kept)
-            else:
-                self._env, self._observation = copy.deepcopy(episode.anchor), episode.observation
+        if env is None or here is not episode or begin > turn:
+            env, begin = self._set_back(episode, turn)
         for i in range(begin, turn):
             action = native(self.action_space, episode.actions[i])
-            self._observation, reward, *_ = self._env.step(action)
+            self._observation, reward, *_ = env.step(action)
             if not same(float(reward), episode.rewards[i]):
                 self._at = _NOWHERE
                 raise self._differs(f"action {i + 1}")
         if turn - begin > _FAR and episode.anchor is not None:
-            self._kept = episode, turn, copy.deepcopy(self._env), self._observation
+            self._kept = episode, turn, copy.deepcopy(env), self._observation
         self._at = episode, turn
+        return env
+
+    def _set_back(self, episode: Episode, turn: int) -> tuple[Env, int]:
+        """The environment at a turn of the episode that is not a later one, and that turn."""
+        if episode.anchor is None:
+            env = self._env = self._another() if self._env is None else self._env
+            self._observation, _ = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
+            if not same(_still(self._observation), episode.observation):
+                raise self._differs("reset")
+            return env, 0
+        if self._kept is not None and self._kept[0] is episode and self._kept[1] <= turn:
+            _, begin, kept, self._observation = self._kept
+            env = self._env = copy.deepcopy(kept)
+            return env, begin
+        env = self._env = copy.deepcopy(episode.anchor)
+        self._observation = episode.observation
+        return env, 0
 
     def _differs(self, what: str) -> RuntimeError:
         return RuntimeError(
@@ -284,11 +301,11 @@ class GymWorld(World):
             "differs from the taught one; give a function that makes the environment"
         )
 
-    def _another(self) -> gymnasium.Env:
+    def _another(self) -> Env:
         """An environment like the given one."""
         if self._make is not None:
             return self._make()
-        ways = [_from_spec, copy.deepcopy]
+        ways: list[Callable[[Env], Env]] = [_from_spec, copy.deepcopy]
         for way in reversed(ways) if self._copies else ways:
             try:
                 return way(self._given)
@@ -311,7 +328,7 @@ class GymWorld(World):
 _NOWHERE = (Episode(0, None, None, None), -1)
 
 
-def faithful(env: gymnasium.Env) -> bool:
+def faithful(env: Env) -> bool:
     """Whether deep copies of an environment go on like the original. It is tried on copies; `env` is left as it is."""
     try:
         first = copy.deepcopy(env)
@@ -328,7 +345,7 @@ def faithful(env: gymnasium.Env) -> bool:
         return False
 
 
-def _play(env: gymnasium.Env, actions: list[Any]) -> list[Any]:
+def _play(env: Env, actions: list[Any]) -> list[Any]:
     """What the actions give; an episode that ends is followed by another."""
     trace = []
     for action in actions:
@@ -357,14 +374,14 @@ def _still(value: Any) -> Any:
     return value.copy() if type(value) is np.ndarray else copy.deepcopy(value)
 
 
-def _from_spec(env: gymnasium.Env) -> gymnasium.Env:
+def _from_spec(env: Env) -> Env:
     if env.spec is None:
         raise ValueError("it has no spec")
     silent = {"render_mode": None} if "render_mode" in env.spec.kwargs else {}
     return gymnasium.make(env.spec, **silent)
 
 
-def _reward_range(env: gymnasium.Env, given: tuple[float, float] | None) -> tuple[float, float]:
+def _reward_range(env: Env, given: tuple[float, float] | None) -> tuple[float, float]:
     if given is None:
         try:
             low, high = map(float, env.get_wrapper_attr("reward_range"))

@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 
-class OldGym(gymnasium.Env):
+class OldGym(gymnasium.Env[Any, Any]):
     """An environment with the interface that Gym had before 0.21, as a Gymnasium environment.
 
     The old interface: `reset()` gives an observation alone, `step` gives `(observation, reward, done, info)`,
@@ -73,7 +73,7 @@ class OldGym(gymnasium.Env):
         return isinstance(self.observation_space, spaces.Tuple) and self.observation_space.contains(value)
 
 
-def convert_space(space: Any) -> spaces.Space:
+def convert_space(space: Any) -> spaces.Space[Any]:
     """The Gymnasium space for an old one, by its attributes.
 
     Raises:
@@ -102,7 +102,7 @@ def convert_space(space: Any) -> spaces.Space:
     )
 
 
-def convert_value(space: spaces.Space, value: Any) -> Any:
+def convert_value(space: spaces.Space[Any], value: Any) -> Any:
     """An old observation as an element of the converted space: arrays of its type, numbers of Python."""
     if isinstance(space, spaces.Dict):
         return {key: convert_value(part, value[key]) for key, part in space.spaces.items()}

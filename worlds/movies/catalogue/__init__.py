@@ -120,7 +120,7 @@ class Catalogue:
         try:
             entries = list(_entries(self._database))
         except (sqlite3.Error, ValueError, TypeError) as error:
-            raise ValueError(f"{path} is no catalogue ({error}); `llf catalogue import` makes one") from None
+            raise _refusal(path, error) from None
         self._titles = Titles([(entry.title, entry.first) for entry in entries])
         self.items = tuple(_item(entry, *self._titles.label(i)) for i, entry in enumerate(entries))
         """Every item, in the order of the source."""
@@ -202,7 +202,12 @@ def _copy(path: str, database: sqlite3.Connection) -> None:
         finally:
             file.close()
     except sqlite3.Error as error:
-        raise ValueError(f"{path} is no catalogue ({error}); `llf catalogue import` makes one") from None
+        raise _refusal(path, error) from None
+
+
+def _refusal(path: str | None, error: Exception) -> ValueError:
+    maker = f"{__name__}.importing.import_catalogue"
+    return ValueError(f"{path} is no catalogue ({error}); `{maker}` makes one")
 
 
 def _entries(database: sqlite3.Connection) -> Iterable[Entry]:

@@ -14,12 +14,12 @@ import os
 import re
 import sqlite3
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from importlib import resources
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 from worlds.movies.catalogue import GENRES, SERIES, Catalogue, Entry, write
 
@@ -113,7 +113,7 @@ class _Rows:
         self.count = 0
         self._progress = progress
 
-    def lines(self) -> Iterator[str]:
+    def lines(self) -> Generator[str, None, None]:
         """Every line, without its end.
 
         Raises:
@@ -233,8 +233,8 @@ def _year(rows: _Rows, number: int, digits: str) -> int:
     return int(digits)
 
 
-def _sayable(title: str | None) -> bool:
-    return bool(title) and title.isprintable() and len(title) <= LONGEST and title == " ".join(title.split())  # type: ignore[union-attr,return-value,arg-type]
+def _sayable(title: str | None) -> TypeGuard[str]:
+    return title is not None and 0 < len(title) <= LONGEST and title.isprintable() and title == " ".join(title.split())
 
 
 def _genres(names: list[str]) -> tuple[str, ...]:
