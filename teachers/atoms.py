@@ -3,12 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar, dataclass_transform, get_origin
+from typing import Any, ClassVar, Generic, NamedTuple, Self, dataclass_transform, get_origin
+
+from typing_extensions import TypeVar
 
 from worlds.world import World
 
-TruthT = TypeVar("TruthT")
-"""The type of a world's truth."""
+TruthT = TypeVar("TruthT", default=Any)
+"""The type of a world's truth; any, where none is named."""
+WorldT = TypeVar("WorldT", bound=World, default=Any)
+"""The class of a world; any, where none is named."""
 
 
 class FeedbackType(StrEnum):
@@ -96,7 +100,7 @@ class Moment(NamedTuple, Generic[TruthT]):
         return self.before
 
 
-ClaimT = TypeVar("ClaimT", bound="Claim[Any]")
+ClaimT = TypeVar("ClaimT", bound="Claim")
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -105,8 +109,8 @@ def claim(cls: type[ClaimT]) -> type[ClaimT]:
     return dataclass(frozen=True, slots=True, kw_only=True)(cls)
 
 
-class Claim(Generic[TruthT]):
-    """One thing that can be said, as data.
+class Claim(Generic[TruthT, WorldT]):
+    """One thing that can be said, as data; of worlds of class `WorldT`, whose truths are `TruthT`.
 
     Its docstring spells out when it is true. Fields are JSON scalars, enums and tuples of them; what phrases need
     beside them (plurals, lists, names) are properties that follow from the fields. What readers may do with a claim of
@@ -119,23 +123,23 @@ class Claim(Generic[TruthT]):
     placebo: ClassVar[bool] = False
     """Whether it has nothing to do with the task, however true."""
 
-    def holds(self, moment: Moment[TruthT], lab: World) -> bool:
+    def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.
 
         The check reaches the truth by another way than the oracle does.
         """
         raise TypeError(f"{type(self).__name__} does not say when it holds; implement holds(moment, lab)")
 
-    def counterparts(self, moment: Moment[TruthT], lab: World) -> Sequence["Claim[TruthT]"]:
+    def counterparts(self, moment: Moment[TruthT], lab: WorldT) -> Sequence["Claim"]:
         """Well-formed, plausible claims that might be false where this one is true, for teachers that err."""
         return ()
 
-    def coarser(self, moment: Moment[TruthT], lab: World) -> Sequence["Claim[TruthT]"]:
+    def coarser(self, moment: Moment[TruthT], lab: WorldT) -> Sequence["Claim"]:
         """Claims of the same kind that this one implies, saying less, the vaguest first, for teachers that hint."""
         return ()
 
 
-class ActionClaim(Claim[TruthT]):
+class ActionClaim(Claim[TruthT, WorldT]):
     """Role of a claim that is about one action: advice (fp), a warning (fn), a verdict on it (hp, hn), or, in an
     instruction, an action that is right in every turn.
     """  # noqa: D205
@@ -147,7 +151,7 @@ class ActionClaim(Claim[TruthT]):
     """The slot of the phrases in which the action stands as a student would write it; empty if none has it."""
 
 
-class PlanClaim(Claim[TruthT]):
+class PlanClaim(Claim[TruthT, WorldT]):
     """Role of a claim that states actions to take one after the other: from now on, or, in an instruction, from the
     start.
     """  # noqa: D205
@@ -161,7 +165,7 @@ class PlanClaim(Claim[TruthT]):
     """What stands between two of them there."""
 
 
-class EditClaim(Claim[TruthT]):
+class EditClaim(Claim[TruthT, WorldT]):
     """Role of a claim that advises to change one line of the student's last text."""
 
     __slots__ = ()
@@ -175,47 +179,52 @@ class EditClaim(Claim[TruthT]):
     """The slot of the phrases in which the words stand."""
 
 
-class Verdict(ActionClaim[TruthT]):
+class Verdict(Claim[TruthT, WorldT]):
     """Base of a pair of opposite verdicts, which share their fields and one definition.
 
-    The pair is made by a common base with the fields and `applies` and `good`, and two classes, hp and hn, that name
-    each other's opposite by `opposed`.
+    The pair is made by a common base with the fields, `applies` and `good` (an `ActionClaim`, too, if the verdict is on
+    an action), and two classes, hp and hn, that `opposed` makes each other's opposite.
     """
 
     __slots__ = ()
-    opposite: ClassVar[type["Verdict[Any]"]]
+    opposite: ClassVar[type["Verdict"]]
     """The class of the opposite verdict."""
 
-    def applies(self, moment: Moment[TruthT], lab: World) -> bool:
+    def applies(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether this is a verdict on what was done at all: its fields fit the turn."""
         raise TypeError(f"{type(self).__name__} does not say what it is about; implement applies(moment, lab)")
 
-    def good(self, moment: Moment[TruthT], lab: World) -> bool:
+    def good(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether praise is due; asked only of what applies."""
         raise TypeError(f"{type(self).__name__} does not say what is good; implement good(moment, lab)")
 
-    def holds(self, moment: Moment[TruthT], lab: World) -> bool:
+    def opposing(self, **changes: Any) -> "Verdict":
+        """The opposite verdict, with other values for some of the fields."""
+        own = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]  # a dataclass
+        return self.opposite(**own | changes)
+
+    def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Praise holds where it is due, blame where it is not."""
         return self.applies(moment, lab) and self.good(moment, lab) == (self.kind is FeedbackType.HP)
 
-    def counterparts(self, moment: Moment[TruthT], lab: World) -> Sequence[Claim[TruthT]]:
+    def counterparts(self, moment: Moment[TruthT], lab: WorldT) -> Sequence[Claim]:
         """The opposite verdict."""
-        return (self.opposite(**{field.name: getattr(self, field.name) for field in fields(self)}),)  # type: ignore[arg-type]  # a dataclass
+        return (self.opposing(),)
 
 
-def slots_of(cls: type[Claim[Any]]) -> tuple[str, ...]:
+def slots_of(cls: type[Claim]) -> tuple[str, ...]:
     """What phrases can take from a claim, in order: its fields of a single value, and the properties of its class."""
     single = [field.name for field in fields(cls) if get_origin(field.type) is not tuple]  # type: ignore[arg-type]  # a dataclass
     derived = (name for base in cls.__mro__ for name, value in vars(base).items() if isinstance(value, property))
     return tuple(dict.fromkeys((*single, *(name for name in derived if name != "kind"))))
 
 
-def opposed(praise: type[Verdict[Any]], blame: type[Verdict[Any]]) -> None:
+def opposed(praise: type[Verdict], blame: type[Verdict]) -> None:
     """Make two classes of verdicts, of the same fields, each other's opposite."""
     praise.opposite, blame.opposite = blame, praise
 
 
-class Grounded(Claim[TruthT]):
+class Grounded(Claim[TruthT, WorldT]):
     """Base of claims that say less than another one and are true because that one is: their ground.
 
     The ground is no field: it is in no record, and a student who reads fields does not see it.
@@ -232,7 +241,7 @@ class Grounded(Claim[TruthT]):
 
     _ground: Any
 
-    def stands(self, moment: Moment[TruthT], lab: World) -> bool:
+    def stands(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the ground holds."""
         return bool(self._ground.holds(moment, lab))
 
@@ -241,14 +250,14 @@ class Grounded(Claim[TruthT]):
         return _regrounded, (type(self), getattr(self, "_ground", None), {name: getattr(self, name) for name in names})
 
 
-def _regrounded(cls: type[Grounded[Any]], ground: Any, fields: dict[str, Any]) -> Grounded[Any]:
+def _regrounded(cls: type[Grounded], ground: Any, fields: dict[str, Any]) -> Grounded:
     return cls.on(ground, **fields)
 
 
 class Atom(NamedTuple):
     """A claim as it was said."""
 
-    claim: Claim[Any]
+    claim: Claim
     text: str
     """The sentence, without the other atoms of the utterance."""
     about_turn: int
@@ -261,7 +270,7 @@ class Atom(NamedTuple):
         """The claim's kind."""
         return self.claim.kind
 
-    def label(self, moments: Sequence[Moment[Any]], lab: World) -> Label:
+    def label(self, moments: Sequence[Moment], lab: World) -> Label:
         """What the simulator says of it, given the moments of the episode up to the one in which it was said."""
         if not self.claim.holds(moments[self.about_turn], lab):
             return Label.DISTORTED

@@ -5,7 +5,22 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Grounded, Moment, PlanClaim, R, claim
+from teachers.atoms import (
+    FN,
+    FP,
+    HN,
+    HP,
+    ActionClaim,
+    Claim,
+    FeedbackType,
+    Grounded,
+    Moment,
+    PlanClaim,
+    R,
+    Verdict,
+    claim,
+    opposed,
+)
 from worlds.world import World
 
 
@@ -27,19 +42,18 @@ class Reward(Claim[Any]):
         return tuple(Reward(reward=r) for r in others if low <= r <= high and r != self.reward)[:1]
 
 
-class _Outcome(Claim[Any]):
+class _Outcome(Verdict[Any]):
     """Whether the task is solved."""
 
     __slots__ = ()
-    opposite: ClassVar[type[Claim[Any]]]
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def applies(self, moment: Moment[Any], lab: World) -> bool:
+        """Any action, or text that is none."""
+        return moment.action is not None
+
+    def good(self, moment: Moment[Any], lab: World) -> bool:
         """Ask the record."""
-        return moment.action is not None and moment.success == (self.kind is HP)
-
-    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
-        """Claim the opposite."""
-        return (self.opposite(),)
+        return moment.success
 
 
 @claim
@@ -56,7 +70,7 @@ class Solved(_Outcome):
     kind = HP
 
 
-TryAgain.opposite, Solved.opposite = Solved, TryAgain
+opposed(Solved, TryAgain)
 
 
 @claim

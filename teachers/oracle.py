@@ -4,13 +4,12 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Set
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic
 
 import numpy as np
 
-from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R
+from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, TruthT, WorldT
 from teachers.common import Reward
-from worlds.world import World
 
 ALL_KINDS = frozenset(KINDS)
 ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
@@ -21,7 +20,7 @@ class RefusalError(TypeError):
     """What an oracle raises that is asked for something that it does not know."""
 
 
-class Oracle(ABC):
+class Oracle(ABC, Generic[TruthT, WorldT]):
     """Knows everything about one world and lies about nothing.
 
     An oracle implements `_basics`, `_hindsight` and `_advice`, `_practice` and `_solution` if it gives such
@@ -41,11 +40,11 @@ class Oracle(ABC):
     max_importance: ClassVar[float] = 1.0
     """Greatest value that `importance` can have."""
 
-    def __init__(self, scratch: Callable[[], World]) -> None:
+    def __init__(self, scratch: Callable[[], WorldT]) -> None:
         self._scratch = scratch
 
     @cached_property
-    def lab(self) -> World:
+    def lab(self) -> WorldT:
         """A scratch world, made when it is first needed."""
         return self._scratch()
 
@@ -74,10 +73,10 @@ class Oracle(ABC):
         """The classes of claims that this oracle's module defines; see `claims_of`."""
         return claims_of(cls.__module__)
 
-    def start(self, truth: Any) -> None:
+    def start(self, truth: TruthT) -> None:
         """Begin an episode: look at the world as reset left it."""
 
-    def brief(self, truth: Any, instruction_type: str, rng: np.random.Generator | None = None) -> tuple[Claim, ...]:
+    def brief(self, truth: TruthT, instruction_type: str, rng: np.random.Generator | None = None) -> tuple[Claim, ...]:
         """The parts of the instruction.
 
         Args:
@@ -96,7 +95,7 @@ class Oracle(ABC):
             return parts + self._practice(truth, rng)
         return parts + self._solution(truth) if instruction_type == "c" else parts
 
-    def judge(self, moment: Moment, kinds: Set[FeedbackType] = ALL_KINDS) -> tuple[Claim, ...]:
+    def judge(self, moment: Moment[TruthT], kinds: Set[FeedbackType] = ALL_KINDS) -> tuple[Claim, ...]:
         """The true claims of the wanted kinds about a moment, in speaking order."""
         claims: list[Claim] = []
         if moment.before is not None:
@@ -108,30 +107,30 @@ class Oracle(ABC):
         return tuple(claims)
 
     @abstractmethod
-    def _basics(self, truth: Any) -> tuple[Claim, ...]:
+    def _basics(self, truth: TruthT) -> tuple[Claim, ...]:
         """Goal, meaning of the actions, syntax of the answer."""
 
-    def _practice(self, truth: Any, rng: np.random.Generator) -> tuple[Claim, ...]:
+    def _practice(self, truth: TruthT, rng: np.random.Generator) -> tuple[Claim, ...]:
         """Hindsight on some actions that were tried out."""
         raise RefusalError(f"{type(self).__name__} has `p` among its instruction_types, but no _practice")
 
-    def _solution(self, truth: Any) -> tuple[Claim, ...]:
+    def _solution(self, truth: TruthT) -> tuple[Claim, ...]:
         """Enough to infer an optimal policy."""
         raise RefusalError(f"{type(self).__name__} has `c` among its instruction_types, but no _solution")
 
     @abstractmethod
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _hindsight(self, claims: list[Claim], moment: Moment[TruthT], kinds: Set[FeedbackType]) -> None:
         """Append the wanted hp and hn claims about an executed action."""
 
     @abstractmethod
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[TruthT], kinds: Set[FeedbackType]) -> None:
         """Append the wanted fp and fn claims about the next action."""
 
-    def values(self, truth: Any) -> tuple[float, ...] | None:
+    def values(self, truth: TruthT) -> tuple[float, ...] | None:
         """Value per discrete action, greater is better; None where actions cannot be enumerated."""
         return None
 
-    def importance(self, truth: Any) -> float:
+    def importance(self, truth: TruthT) -> float:
         """How much is at stake in the next action: the best value less the worst, at most `max_importance`.
 
         Without values it is not known, and 0.
@@ -139,7 +138,7 @@ class Oracle(ABC):
         values = self.values(truth)
         return 0.0 if values is None else max(values) - min(values)
 
-    def plan(self, truth: Any, n: int) -> tuple[Any, ...]:
+    def plan(self, truth: TruthT, n: int) -> tuple[Any, ...]:
         """At most `n` actions of an optimal policy from here on; none where nothing is known.
 
         As it stands the action of the greatest value, if there are values and they differ.
@@ -149,7 +148,7 @@ class Oracle(ABC):
             return ()
         return (values.index(max(values)),)
 
-    def regret(self, moment: Moment) -> float:
+    def regret(self, moment: Moment[TruthT]) -> float:
         """Value lost by the executed action against the best one; an action that was not executed loses all.
 
         Raises:
@@ -160,11 +159,11 @@ class Oracle(ABC):
             raise RefusalError(f"{type(self).__name__} gives no values; it must implement regret(moment)")
         return max(values) - (min(values) if moment.before is None else values[moment.action])
 
-    def falsehoods(self, claim: Claim, moment: Moment) -> list[Claim]:
+    def falsehoods(self, claim: Claim, moment: Moment[TruthT]) -> list[Claim]:
         """Every plausible claim in place of `claim` that is false, checked to be so."""
         return [c for c in claim.counterparts(moment, self.lab) if not c.holds(moment, self.lab)]
 
-    def distort(self, claim: Claim, moment: Moment, rng: np.random.Generator) -> Claim | None:
+    def distort(self, claim: Claim, moment: Moment[TruthT], rng: np.random.Generator) -> Claim | None:
         """A false claim in place of `claim`, checked to be false; None if there is no plausible one."""
         false = self.falsehoods(claim, moment)
         return false[rng.integers(len(false))] if false else None

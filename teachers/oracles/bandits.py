@@ -4,165 +4,163 @@ from collections.abc import Sequence, Set
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Verdict, claim, opposed
 from teachers.oracle import Oracle
-from worlds.bandits import Truth
-from worlds.world import World
+from worlds.bandits import Bandit, Truth
 
 
 @claim
-class Goal(Claim):
+class Goal(Claim[Truth, Bandit]):
     """True if this is how many arms there are, and pulling one pays a reward of its own distribution."""
 
     arms: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Count the actions that the world accepts."""
-        return self.arms == lab.action_space.n
+        return self.arms == sum(map(lab.action_space.contains, range(self.arms + 1)))
 
 
 @claim
-class Answer(Claim):
+class Answer(Claim[Truth, Bandit]):
     """True if the numbers from 0 to `last` are the arms."""
 
     last: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Offer the world this number and the next."""
         return lab.action_space.contains(self.last) and not lab.action_space.contains(self.last + 1)
 
 
 @claim
-class TriedBest(Claim):
+class _Tried(Verdict[Truth, Bandit], ActionClaim[Truth, Bandit]):
+    """What an arm is worth that somebody pulled before."""
+
+    action: int
+    mean: float
+
+    def applies(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Multiply the arm's chance and payout."""
+        return abs(_expected(moment.after, self.action) - self.mean) <= 5.1e-4
+
+    def good(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Multiply chance and payout of each arm."""
+        return _is_best(moment.after, self.action)
+
+
+@claim
+class TriedBest(_Tried):
     """True if no arm pays more on average than `action`, which pays `mean` on average (to 3 decimals)."""
 
     kind = HP
-    action: int
-    mean: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Multiply chance and payout of each arm."""
-        return _is_best(moment.after, self.action) and _pays(moment.after, self.action, self.mean)
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedPoor(action=self.action, mean=self.mean),)
 
 
 @claim
-class TriedPoor(Claim):
+class TriedPoor(_Tried):
     """True if some arm pays more on average than `action`, which pays `mean` on average (to 3 decimals)."""
 
     kind = HN
-    action: int
-    mean: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Multiply chance and payout of each arm."""
-        return not _is_best(moment.after, self.action) and _pays(moment.after, self.action, self.mean)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedBest(action=self.action, mean=self.mean),)
+opposed(TriedBest, TriedPoor)
 
 
 @claim
-class Solution(Claim):
+class Solution(ActionClaim[Truth, Bandit]):
     """True if no arm pays more on average than `action`."""
 
     action: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull it and ask whether that was a success."""
         return _succeeds(moment.after, self.action, lab)
 
 
 @claim
-class PulledBest(Claim):
+class _Pulled(Verdict[Truth, Bandit], ActionClaim[Truth, Bandit]):
+    """What the arm is worth that was pulled."""
+
+    action: int
+
+    def applies(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Look the action up."""
+        return moment.before is not None and moment.action == self.action
+
+    def good(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Multiply chance and payout of each arm."""
+        return _is_best(moment.past, self.action)
+
+
+@claim
+class PulledBest(_Pulled):
     """True if the arm that was pulled is a best one; tied arms are all best."""
 
     kind = HP
-    action: int
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Multiply chance and payout of each arm."""
-        return moment.before is not None and moment.action == self.action and _is_best(moment.before, self.action)
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (PulledPoor(action=self.action),)
 
 
 @claim
-class PulledPoor(Claim):
+class PulledPoor(_Pulled):
     """True if some arm pays more on average than the one that was pulled."""
 
     kind = HN
-    action: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Multiply chance and payout of each arm."""
-        return moment.before is not None and moment.action == self.action and not _is_best(moment.before, self.action)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (PulledBest(action=self.action),)
+opposed(PulledBest, PulledPoor)
 
 
 @claim
-class Pull(Claim):
+class Pull(ActionClaim[Truth, Bandit]):
     """True if no arm pays more on average than `action`."""
 
     kind = FP
     action: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull it and ask whether that was a success."""
         return _succeeds(moment.after, self.action, lab)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
         """Recommend another arm."""
-        return tuple(Pull(action=arm) for arm in range(lab.action_space.n) if arm != self.action)
+        return tuple(Pull(action=arm) for arm in range(lab.arms) if arm != self.action)
 
-    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def coarser(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
         """Half of the arms, then a pair of them, where these are fewer than all."""
-        arms = lab.action_space.n
+        arms = lab.arms
         sizes = [size for size in (arms // 2, 2) if 2 <= size < arms]
         return tuple(_among(self.action - self.action % size, size, arms) for size in dict.fromkeys(sizes))
 
 
 @claim
-class Among(Claim):
+class Among(Claim[Truth, Bandit]):
     """True if one of the arms from `low` to `high` is a best one."""
 
     kind = FP
     low: int
     high: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull them all and ask whether that was a success."""
         return any(_succeeds(moment.after, arm, lab) for arm in range(self.low, self.high + 1))
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
         """Other arms, as many."""
-        size, arms = self.high - self.low + 1, lab.action_space.n
+        size, arms = self.high - self.low + 1, lab.arms
         return tuple(_among(low, size, arms) for low in range(0, arms - 1, size) if low != self.low)
 
 
 @claim
-class Avoid(Claim):
+class Avoid(ActionClaim[Truth, Bandit]):
     """True if some arm pays more on average than `action`."""
 
     kind = FN
     action: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Pull it and ask whether that was a success."""
         return not _succeeds(moment.after, self.action, lab)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
         """Warn of another arm."""
-        return tuple(Avoid(action=arm) for arm in range(lab.action_space.n) if arm != self.action)
+        return tuple(Avoid(action=arm) for arm in range(lab.arms) if arm != self.action)
 
 
 def _among(low: int, size: int, arms: int) -> Among:
@@ -170,9 +168,9 @@ def _among(low: int, size: int, arms: int) -> Among:
     return Among(low=low, high=low + size - 1)
 
 
-def _succeeds(truth: Truth, arm: int, lab: World) -> bool:
+def _succeeds(truth: Truth, arm: int, lab: Bandit) -> bool:
     lab.restore(truth)
-    return lab.step(arm)[4]["success"]
+    return bool(lab.step(arm)[4]["success"])
 
 
 def _expected(truth: Truth, arm: int) -> float:
@@ -183,14 +181,10 @@ def _is_best(truth: Truth, arm: int) -> bool:
     return all(_expected(truth, arm) >= _expected(truth, other) for other in range(len(truth.chances)))
 
 
-def _pays(truth: Truth, arm: int, mean: float) -> bool:
-    return abs(_expected(truth, arm) - mean) <= 5.1e-4
-
-
 _TRIES = 2
 
 
-class BanditOracle(Oracle):
+class BanditOracle(Oracle[Truth, Bandit]):
     """Judges pulls by the arm's expected reward, which is also its value."""
 
     max_importance = 200.0
@@ -217,12 +211,12 @@ class BanditOracle(Oracle):
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         return (Solution(action=self._best[0]),)
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         verdict = self._pulled[moment.action]
         if verdict.kind in kinds:
             claims.append(verdict)
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         if FP in kinds:
             claims.append(self._pull)
         if FN in kinds and self._avoid:

@@ -8,17 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.oracle import Oracle
-from worlds.gridworld import DIRECTIONS, NO_DOOR, Direction, Truth, distances_from
-from worlds.world import World
+from worlds.gridworld import DIRECTIONS, NO_DOOR, Direction, Gridworld, Truth, distances_from
 
 
 @claim
-class Goal(Claim):
+class Goal(Claim[Truth, Gridworld]):
     """True if entering the room of the treasure, and no other, solves the task."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Walk through every door of the house."""
         layout = moment.after.layout
         for room, row in enumerate(layout.doors):
@@ -31,10 +30,10 @@ class Goal(Claim):
 
 
 @claim
-class Moves(Claim):
+class Moves(Claim[Truth, Gridworld]):
     """True if a move leads through the door on that side, and leaves the student in place where there is none."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Try the four directions."""
         truth = moment.after
         return all(
@@ -44,70 +43,72 @@ class Moves(Claim):
 
 
 @claim
-class Answer(Claim):
+class Answer(Claim[Truth, Gridworld]):
     """True if these four words are the names of the four actions, numbered from 0 in this order."""
 
-    names: tuple[str, str, str, str]
-    listing: str
+    names: tuple[str, ...]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def listing(self) -> str:
+        """The words with their numbers."""
+        return ", ".join(f"{name} ({number})" for number, name in enumerate(self.names))
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Look the words up in the world's vocabulary."""
-        return [lab.action_words.get(name) for name in self.names] == list(DIRECTIONS) and all(
-            name in self.listing for name in self.names
-        )
+        return [lab.action_words.get(name) for name in self.names] == list(DIRECTIONS)
 
 
 @claim
-class TriedWell(Claim):
+class _Tried(Verdict[Truth, Gridworld], ActionClaim[Truth, Gridworld]):
+    """What became of a move that somebody made before."""
+
+    action: Direction
+    room: str
+
+    def applies(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """From every room one can try to go anywhere."""
+        return self.room in moment.after.layout.names
+
+    def good(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Measure both rooms by breadth-first search."""
+        layout = moment.after.layout
+        return _gain(lab, Truth(layout.names.index(self.room), False, layout), self.action) > 0
+
+
+@claim
+class TriedWell(_Tried):
     """True if going `action` from the named room leads to a room that is nearer to the treasure."""
 
     kind = HP
-    action: Direction
-    room: str
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Measure both rooms by breadth-first search."""
-        return (
-            _gain(lab, Truth(moment.after.layout.names.index(self.room), False, moment.after.layout), self.action) > 0
-        )
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedInVain(action=self.action, room=self.room),)
 
 
 @claim
-class TriedInVain(Claim):
+class TriedInVain(_Tried):
     """True if going `action` from the named room leads to a room that is no nearer to the treasure, or nowhere."""
 
     kind = HN
-    action: Direction
-    room: str
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Measure both rooms by breadth-first search."""
-        return (
-            _gain(lab, Truth(moment.after.layout.names.index(self.room), False, moment.after.layout), self.action) <= 0
-        )
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedWell(action=self.action, room=self.room),)
+opposed(TriedWell, TriedInVain)
 
 
 @claim
-class Route(Claim):
+class Route(PlanClaim[Truth, Gridworld]):
     """True if these moves, in order, lead from the start to the treasure and no shorter sequence does."""
 
     actions: tuple[Direction, ...]
-    listing: str
     room: str
     """The room that holds the treasure."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def listing(self) -> str:
+        """The moves in words."""
+        return self.separator.join(map(str, self.actions))
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Walk the route."""
         truth = moment.after
-        if len(self.actions) != _distance(truth) or self.listing != ", ".join(map(str, self.actions)):
+        if len(self.actions) != _distance(truth):
             return False
         lab.restore(truth)
         success = [lab.advance(action)[4]["success"] for action in self.actions]
@@ -115,7 +116,7 @@ class Route(Claim):
 
 
 @claim
-class Found(Claim):
+class Found(ActionClaim[Truth, Gridworld]):
     """True if this move entered the room of the treasure for the first time."""
 
     kind = HP
@@ -123,123 +124,126 @@ class Found(Claim):
     room: str
     """Where the move led."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the move again."""
         if moment.before is None or moment.before.found or moment.action != self.action:
             return False
         after = _step(lab, moment.before, self.action)
         return after.found and after.layout.names[after.room] == self.room
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Deny it."""
-        return (NoNearer(action=self.action, room=moment.before.layout.names[moment.before.room]),)
+        truth = moment.past
+        return (NoNearer(action=self.action, room=truth.layout.names[truth.room]),)
 
 
 @claim
-class Nearer(Claim):
+class _Made(Verdict[Truth, Gridworld], ActionClaim[Truth, Gridworld]):
+    """What became of the student's move."""
+
+    action: Direction
+    room: str
+    """Where the move began."""
+
+    def applies(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Look the move up; who has found the treasure goes anywhere."""
+        before = moment.before
+        return (
+            before is not None
+            and not before.found
+            and moment.action == self.action
+            and before.layout.names[before.room] == self.room
+        )
+
+    def good(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Make the move again and measure by breadth-first search."""
+        return _gain(lab, moment.past, self.action) > 0
+
+
+@claim
+class Nearer(_Made):
     """True if this move out of the named room ended nearer to the treasure: it began a shortest path."""
 
     kind = HP
-    action: Direction
-    room: str
-    """Where the move began."""
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Make the move again and measure by breadth-first search."""
-        return _made(self, moment) and _gain(lab, moment.before, self.action) > 0
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (NoNearer(action=self.action, room=self.room),)
 
 
 @claim
-class NoNearer(Claim):
+class NoNearer(_Made):
     """True if this move out of the named room did not end nearer to the treasure: it began no shortest path."""
 
     kind = HN
-    action: Direction
-    room: str
-    """Where the move began."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Make the move again and measure by breadth-first search."""
-        return _made(self, moment) and _gain(lab, moment.before, self.action) <= 0
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (Nearer(action=self.action, room=self.room),)
+opposed(Nearer, NoNearer)
 
 
 @claim
-class Go(Claim):
+class Go(ActionClaim[Truth, Gridworld]):
     """True if `action` begins a shortest path to a treasure not yet found; every tied path counts."""
 
     kind = FP
     action: Direction
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the move and measure by breadth-first search."""
         return not moment.after.found and _gain(lab, moment.after, self.action) > 0
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Recommend another direction."""
         return tuple(Go(action=direction) for direction in DIRECTIONS if direction != self.action)
 
-    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def coarser(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Three directions, then two; where there are other doors, these lead through them."""
         doors = moment.after.layout.doors[moment.after.room]
         others = sorted((d for d in DIRECTIONS if d != self.action), key=lambda d: doors[d] == NO_DOOR)
-        return tuple(_either((self.action, *others[:n])) for n in (2, 1))
+        return tuple(Either(ways=tuple(sorted((self.action, *others[:n])))) for n in (2, 1))
 
 
 @claim
-class Either(Claim):
+class Either(Claim[Truth, Gridworld]):
     """True if one of these directions begins a shortest path to a treasure not yet found."""
 
     kind = FP
     ways: tuple[Direction, ...]
-    listing: str
-    """The directions in words, such as `north or west`."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def listing(self) -> str:
+        """The directions in words, such as `north or west`."""
+        *rest, last = self.ways
+        return f"{', '.join(map(str, rest))} or {last}"
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the moves and measure by breadth-first search."""
-        named = self.listing == _either(self.ways).listing
-        return named and not moment.after.found and any(_gain(lab, moment.after, way) > 0 for way in self.ways)
+        return not moment.after.found and any(_gain(lab, moment.after, way) > 0 for way in self.ways)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """As many other directions."""
-        return tuple(_either(ways) for ways in combinations(DIRECTIONS, len(self.ways)) if ways != self.ways)
+        return tuple(Either(ways=ways) for ways in combinations(DIRECTIONS, len(self.ways)) if ways != self.ways)
 
 
 @claim
-class Avoid(Claim):
+class Avoid(ActionClaim[Truth, Gridworld]):
     """True if `action` does not begin a shortest path to a treasure not yet found."""
 
     kind = FN
     action: Direction
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the move and measure by breadth-first search."""
         return not moment.after.found and _gain(lab, moment.after, self.action) <= 0
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Warn of another direction."""
         return tuple(Avoid(action=direction) for direction in DIRECTIONS if direction != self.action)
 
 
-def _either(ways: Sequence[Direction]) -> Either:
-    *rest, last = ways = tuple(sorted(ways))
-    return Either(ways=ways, listing=f"{', '.join(map(str, rest))} or {last}")
-
-
-def _step(lab: World, truth: Truth, direction: Direction) -> Truth:
+def _step(lab: Gridworld, truth: Truth, direction: Direction) -> Truth:
     lab.restore(truth)
     lab.advance(direction)
     return lab.truth
 
 
-def _gain(lab: World, truth: Truth, direction: Direction) -> int:
+def _gain(lab: Gridworld, truth: Truth, direction: Direction) -> int:
     return _distance(truth) - _distance(_step(lab, truth, direction))
 
 
@@ -255,16 +259,6 @@ def _distance(truth: Truth) -> int:
     return seen[truth.layout.treasure]
 
 
-def _made(said: Nearer | NoNearer, moment: Moment) -> bool:
-    before = moment.before
-    return (
-        before is not None
-        and not before.found
-        and moment.action == said.action
-        and before.layout.names[before.room] == said.room
-    )
-
-
 @lru_cache(maxsize=4096)
 def _verdict(nearer: bool, action: Direction, room: str) -> Nearer | NoNearer:
     return (Nearer if nearer else NoNearer)(action=action, room=room)
@@ -272,11 +266,7 @@ def _verdict(nearer: bool, action: Direction, room: str) -> Nearer | NoNearer:
 
 _GO = tuple(Go(action=direction) for direction in DIRECTIONS)
 _AVOID = tuple(Avoid(action=direction) for direction in DIRECTIONS)
-_BASICS = (
-    Goal(),
-    Moves(),
-    Answer(names=tuple(map(str, DIRECTIONS)), listing=", ".join(f"{d} ({int(d)})" for d in DIRECTIONS)),
-)
+_BASICS = (Goal(), Moves(), Answer(names=tuple(map(str, DIRECTIONS))))
 _TRIES = 3
 
 
@@ -294,7 +284,7 @@ _MEMBERS = tuple(tuple(d for d in DIRECTIONS if bits >> d & 1) for bits in range
 _WARNINGS = tuple(tuple(_AVOID[d] for d in members) for members in _MEMBERS)
 
 
-class GridworldOracle(Oracle):
+class GridworldOracle(Oracle[Truth, Gridworld]):
     """Judges moves by their distance to the treasure. A value is the negated number of moves still needed."""
 
     max_importance = 2.0
@@ -342,10 +332,10 @@ class GridworldOracle(Oracle):
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         actions = self.plan(truth, len(truth.layout.doors))
         treasure = truth.layout.names[truth.layout.treasure]
-        return (Route(actions=actions, listing=", ".join(map(str, actions)), room=treasure),)
+        return (Route(actions=actions, room=treasure),)
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
-        room, found, layout = moment.before
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
+        room, found, layout = moment.past
         if found:
             return
         action = moment.action
@@ -356,7 +346,7 @@ class GridworldOracle(Oracle):
         if verdict.kind in kinds:
             claims.append(verdict)
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         room, found, _ = moment.after
         if found:
             return
@@ -377,7 +367,7 @@ class GridworldOracle(Oracle):
     def plan(self, truth: Truth, n: int) -> tuple[Direction, ...]:
         """A shortest path, or its beginning."""
         room, found, layout = truth
-        path = []
+        path: list[Direction] = []
         while not found and len(path) < n:
             direction = self._room(room).good[0]
             path.append(direction)
