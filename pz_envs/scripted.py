@@ -67,9 +67,9 @@ def refuse_messages(speech: str) -> None:
     """Check the speech of teachers that are scripted.
 
     Raises:
-        ValueError: it is not `kinds`.
+        ValueError: it is one that they cannot speak.
     """
-    if speech != "kinds":
+    if speech in ("message", "claims"):
         raise ValueError(
             f"speech {speech!r} has no parallel form, whose teachers are scripted; allowed: kinds; for others take the "
             "AEC form, as it is or with policies of your own in pz_envs.parallel_seats.ParallelSeats"

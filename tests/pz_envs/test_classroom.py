@@ -15,6 +15,7 @@ from pz_envs.scripted import RULES, Attention
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.testing import require_aec, require_parallel
 from teachers.atoms import Utterance
+from teachers.seeds import Seeds
 from worlds.testing import plain
 
 GRID, BANDIT = (next(f for f in all_families() if f.name == name) for name in ("gridworld", "bandits"))
@@ -190,11 +191,12 @@ def test_the_teachers_reward_can_be_named_or_a_function():
 
 
 def test_each_student_is_taught_as_in_a_tutoring_env():
-    """A student's world, words and rewards are those of seats of its own with the same seed."""
+    """A student's world, words and rewards are those of seats of its own with the same seed: the first one's is that of
+    the class.
+    """
     env = GRID.raw_env(seating="classroom", students=3, attention=3, until_success=False, max_cycles=5)
     env.reset(seed=5)
-    rng = np.random.default_rng(5)
-    seeds = rng.integers(2**31, size=3).tolist()
+    seeds = [5, *Seeds(5).stream("class").integers(2**31, size=3)[1:].tolist()]
     alone = []
     for seed in seeds:
         seat = GRID.raw_env(speech="kinds", max_cycles=5)
