@@ -104,6 +104,10 @@ class World(gymnasium.Env):
             state = state.truth
         self._load(state)
 
+    def state_of(self, truth: Any) -> Any:
+        """What tells the state of a truth from other states; the truth itself by default."""
+        return truth
+
     def scratch(self) -> "World":
         """A new world of the same class and options, for experiments on the side. Restore before use."""
         return type(self)(**self.options)
