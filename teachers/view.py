@@ -108,11 +108,15 @@ class View:
 
     def share(self, truth: Any) -> float:
         """A number in [0, 1) that a state has once and for all, spread evenly over the states."""
-        return self._fingerprints.share(_seen(truth))
+        return self._fingerprints.share(self._oracle.lab.state_of(truth))
 
-    def fingerprint(self, value: Any) -> int:
-        """A number that is equal for equal states or actions."""
-        return self._fingerprints.of(_seen(value))
+    def fingerprint(self, truth: Any) -> int:
+        """A number that is equal for equal states."""
+        return self._fingerprints.of(self._oracle.lab.state_of(truth))
+
+    def action_fingerprint(self, action: Any) -> int:
+        """A number that is equal for equal actions."""
+        return self._fingerprints.of(action)
 
     # What can be made of a claim.
 
@@ -206,11 +210,6 @@ class View:
 
     def _verdict(self, ground: Claim, moment: Moment) -> Claim:
         return (Right if ground.kind is HP else Wrong).on(ground, action=moment.action)
-
-
-def _seen(truth: Any) -> Any:
-    """What makes a state: of a position in an episode it is what was seen there, and not the way to it."""
-    return getattr(truth, "seen", truth)
 
 
 def _bare(claim: Claim) -> Claim:
