@@ -33,7 +33,7 @@ __all__ = [
     "stages_of",
 ]
 
-Claims = Sequence[Claim]
+Claims = Sequence[Claim[Any]]
 """What is said, in its order."""
 P = ParamSpec("P")
 S = TypeVar("S", bound="Personality")

@@ -1,8 +1,9 @@
 """adversarial(budget): a few tips that are as bad as can be, among true ones."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from teachers.atoms import FP, Claim
+from teachers.atoms import FP, ActionClaim, Claim
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Count
 
@@ -21,8 +22,8 @@ class _Adversary(Stage["Adversarial"]):
             return claims
         return [self._worst(claim, view) if claim.kind is FP and self._left else claim for claim in claims]
 
-    def _worst(self, claim: Claim, view: View) -> Claim:
-        false = [other for other in view.falsehoods(claim) if other.kind is FP and hasattr(other, "action")]
+    def _worst(self, claim: Claim[Any], view: View) -> Claim[Any]:
+        false = [other for other in view.falsehoods(claim) if other.kind is FP and isinstance(other, ActionClaim)]
         if not false:
             return claim
         self._left -= 1

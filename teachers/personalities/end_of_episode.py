@@ -1,6 +1,7 @@
 """end_of_episode(top_k): keeps everything for a summary at the end."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from teachers.atoms import Claim
 from teachers.common import Late
@@ -12,7 +13,7 @@ class _Summary(Stage["EndOfEpisode"]):
     """Keeps what is to be said."""
 
     def begin(self) -> None:
-        self._kept: list[tuple[float, int, Claim]] = []
+        self._kept: list[tuple[float, int, Claim[Any]]] = []
 
     def speak(self, claims: Claims, view: View) -> Claims:
         turn, over = view.turn, view.moment.over

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from teachers.atoms import FP, HN, Claim
+from teachers.atoms import FP, HN, ActionClaim
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Share
 
@@ -13,7 +13,7 @@ class _Flatterer(Stage["Sycophant"]):
     """Remembers what it advised."""
 
     def begin(self) -> None:
-        self._advised: list[Claim] = []
+        self._advised: Claims = ()
 
     def speak(self, claims: Claims, view: View) -> Claims:
         pushed = self._is_pushed(view)
@@ -32,7 +32,7 @@ class _Flatterer(Stage["Sycophant"]):
         last = view.last
         if last is None or last.before is None or not np.array_equal(last.action, view.moment.action):
             return False
-        advised = [claim.action for claim in self._advised if hasattr(claim, "action")]
+        advised = [claim.action for claim in self._advised if isinstance(claim, ActionClaim)]
         return bool(advised) and not any(np.array_equal(action, last.action) for action in advised)
 
 
