@@ -77,7 +77,7 @@ opposed(Solved, TryAgain)
 class Truism(Claim[Any]):
     """True always: a fact that has nothing to do with the task, from the list of the placebo personality."""
 
-    kind: FeedbackType  # type: ignore[misc]  # other claims are filed by their class
+    kind: FeedbackType | None  # type: ignore[misc]  # other claims are filed by their class
     """The kind of the claim that it stands in for: a truism has none of its own."""
     placebo = True
     fact: str

@@ -1,39 +1,48 @@
 """Personalities: what becomes of an oracle's claims before they are said.
 
-A personality is a frozen dataclass in a module of its name under `teachers/personalities/`; its fields
-are its parameters. Its nested class `Stage` holds one episode's state. Personalities compose left to
-right with `|`, and are written as strings that round-trip: `mistake(eps=0.1) | delayed(turns=2)`.
+A personality is a frozen value in a module of its name under `teachers/personalities/`. One that remembers nothing is a
+function, decorated by `personality`; another one is a dataclass whose fields are its parameters, with a `Stage` that
+holds one episode's memory. Personalities compose left to right with `|`, and are written as strings that round-trip:
+`mistake(eps=0.1) | delayed(turns=2)`.
 """
 
+import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Concatenate, Generic, ParamSpec, Protocol, TypeVar, get_type_hints, overload
 
 import numpy as np
 
 from teachers import personalities
 from teachers.atoms import Claim
-from teachers.oracle import Oracle
-from teachers.spec import Catalogue, Spec
+from teachers.oracle import ABILITIES, Oracle
+from teachers.spec import Shelf, Spec, unknown
 from teachers.view import View
 
 __all__ = [
     "PERSONALITIES",
+    "Claims",
     "Personality",
     "Pipeline",
     "Stage",
     "View",
     "check_served",
     "parse_personality",
+    "personality",
     "stages_of",
 ]
 
+Claims = Sequence[Claim[Any]]
+"""What is said, in its order."""
+P = ParamSpec("P")
+S = TypeVar("S", bound="Personality")
 
-class Stage(ABC):
+
+class Stage(ABC, Generic[S]):
     """One personality in one episode."""
 
-    def __init__(self, spec: Any, rng: np.random.Generator) -> None:
+    def __init__(self, spec: S, rng: np.random.Generator) -> None:
         self.spec = spec
         """The personality, for its parameters."""
         self.rng = rng
@@ -44,47 +53,155 @@ class Stage(ABC):
         """Set up what is to be remembered within the episode."""
 
     @abstractmethod
-    def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
+    def speak(self, claims: Claims, view: View) -> Claims:
         """What to say, given what the oracle, or the stage before, would say. Called once a turn."""
 
 
 class Personality(Spec):
     """Base of all personalities: a frozen value that starts a `Stage` for each episode."""
 
-    shelf = personalities.__name__
-    Stage: ClassVar[type[Stage]]
+    shelf: ClassVar[str] = personalities.__name__
+    stage: ClassVar[type[Stage[Any]]]
+    """What it is in an episode."""
     source: ClassVar[str] = "ours"
     """Where the definition comes from."""
-    needs: ClassVar[frozenset[str]] = frozenset()
-    """What the oracle must be able to do, of `teachers.oracle.ABILITIES`."""
-    honest: ClassVar[bool] = True
-    """Whether every claim that it makes is true, if those that it is given are."""
-    reveals: ClassVar[bool] = True
-    """Whether it may tell the action to take; one that may not is audited for it."""
 
-    def start(self, rng: np.random.Generator) -> Stage:
-        """The stage for one episode."""
-        return self.Stage(self, rng)
+    # A subclass sets these, as in `honest = False`, or works them out of its parameters, as a property.
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """What the oracle must be able to do, of `teachers.oracle.ABILITIES`."""
+        return frozenset()
+
+    @property
+    def honest(self) -> bool:
+        """Whether every claim that it makes is true, if those that it is given are."""
+        return True
+
+    @property
+    def reveals(self) -> bool:
+        """Whether it may tell the action to take; one that may not is audited for it."""
+        return True
 
     @property
     def transparent(self) -> bool:
         """Whether it passes every claim on as it is, so that it need not be asked."""
         return False
 
+    def start(self, rng: np.random.Generator) -> Stage[Any]:
+        """The stage for one episode."""
+        return self.stage(self, rng)
+
     def __or__(self, after: "Personality") -> "Pipeline":
         return Pipeline((*stages_of(self), *stages_of(after)))
 
 
-class PipelineStage(Stage):
+class _Turn(Stage["Memoryless"]):
+    """Has nothing to remember."""
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        return self.spec.says(claims, view, self.rng, **vars(self.spec))
+
+
+class Memoryless(Personality):
+    """Base of the personalities that are functions; see `personality`."""
+
+    says: ClassVar[Callable[..., Claims]]
+    """What it says in a turn, of claims, view, random stream and parameters."""
+    stage = _Turn
+
+
+class _Maker(Protocol):
+    """Makes a class of a function, which a type checker may take for a function of the parameters."""
+
+    @overload
+    def __call__(
+        self, function: Callable[Concatenate[Claims, View, np.random.Generator, P], Claims], /
+    ) -> Callable[P, Personality]: ...
+
+    @overload
+    def __call__(self, function: Callable[Concatenate[Claims, View, P], Claims], /) -> Callable[P, Personality]: ...
+
+
+def personality(
+    *,
+    source: str = Personality.source,
+    needs: Collection[str] = (),
+    honest: bool = True,
+    reveals: bool = True,
+    transparent: bool = False,
+) -> _Maker:
+    """Make a personality of a function that is asked once a turn and remembers nothing.
+
+    The function takes the claims, the view and, if it draws, a random stream; then the parameters by keyword, each with
+    a default. Its name becomes that of a frozen class of these parameters: `mistake(eps=0.2)` is a personality.
+
+        @personality(source="B-Pref eps_mistake", honest=False)
+        def mistake(claims: Claims, view: View, rng: np.random.Generator, *, eps: Share = 0.1) -> Claims:
+
+    The arguments are the attributes of `Personality`.
+
+    Raises:
+        TypeError: the function's signature is another one.
+        ValueError: no oracle has the abilities that it needs, or a default is out of range.
+    """
+    for need in needs:
+        if need not in ABILITIES:
+            raise ValueError(unknown("ability", need, ABILITIES))
+
+    def make(function: Callable[..., Claims]) -> Callable[..., Personality]:
+        draws, defaults = _read(function)
+        hints = get_type_hints(function, include_extras=True)
+
+        def says(claims: Claims, view: View, rng: np.random.Generator, **parameters: Any) -> Claims:
+            return function(claims, view, rng, **parameters) if draws else function(claims, view, **parameters)
+
+        members = {
+            "__module__": function.__module__,
+            "__qualname__": function.__qualname__,
+            "__doc__": function.__doc__,
+            "__annotations__": {name: hints.get(name, Any) for name in defaults},
+            "says": staticmethod(says),
+            "source": source,
+            "needs": frozenset(needs),
+            "honest": honest,
+            "reveals": reveals,
+            "transparent": transparent,
+        }
+        cls: Any = dataclass(frozen=True, kw_only=True)(type(function.__name__, (Memoryless,), members | defaults))
+        cls()  # checks the defaults
+        made: Callable[..., Personality] = cls
+        return made
+
+    return make
+
+
+def _read(function: Callable[..., Claims]) -> tuple[bool, dict[str, Any]]:
+    """Whether the function of a personality draws, and its parameters with their defaults."""
+    signature = inspect.signature(function)
+    each = signature.parameters.values()
+    first = [str(one.replace(annotation=one.empty)) for one in each if one.kind is not one.KEYWORD_ONLY]
+    defaults = {one.name: one.default for one in each if one.kind is one.KEYWORD_ONLY}
+    free = not any(
+        default is inspect.Parameter.empty or hasattr(Memoryless, name) for name, default in defaults.items()
+    )
+    if first not in (["claims", "view"], ["claims", "view", "rng"]) or not free:
+        raise TypeError(
+            f"{function.__name__}{signature} is no personality: it must take (claims, view) or (claims, view, rng), "
+            "and then by keyword its parameters, each with a default and none named like an attribute of Personality, "
+            f"as in {function.__name__}(claims, view, rng, *, eps=0.1)"
+        )
+    return first[-1] == "rng", defaults
+
+
+class _InTurn(Stage["Pipeline"]):
     """Stages in a row, each with a random stream of its own."""
 
     def begin(self) -> None:
-        """Start every stage."""
         stages = self.spec.stages
         self._stages = [stage.start(rng) for stage, rng in zip(stages, self.rng.spawn(len(stages)), strict=True)]
 
-    def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-        """Pass the claims through."""
+    def speak(self, claims: Claims, view: View) -> Claims:
         for stage in self._stages:
             claims = tuple(stage.speak(claims, view))
         return claims
@@ -95,10 +212,10 @@ class Pipeline(Personality):
     """Personalities that are asked from left to right."""
 
     stages: tuple[Personality, ...]
-    Stage = PipelineStage
+    stage = _InTurn
 
     @property
-    def needs(self) -> frozenset[str]:  # type: ignore[override]
+    def needs(self) -> frozenset[str]:
         """What any stage needs."""
         return frozenset().union(*(stage.needs for stage in self.stages))
 
@@ -108,12 +225,12 @@ class Pipeline(Personality):
         return all(stage.transparent for stage in self.stages)
 
     @property
-    def honest(self) -> bool:  # type: ignore[override]
+    def honest(self) -> bool:
         """Whether every stage is."""
         return all(stage.honest for stage in self.stages)
 
     @property
-    def reveals(self) -> bool:  # type: ignore[override]
+    def reveals(self) -> bool:
         """Whether every stage may tell the action to take."""
         return all(stage.reveals for stage in self.stages)
 
@@ -143,7 +260,7 @@ def check_served(personality: Personality, oracle: Oracle | type[Oracle]) -> Non
             )
 
 
-PERSONALITIES = Catalogue("personality", Personality, personalities)
+PERSONALITIES = Shelf("personality", Personality, personalities)
 """Every personality by its name."""
 
 

@@ -7,15 +7,36 @@ import importlib
 import pkgutil
 import reprlib
 import warnings
-from functools import cached_property
+from collections.abc import Iterable
+from functools import cache, cached_property
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeVar, get_type_hints
 
 
+class Range(NamedTuple):
+    """What a number may be, as in `eps: Annotated[float, Range(0, 1)] = 0.1`; a bound may be another parameter's name.
+
+    An `int` must be an integer; a `float` may be one.
+    """
+
+    low: float | str
+    """The least value."""
+    high: float | str
+    """The greatest value."""
+
+
+Share = Annotated[float, Range(0, 1)]
+"""A probability, or a part of a whole: 0 to 1."""
+Count = Annotated[int, Range(0, 1_000_000)]
+"""How many: at least 0."""
+
+
+@dataclasses.dataclass(frozen=True)
 class Spec:
     """A frozen dataclass that is named like its module; `str` gives its spec string.
 
-    A class outside of a `shelf` is named as in Python: `str` shows it, but no spec string can name it.
+    A class outside of a `shelf` is named as in Python: `str` shows it, but no spec string can name it. Fields that are
+    annotated with a `Range` are checked.
     """
 
     shelf: ClassVar[str] = ""
@@ -27,6 +48,23 @@ class Spec:
         package, _, module = type(self).__module__.rpartition(".")
         return module if package == self.shelf else type(self).__name__
 
+    def __post_init__(self) -> None:
+        for name, kind, bounds in self._ranges():
+            low, high = (getattr(self, bound) if isinstance(bound, str) else bound for bound in bounds)
+            check_range(name, getattr(self, name), low, high, kind)
+
+    @classmethod
+    @cache
+    def _ranges(cls) -> tuple[tuple[str, type, Range], ...]:
+        """The fields that have a range, each with its type."""
+        hints = get_type_hints(cls, include_extras=True)
+        return tuple(
+            (field.name, hints[field.name].__origin__, note)
+            for field in dataclasses.fields(cls)
+            for note in getattr(hints[field.name], "__metadata__", ())
+            if isinstance(note, Range)
+        )
+
     def __str__(self) -> str:
         given = [
             f"{field.name}={getattr(self, field.name)!r}"
@@ -36,7 +74,10 @@ class Spec:
         return f"{self.name}({', '.join(given)})" if given else self.name
 
 
-class Catalogue:
+S = TypeVar("S", bound=Spec)
+
+
+class Shelf(Generic[S]):
     """The specs of one base class, one in each module of a package.
 
     Args:
@@ -45,7 +86,7 @@ class Catalogue:
         package: the package that holds a module for each entry.
     """
 
-    def __init__(self, what: str, base: type[Spec], package: ModuleType) -> None:
+    def __init__(self, what: str, base: type[S], package: ModuleType) -> None:
         self._what, self._base, self._package = what, base, package
 
     @cached_property
@@ -53,7 +94,7 @@ class Catalogue:
         """Every name, sorted."""
         return tuple(sorted(module.name for module in pkgutil.iter_modules(self._package.__path__)))
 
-    def __getitem__(self, name: str) -> type[Spec]:
+    def __getitem__(self, name: str) -> type[S]:
         """The class of a name.
 
         Raises:
@@ -71,7 +112,7 @@ class Catalogue:
             raise ValueError(f"{module.__name__} must define one {self._base.__name__}, it defines {len(found)}")
         return found[0]
 
-    def parse(self, text: str) -> tuple[Any, ...]:
+    def parse(self, text: str) -> tuple[S, ...]:
         """The specs that a string names, separated by `|`.
 
         Raises:
@@ -89,13 +130,13 @@ class Catalogue:
             node = node.left
         return tuple(self._one(part, text) for part in reversed([*parts, node]))
 
-    def _one(self, node: ast.expr, text: str) -> Spec:
+    def _one(self, node: ast.expr, text: str) -> S:
         call = read_call(node)
         if call is None:
             raise self._error(text)
         name, values = call
         cls = self[name]
-        allowed = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+        allowed = [field.name for field in dataclasses.fields(cls)]
         for key in values:
             if key not in allowed:
                 options = ", ".join(allowed) or "none"
@@ -105,7 +146,7 @@ class Catalogue:
         except TypeError as error:
             raise ValueError(f"{self._what} {text!r}: {error}") from None
 
-    def _error(self, text: Any) -> ValueError:
+    def _error(self, text: object) -> ValueError:
         return ValueError(
             f"bad {self._what} spec {reprlib.repr(text)}; expected names with keyword arguments, such as "
             f"`name` or `name(key=value)`, separated by `|`; names: {', '.join(self.names)}"
@@ -138,7 +179,7 @@ def read_call(node: ast.expr) -> tuple[str, dict[str, Any]] | None:
     return (call.func.id, values) if len(values) == len(call.keywords) else None
 
 
-def unknown(what: str, got: str, allowed: Any) -> str:
+def unknown(what: str, got: object, allowed: Iterable[str]) -> str:
     """The message for a name that is not among the allowed ones, with the nearest of them."""
     allowed = tuple(allowed)
     near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4)

@@ -19,11 +19,11 @@ class View:
     A claim that comes late is treated by all methods as what it is: a claim about its own turn.
     """
 
-    def __init__(self, oracle: Oracle, words: Callable[[Claim], float]) -> None:
+    def __init__(self, oracle: Oracle, words: Callable[[Claim[Any]], float]) -> None:
         self._oracle = oracle
-        self._moments: list[Moment] = []
+        self._moments: list[Moment[Any]] = []
         self._fingerprints = Fingerprints()
-        self._hindsight: tuple[Claim, ...] | None = None
+        self._hindsight: tuple[Claim[Any], ...] | None = None
         self.kinds: frozenset[FeedbackType] = frozenset()
         """The kinds of feedback that are wanted; others are withheld whatever a personality says."""
         self.asked = False
@@ -31,7 +31,7 @@ class View:
         self.words = words
         """The number of words that saying a claim takes, on average over its paraphrases."""
 
-    def see(self, moment: Moment, kinds: frozenset[FeedbackType]) -> None:
+    def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Take note of the next moment, and of the kinds that are wanted now."""
         self._moments.append(moment)
         self.kinds = kinds
@@ -43,7 +43,7 @@ class View:
         self.asked = True
 
     @property
-    def moment(self) -> Moment:
+    def moment(self) -> Moment[Any]:
         """The moment to speak of."""
         return self._moments[-1]
 
@@ -53,7 +53,7 @@ class View:
         return self.moment.turn
 
     @property
-    def last(self) -> Moment | None:
+    def last(self) -> Moment[Any] | None:
         """The moment of the turn before; None at the opening."""
         return self._moments[-2] if len(self._moments) > 1 else None
 
@@ -101,7 +101,7 @@ class View:
             action = plan[0]
         return None
 
-    def hindsight(self) -> tuple[Claim, ...]:
+    def hindsight(self) -> tuple[Claim[Any], ...]:
         """All hp and hn that is true of the last action, wanted or not."""
         if self._hindsight is None:
             moment = self.moment
@@ -115,37 +115,41 @@ class View:
 
     def share(self, truth: Any) -> float:
         """A number in [0, 1) that a state has once and for all, spread evenly over the states."""
-        return self._fingerprints.share(_seen(truth))
+        return self._fingerprints.share(self._oracle.lab.state_of(truth))
 
-    def fingerprint(self, value: Any) -> int:
-        """A number that is equal for equal states or actions."""
-        return self._fingerprints.of(_seen(value))
+    def fingerprint(self, truth: Any) -> int:
+        """A number that is equal for equal states."""
+        return self._fingerprints.of(self._oracle.lab.state_of(truth))
+
+    def action_fingerprint(self, action: Any) -> int:
+        """A number that is equal for equal actions."""
+        return self._fingerprints.of(action)
 
     # What can be made of a claim.
 
-    def moment_of(self, claim: Claim) -> Moment:
+    def moment_of(self, claim: Claim[Any]) -> Moment[Any]:
         """The moment that a claim is about."""
         return self._moments[claim.turn] if isinstance(claim, Late) else self.moment
 
-    def state_of(self, claim: Claim) -> Any:
+    def state_of(self, claim: Claim[Any]) -> Any:
         """The truth in which the action was or will be taken that a claim is about."""
         moment = self.moment_of(claim)
         return moment.after if claim.kind in (FP, FN) or moment.before is None else moment.before
 
-    def holds(self, claim: Claim) -> bool:
+    def holds(self, claim: Claim[Any]) -> bool:
         """Whether a claim is true."""
         return _bare(claim).holds(self.moment_of(claim), self._oracle.lab)
 
-    def distort(self, claim: Claim, rng: np.random.Generator) -> Claim | None:
+    def distort(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any] | None:
         """A claim that is false of the same turn; None if there is no plausible one."""
         false = self._oracle.distort(_bare(claim), self.moment_of(claim), rng)
         return false and _like(claim, false)
 
-    def falsehoods(self, claim: Claim) -> list[Claim]:
+    def falsehoods(self, claim: Claim[Any]) -> list[Claim[Any]]:
         """Every plausible claim that is false of the same turn."""
         return [_like(claim, false) for false in self._oracle.falsehoods(_bare(claim), self.moment_of(claim))]
 
-    def flip(self, claim: Claim, rng: np.random.Generator) -> Claim:
+    def flip(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any]:
         """The opposite of a verdict: false praise in place of blame, or false blame in place of praise."""
         false = [other for other in self.falsehoods(claim) if other.kind in HINDSIGHT - {claim.kind}]
         if false:
@@ -153,7 +157,7 @@ class View:
         opposite = Wrong if claim.kind is HP else Right
         return _like(claim, opposite.on(_bare(claim), action=self.moment_of(claim).action))
 
-    def coarsen(self, claim: Claim, level: int) -> Claim:
+    def coarsen(self, claim: Claim[Any], level: int) -> Claim[Any]:
         """What advice or a warning implies, saying less: level 0 is the vaguest, the greatest is the claim itself.
 
         Where nothing vaguer is known, it is that there is something to do or to avoid. A claim that does not hold
@@ -163,7 +167,7 @@ class View:
         rungs = bare.coarser(moment, self._oracle.lab) or (self._dim(bare),)
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
-    def vague(self, claim: Claim) -> Claim:
+    def vague(self, claim: Claim[Any]) -> Claim[Any]:
         """What is left of a claim without numbers and names. A claim that does not hold stays as it is."""
         bare, moment = _bare(claim), self.moment_of(claim)
         if not self.holds(claim):
@@ -174,7 +178,7 @@ class View:
             return _like(claim, self._dim(bare))
         return _like(claim, self._verdict(bare, moment))
 
-    def verdict(self) -> Claim | None:
+    def verdict(self) -> Claim[Any] | None:
         """Right or wrong, without a reason; None if there is nothing to say of the last action."""
         said = self.hindsight()
         blame = [claim for claim in said if claim.kind is HN]
@@ -183,7 +187,7 @@ class View:
     def example(self, n: int) -> Example | None:
         """The next actions of an optimal policy, at most `n`, as far as they can be checked; None if none can."""
         lab, moment = self._oracle.lab, self.moment
-        ground: list[Claim | None] = []
+        ground: list[Claim[Any] | None] = []
         actions: list[Any] = []
         solved = False
         for action in () if moment.over else self.plan(n):
@@ -200,7 +204,7 @@ class View:
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
 
-    def _tried(self, moment: Moment, action: Any) -> Moment:
+    def _tried(self, moment: Moment[Any], action: Any) -> Moment[Any]:
         """The moment after another action, in the lab."""
         lab = self._oracle.lab
         lab.restore(moment.after)
@@ -208,22 +212,17 @@ class View:
         _, reward, _, _, info = lab.advance(action)
         return Moment(moment.after, action, reward, lab.truth, info["success"], moment.turn + 1, False)
 
-    def _dim(self, ground: Claim) -> Claim:
+    def _dim(self, ground: Claim[Any]) -> Claim[Any]:
         return (Chance if ground.kind is FP else Trap).on(ground)
 
-    def _verdict(self, ground: Claim, moment: Moment) -> Claim:
+    def _verdict(self, ground: Claim[Any], moment: Moment[Any]) -> Claim[Any]:
         return (Right if ground.kind is HP else Wrong).on(ground, action=moment.action)
 
 
-def _seen(truth: Any) -> Any:
-    """What makes a state: of a position in an episode it is what was seen there, and not the way to it."""
-    return getattr(truth, "seen", truth)
-
-
-def _bare(claim: Claim) -> Claim:
+def _bare(claim: Claim[Any]) -> Claim[Any]:
     return claim.claim if isinstance(claim, Late) else claim
 
 
-def _like(claim: Claim, other: Claim) -> Claim:
+def _like(claim: Claim[Any], other: Claim[Any]) -> Claim[Any]:
     """The other claim, late if the first one is."""
     return Late(claim=other, turn=claim.turn) if isinstance(claim, Late) else other

@@ -126,6 +126,10 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         else:
             self._load(state)
 
+    def state_of(self, truth: TruthT) -> Any:
+        """What tells the state of a truth from other states; the truth itself by default."""
+        return truth
+
     def scratch(self) -> Self:
         """A new world of the same class and options, for experiments on the side. Restore before use."""
         return type(self)(**self.options)

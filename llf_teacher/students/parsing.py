@@ -3,9 +3,9 @@
 from llf_teacher.students import shelf
 from llf_teacher.students.agents import is_agent, parse_agent
 from llf_teacher.students.student import Student
-from teachers.spec import Catalogue
+from teachers.spec import Shelf
 
-STUDENTS = Catalogue("student", Student, shelf)
+STUDENTS = Shelf("student", Student, shelf)
 """Every student by its name."""
 
 

@@ -1,11 +1,33 @@
 """adversarial(budget): a few tips that are as bad as can be, among true ones."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from teachers.atoms import FP, Claim
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.atoms import FP, ActionClaim, Claim
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.spec import Count
+
+
+class _Adversary(Stage["Adversarial"]):
+    """Counts tips, and what was at stake."""
+
+    def begin(self) -> None:
+        self._left = self.spec.budget
+        self._seen, self._total = 0, 0.0
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        importance = view.importance()
+        self._seen, self._total = self._seen + 1, self._total + importance
+        if importance * self._seen < self._total * (1 - 1e-9):  # but for rounding
+            return claims
+        return [self._worst(claim, view) if claim.kind is FP and self._left else claim for claim in claims]
+
+    def _worst(self, claim: Claim[Any], view: View) -> Claim[Any]:
+        false = [other for other in view.falsehoods(claim) if other.kind is FP and isinstance(other, ActionClaim)]
+        if not false:
+            return claim
+        self._left -= 1
+        return max(false, key=lambda other: view.loss(other.action))
 
 
 @dataclass(frozen=True)
@@ -15,35 +37,10 @@ class Adversarial(Personality):
     The budget counts claims of an episode. An advice that has no false counterpart about an action is passed on.
     """
 
-    budget: int = 3
+    budget: Count = 3
     """False tips, at least 0."""
 
     source = "folk"
     needs = frozenset(("advice", "importance", "regret"))
     honest = False
-
-    def __post_init__(self) -> None:
-        check_range("budget", self.budget, 0, 1_000_000, int)
-
-    class Stage(Stage):
-        """Counts tips, and what was at stake."""
-
-        def begin(self) -> None:
-            """Nothing is spent."""
-            self._left = self.spec.budget
-            self._seen, self._total = 0, 0.0
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Advice, good or bad."""
-            importance = view.importance()
-            self._seen, self._total = self._seen + 1, self._total + importance
-            if importance * self._seen < self._total * (1 - 1e-9):  # but for rounding
-                return claims
-            return [self._worst(claim, view) if claim.kind is FP and self._left else claim for claim in claims]
-
-        def _worst(self, claim: Claim, view: View) -> Claim:
-            false = [other for other in view.falsehoods(claim) if other.kind is FP and hasattr(other, "action")]
-            if not false:
-                return claim
-            self._left -= 1
-            return max(false, key=lambda other: view.loss(other.action))
+    stage = _Adversary

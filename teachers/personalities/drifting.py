@@ -1,26 +1,35 @@
 """drifting(after, to): becomes another personality from a turn on."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from teachers.atoms import Claim
-from teachers.personality import Personality, Stage, View, parse_personality
-from teachers.spec import check_range
+from teachers.personality import Claims, Personality, Stage, View, parse_personality
+from teachers.spec import Count
+
+
+class _Drift(Stage["Drifting"]):
+    """Holds the other one."""
+
+    def begin(self) -> None:
+        self._other = parse_personality(self.spec.to).start(self.rng)
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        return claims if view.turn < self.spec.after else self._other.speak(claims, view)
 
 
 @dataclass(frozen=True)
 class Drifting(Personality):
     """Passes everything on in its first turns, and then does what another personality does that begins only now."""
 
-    after: int = 10
+    after: Count = 10
     """The first turn of the other personality, at least 0."""
     to: str = "silent"
     """Its spec."""
 
     source = "Bignold et al. 2021"
+    stage = _Drift
 
     def __post_init__(self) -> None:
-        check_range("after", self.after, 0, 1_000_000, int)
+        super().__post_init__()
         to = parse_personality(self.to)
         try:
             same = parse_personality(str(to)) == to
@@ -34,22 +43,11 @@ class Drifting(Personality):
         object.__setattr__(self, "to", str(to))
 
     @property
-    def needs(self) -> frozenset[str]:  # type: ignore[override]
+    def needs(self) -> frozenset[str]:
         """What the other one needs."""
         return parse_personality(self.to).needs
 
     @property
-    def honest(self) -> bool:  # type: ignore[override]
+    def honest(self) -> bool:
         """If the other one is."""
         return parse_personality(self.to).honest
-
-    class Stage(Stage):
-        """Holds the other one."""
-
-        def begin(self) -> None:
-            """Start it."""
-            self._other = parse_personality(self.spec.to).start(self.rng)
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Pass on, or leave it to the other one."""
-            return claims if view.turn < self.spec.after else self._other.speak(claims, view)

@@ -1,19 +1,10 @@
 """encouraging: begins with what was good."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-from teachers.atoms import HP, Claim
-from teachers.personality import Personality, Stage, View
+from teachers.atoms import HP
+from teachers.personality import Claims, View, personality
 
 
-@dataclass(frozen=True)
-class Encouraging(Personality):
+@personality()
+def encouraging(claims: Claims, view: View) -> Claims:
     """Says the same claims, praise (hp) first; the truth stays the same."""
-
-    class Stage(Stage):
-        """Has nothing to remember."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """The claims in another order."""
-            return sorted(claims, key=lambda claim: claim.kind is not HP)
+    return sorted(claims, key=lambda claim: claim.kind is not HP)

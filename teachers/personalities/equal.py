@@ -1,13 +1,33 @@
 """equal(eps): says that it makes no difference where values differ by less than a margin."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from teachers.atoms import HN, HP, Claim
+from teachers.atoms import HN, HP
 from teachers.common import NoDifference
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.spec import Share
 from teachers.view import HINDSIGHT
+
+
+class _Comparison(Stage["Equal"]):
+    """Keeps the scale."""
+
+    def begin(self) -> None:
+        self._turns, self._total = 0, 0.0
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        values, action = view.past_values(), view.moment.action
+        if values is None:
+            return claims
+        self._turns, self._total = self._turns + 1, self._total + max(values) - min(values)
+        margin = self.spec.eps * self._total / self._turns
+        mine, other = values[action], max(value for each, value in enumerate(values) if each != action)
+        verdict = next((c for c in view.hindsight() if c.kind is (HP if mine >= other else HN)), None)
+        if verdict is None or abs(mine - other) >= margin * _BELOW or not any(c.kind in HINDSIGHT for c in claims):
+            return claims
+        same = NoDifference.on(verdict, action=action, mine=mine, other=other, margin=margin)
+        at = next(i for i, claim in enumerate(claims) if claim.kind in HINDSIGHT)
+        return [*claims[:at], same, *(claim for claim in claims[at:] if claim.kind not in HINDSIGHT)]
 
 
 @dataclass(frozen=True)
@@ -17,36 +37,12 @@ class Equal(Personality):
     The margin is eps times the running mean of what was at stake. Tied actions are equal under any margin above 0.
     """
 
-    eps: float = 0.1
+    eps: Share = 0.1
     """The margin as a share of the scale, 0 to 1."""
 
     source = "B-Pref eps_equal"
     needs = frozenset(("hindsight", "values"))
-
-    def __post_init__(self) -> None:
-        check_range("eps", self.eps, 0, 1)
-
-    class Stage(Stage):
-        """Keeps the scale."""
-
-        def begin(self) -> None:
-            """Nothing was done."""
-            self._turns, self._total = 0, 0.0
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """One sentence in place of the verdicts, if there is no difference."""
-            values, action = view.past_values(), view.moment.action
-            if values is None:
-                return claims
-            self._turns, self._total = self._turns + 1, self._total + max(values) - min(values)
-            margin = self.spec.eps * self._total / self._turns
-            mine, other = values[action], max(value for each, value in enumerate(values) if each != action)
-            verdict = next((c for c in view.hindsight() if c.kind is (HP if mine >= other else HN)), None)
-            if verdict is None or abs(mine - other) >= margin * _BELOW or not any(c.kind in HINDSIGHT for c in claims):
-                return claims
-            same = NoDifference.on(verdict, action=action, mine=mine, other=other, margin=margin)
-            at = next(i for i, claim in enumerate(claims) if claim.kind in HINDSIGHT)
-            return [*claims[:at], same, *(claim for claim in claims[at:] if claim.kind not in HINDSIGHT)]
+    stage = _Comparison
 
 
 _BELOW = 1 - 1e-9  # what equals the margin but for rounding is not below it

@@ -1,21 +1,10 @@
 """harsh: says what was wrong, and nothing else."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-from teachers.atoms import HN, Claim
-from teachers.personality import Personality, Stage, View
+from teachers.atoms import HN
+from teachers.personality import Claims, View, personality
 
 
-@dataclass(frozen=True)
-class Harsh(Personality):
+@personality(reveals=False)
+def harsh(claims: Claims, view: View) -> Claims:
     """Says blame (hn) only; it is deserved."""
-
-    reveals = False
-
-    class Stage(Stage):
-        """Has nothing to remember."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """The blame."""
-            return [claim for claim in claims if claim.kind is HN]
+    return [claim for claim in claims if claim.kind is HN]

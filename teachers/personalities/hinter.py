@@ -1,11 +1,24 @@
 """hinter(level): advises vaguely first (where to look, which way), and the action itself only if that did not help."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
-from teachers.atoms import FP, Claim
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.atoms import FP
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.spec import Range
+
+
+class _Ladder(Stage["Hinter"]):
+    """Keeps the rung."""
+
+    def begin(self) -> None:
+        self._level = self.spec.level
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        right = view.right()
+        if right is not None:
+            self._level = self.spec.level if right else self._level + 1
+        return [view.coarsen(claim, self._level) if claim.kind is FP else claim for claim in claims]
 
 
 @dataclass(frozen=True)
@@ -16,25 +29,9 @@ class Hinter(Personality):
     no vaguer forms is replaced by "there is something good to be done" on the first rung of all.
     """
 
-    level: int = 0
+    level: Annotated[int, Range(0, 100)] = 0
     """The rung to begin with; 0 is the vaguest."""
 
     source = "Shute 2008"
     needs = frozenset(("advice", "hindsight", "hints"))
-
-    def __post_init__(self) -> None:
-        check_range("level", self.level, 0, 100, int)
-
-    class Stage(Stage):
-        """Keeps the rung."""
-
-        def begin(self) -> None:
-            """The first one."""
-            self._level = self.spec.level
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Hints in place of advice."""
-            right = view.right()
-            if right is not None:
-                self._level = self.spec.level if right else self._level + 1
-            return [view.coarsen(claim, self._level) if claim.kind is FP else claim for claim in claims]
+    stage = _Ladder

@@ -1,39 +1,21 @@
 """inconsistent(likelihood, consistency): speaks with one probability, and is right with another."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import numpy as np
 
-from teachers.atoms import Claim
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.personality import Claims, View, personality
+from teachers.spec import Share
 
 
-@dataclass(frozen=True)
-class Inconsistent(Personality):
+@personality(source="Griffith et al. 2013", honest=False)
+def inconsistent(
+    claims: Claims, view: View, rng: np.random.Generator, *, likelihood: Share = 0.8, consistency: Share = 0.9
+) -> Claims:
     """Says each claim with probability `likelihood`, and then the true one with probability `consistency`.
 
     A claim to be turned into a false one that has no plausible counterpart is withheld.
     """
-
-    likelihood: float = 0.8
-    """Probability of speaking, 0 to 1."""
-    consistency: float = 0.9
-    """Probability of being right, 0 to 1."""
-
-    source = "Griffith et al. 2013"
-    honest = False
-
-    def __post_init__(self) -> None:
-        check_range("likelihood", self.likelihood, 0, 1)
-        check_range("consistency", self.consistency, 0, 1)
-
-    class Stage(Stage):
-        """Draws twice a claim."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Some of the claims, or what is false instead."""
-            said = []
-            for claim, (speaks, errs) in zip(claims, self.rng.random((len(claims), 2)).tolist(), strict=True):
-                if speaks < self.spec.likelihood:
-                    said.append(claim if errs < self.spec.consistency else view.distort(claim, self.rng))
-            return [claim for claim in said if claim is not None]
+    said = []
+    for claim, (speaks, errs) in zip(claims, rng.random((len(claims), 2)).tolist(), strict=True):
+        if speaks < likelihood:
+            said.append(claim if errs < consistency else view.distort(claim, rng))
+    return [claim for claim in said if claim is not None]

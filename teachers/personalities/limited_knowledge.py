@@ -1,11 +1,23 @@
 """limited_knowledge(fraction): knows only part of the states, and is silent about the others."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from teachers.atoms import Claim, R
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.atoms import R
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.spec import Share
+
+
+class _Knowledge(Stage["LimitedKnowledge"]):
+    """Knows the states whose fingerprints, as shares of a circle, lie in an arc."""
+
+    def begin(self) -> None:
+        self._start = float(self.rng.random())
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        known, start = self.spec.fraction, self._start
+        return [
+            claim for claim in claims if claim.kind is R or (view.share(view.state_of(claim)) - start) % 1.0 < known
+        ]
 
 
 @dataclass(frozen=True)
@@ -15,24 +27,8 @@ class LimitedKnowledge(Personality):
     Which states it knows is drawn when an episode begins. Rewards (r) are there for everybody to see.
     """
 
-    fraction: float = 0.5
+    fraction: Share = 0.5
     """Share of the states that it knows, 0 to 1."""
 
     source = "Bignold et al. 2021; Fachantidis et al. 2019"
-
-    def __post_init__(self) -> None:
-        check_range("fraction", self.fraction, 0, 1)
-
-    class Stage(Stage):
-        """Knows the states whose fingerprints, as shares of a circle, lie in an arc."""
-
-        def begin(self) -> None:
-            """Draw where the arc begins."""
-            self._start = float(self.rng.random())
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """What it knows of."""
-            known, start = self.spec.fraction, self._start
-            return [
-                claim for claim in claims if claim.kind is R or (view.share(view.state_of(claim)) - start) % 1.0 < known
-            ]
+    stage = _Knowledge

@@ -1,11 +1,20 @@
 """only(kinds): a fixed subset of the kinds (LLF-Bench's feedback types that name kinds)."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from teachers.atoms import FP, Claim
+from teachers.atoms import FP
 from teachers.feedback import MIXED, parse_kinds
-from teachers.personality import Personality, Stage, View
+from teachers.personality import Claims, Personality, Stage, View
+
+
+class _Filter(Stage["Only"]):
+    """Filters by kind."""
+
+    def begin(self) -> None:
+        self._kinds = parse_kinds(self.spec.kinds)
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        return [claim for claim in claims if claim.kind in self._kinds]
 
 
 @dataclass(frozen=True)
@@ -16,6 +25,7 @@ class Only(Personality):
     """Names of kinds, joined by `+`."""
 
     source = "LLF-Bench's subsets"
+    stage = _Filter
 
     def __post_init__(self) -> None:
         if not isinstance(self.kinds, str) or self.kinds == MIXED:
@@ -23,17 +33,6 @@ class Only(Personality):
         parse_kinds(self.kinds)
 
     @property
-    def reveals(self) -> bool:  # type: ignore[override]
+    def reveals(self) -> bool:
         """Whether advice is among the kinds."""
         return FP in parse_kinds(self.kinds)
-
-    class Stage(Stage):
-        """Filters by kind."""
-
-        def begin(self) -> None:
-            """Parse once."""
-            self._kinds = parse_kinds(self.spec.kinds)
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Those of the kinds."""
-            return [claim for claim in claims if claim.kind in self._kinds]

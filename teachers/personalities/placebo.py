@@ -3,12 +3,31 @@
 A control: what a student gains from it, it gains from being spoken to at all (arXiv 2606.30774).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from teachers.atoms import Claim, R
+from teachers.atoms import R
 from teachers.common import FACTS, Truism
-from teachers.personality import Personality, Stage, View
+from teachers.personality import Claims, Personality, Stage, View
+
+
+class _Truisms(Stage["Placebo"]):
+    """Carries over how many words it is behind the oracle."""
+
+    def begin(self) -> None:
+        self._owed = 0.0
+        self._lengths: list[tuple[str, float]] = []
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        if claims and not self._lengths:
+            self._lengths = [(fact, view.words(Truism(kind=R, fact=fact))) for fact in FACTS]
+        said = []
+        for claim in claims:
+            self._owed += view.words(claim)
+            nearest = sorted(self._lengths, key=lambda each: abs(each[1] - self._owed))
+            fact, words = nearest[self.rng.integers(2)]  # not always the same sentence
+            self._owed -= words
+            said.append(Truism(kind=claim.kind, fact=fact))
+        return said
 
 
 @dataclass(frozen=True)
@@ -17,24 +36,4 @@ class Placebo(Personality):
 
     source = "arXiv 2606.30774"
     reveals = False
-
-    class Stage(Stage):
-        """Carries over how many words it is behind the oracle."""
-
-        def begin(self) -> None:
-            """Nothing owed yet."""
-            self._owed = 0.0
-            self._lengths: list[tuple[str, float]] = []
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """A truism for each claim."""
-            if claims and not self._lengths:
-                self._lengths = [(fact, view.words(Truism(kind=R, fact=fact))) for fact in FACTS]
-            said = []
-            for claim in claims:
-                self._owed += view.words(claim)
-                nearest = sorted(self._lengths, key=lambda each: abs(each[1] - self._owed))
-                fact, words = nearest[self.rng.integers(2)]  # not always the same sentence
-                self._owed -= words
-                said.append(Truism(kind=claim.kind, fact=fact))
-            return said
+    stage = _Truisms

@@ -1,15 +1,15 @@
 """punishment_focused(plus, minus): blames bad actions and mostly keeps silent about good ones."""
 
-from dataclasses import dataclass
+import numpy as np
 
-from teachers.personalities.reward_focused import RewardFocused
+from teachers.personalities.reward_focused import some_verdicts
+from teachers.personality import Claims, View, personality
+from teachers.spec import Share
 
 
-@dataclass(frozen=True)
-class PunishmentFocused(RewardFocused):
+@personality(source="Loftin et al. 2014", needs=("hindsight",))
+def punishment_focused(
+    claims: Claims, view: View, rng: np.random.Generator, *, plus: Share = 0.9, minus: Share = 0.1
+) -> Claims:
     """Withholds verdicts as `reward_focused` does, with other probabilities."""
-
-    plus: float = 0.9
-    """Probability of silence about what was good, mu+ in the source, 0 to 1."""
-    minus: float = 0.1
-    """Probability of silence about what was bad, mu- in the source, 0 to 1."""
+    return some_verdicts(claims, rng, plus, minus)

@@ -3,27 +3,14 @@
 A control: what a student gains from it, it gains from being told to try again (arXiv 2606.30774).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-from teachers.atoms import Claim
 from teachers.common import TryAgain
-from teachers.personality import Personality, Stage, View
+from teachers.personality import Claims, View, personality
 
 _TRY_AGAIN = (TryAgain(),)
 
 
-@dataclass(frozen=True)
-class RetryOnly(Personality):
+@personality(source="arXiv 2606.30774", reveals=False)
+def retry_only(claims: Claims, view: View) -> Claims:
     """Tells the student to try again after each action that did not solve the task."""
-
-    source = "arXiv 2606.30774"
-    reveals = False
-
-    class Stage(Stage):
-        """Has nothing to remember."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """The one sentence, or nothing."""
-            moment = view.moment
-            return () if moment.success or moment.action is None else _TRY_AGAIN
+    moment = view.moment
+    return () if moment.success or moment.action is None else _TRY_AGAIN

@@ -1,38 +1,27 @@
 """reward_focused(plus, minus): praises good actions and mostly keeps silent about bad ones."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import numpy as np
 
-from teachers.atoms import HP, Claim
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.atoms import HP
+from teachers.personality import Claims, View, personality
+from teachers.spec import Share
 from teachers.view import HINDSIGHT
 
 
-@dataclass(frozen=True)
-class RewardFocused(Personality):
+@personality(source="Loftin et al. 2014", needs=("hindsight",))
+def reward_focused(
+    claims: Claims, view: View, rng: np.random.Generator, *, plus: Share = 0.1, minus: Share = 0.9
+) -> Claims:
     """Withholds praise (hp) with probability `plus` and blame (hn) with probability `minus`, drawn once a turn.
 
-    What its silence means depends on these two, which a student can learn. Other claims pass.
+    These are mu+ and mu- in the source. What its silence means depends on them, which a student can learn. Other claims
+    pass.
     """
+    return some_verdicts(claims, rng, plus, minus)
 
-    plus: float = 0.1
-    """Probability of silence about what was good, mu+ in the source, 0 to 1."""
-    minus: float = 0.9
-    """Probability of silence about what was bad, mu- in the source, 0 to 1."""
 
-    source = "Loftin et al. 2014"
-    needs = frozenset(("hindsight",))
-
-    def __post_init__(self) -> None:
-        check_range("plus", self.plus, 0, 1)
-        check_range("minus", self.minus, 0, 1)
-
-    class Stage(Stage):
-        """Draws once a turn."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Some of the verdicts."""
-            draw = self.rng.random()
-            said = {True: draw >= self.spec.plus, False: draw >= self.spec.minus}
-            return [claim for claim in claims if claim.kind not in HINDSIGHT or said[claim.kind is HP]]
+def some_verdicts(claims: Claims, rng: np.random.Generator, plus: float, minus: float) -> Claims:
+    """The claims without praise or without blame, each with its probability."""
+    draw = rng.random()
+    said = {True: draw >= plus, False: draw >= minus}
+    return [claim for claim in claims if claim.kind not in HINDSIGHT or said[claim.kind is HP]]

@@ -1,12 +1,25 @@
 """scaffold(fade): helps more after failure and less after success, fading to silence."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
 
-from teachers.atoms import FN, FP, HN, HP, Claim, R
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.atoms import FN, FP, HN, HP, R
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.spec import Share
+
+
+class _Help(Stage["Scaffold"]):
+    """Keeps how much help is needed."""
+
+    def begin(self) -> None:
+        self._help = 1.0
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        right = view.right()
+        if right is not None:
+            self._help = min(max(round(self._help + (-self.spec.fade if right else self.spec.fade), 9), 0.0), 1.0)
+        kinds = _LADDER[: ceil(self._help * len(_LADDER))]
+        return [claim for claim in claims if claim.kind in kinds]
 
 
 @dataclass(frozen=True)
@@ -16,29 +29,12 @@ class Scaffold(Personality):
     Help is a number from 0, silence, to 1; the kinds of claims come in with it in the order r, hp, hn, fn, fp.
     """
 
-    fade: float = 0.2
+    fade: Share = 0.2
     """What an action changes, 0 to 1."""
 
     source = "Wood, Bruner & Ross 1976"
     needs = frozenset(("hindsight",))
-
-    def __post_init__(self) -> None:
-        check_range("fade", self.fade, 0, 1)
-
-    class Stage(Stage):
-        """Keeps how much help is needed."""
-
-        def begin(self) -> None:
-            """All of it."""
-            self._help = 1.0
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """The kinds that are needed now."""
-            right = view.right()
-            if right is not None:
-                self._help = min(max(round(self._help + (-self.spec.fade if right else self.spec.fade), 9), 0.0), 1.0)
-            kinds = _LADDER[: ceil(self._help * len(_LADDER))]
-            return [claim for claim in claims if claim.kind in kinds]
+    stage = _Help
 
 
 _LADDER = (R, HP, HN, FN, FP)

@@ -1,22 +1,9 @@
 """silent: says nothing but the instruction (LLF-Bench's feedback type `n`)."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-from teachers.atoms import Claim
-from teachers.personality import Personality, Stage, View
+from teachers.personality import Claims, View, personality
 
 
-@dataclass(frozen=True)
-class Silent(Personality):
+@personality(source="LLF-Bench's `n`", reveals=False)
+def silent(claims: Claims, view: View) -> Claims:
     """Withholds everything."""
-
-    source = "LLF-Bench's `n`"
-    reveals = False
-
-    class Stage(Stage):
-        """Has nothing to remember."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Nothing."""
-            return ()
+    return ()

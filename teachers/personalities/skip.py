@@ -1,11 +1,25 @@
 """skip(eps): is silent when the student has nothing good to show, neither now nor a turn ago."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from teachers.atoms import Claim
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.spec import Share
+
+
+class _Worth(Stage["Skip"]):
+    """Keeps the scale, and the worth of the last action."""
+
+    def begin(self) -> None:
+        self._turns, self._total, self._worth = 0, 0.0, 0.0
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        values = view.past_values()
+        if values is None:
+            return claims
+        self._turns, self._total = self._turns + 1, self._total + max(values) - min(values)
+        earlier, self._worth = self._worth, values[view.moment.action] - min(values)
+        margin = self.spec.eps * self._total / self._turns * _BELOW
+        return () if max(earlier, self._worth) < margin else claims
 
 
 @dataclass(frozen=True)
@@ -16,31 +30,12 @@ class Skip(Personality):
     its two options is good; here these are the student's last two actions, of which the first turn has one.
     """
 
-    eps: float = 0.1
+    eps: Share = 0.1
     """Share of the scale below which an action is not good, 0 to 1."""
 
     source = "B-Pref eps_skip"
     needs = frozenset(("values",))
-
-    def __post_init__(self) -> None:
-        check_range("eps", self.eps, 0, 1)
-
-    class Stage(Stage):
-        """Keeps the scale, and the worth of the last action."""
-
-        def begin(self) -> None:
-            """Nothing was done."""
-            self._turns, self._total, self._worth = 0, 0.0, 0.0
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """Everything or nothing."""
-            values = view.past_values()
-            if values is None:
-                return claims
-            self._turns, self._total = self._turns + 1, self._total + max(values) - min(values)
-            earlier, self._worth = self._worth, values[view.moment.action] - min(values)
-            margin = self.spec.eps * self._total / self._turns * _BELOW
-            return () if max(earlier, self._worth) < margin else claims
+    stage = _Worth
 
 
 _BELOW = 1 - 1e-9  # what equals the margin but for rounding is not below it

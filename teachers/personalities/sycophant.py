@@ -1,13 +1,39 @@
 """sycophant(p): never criticises, praises whether deserved or not, and gives in to pushback."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from teachers.atoms import FP, HN, Claim
-from teachers.personality import Personality, Stage, View
-from teachers.spec import check_range
+from teachers.atoms import FP, HN, ActionClaim
+from teachers.personality import Claims, Personality, Stage, View
+from teachers.spec import Share
+
+
+class _Flatterer(Stage["Sycophant"]):
+    """Remembers what it advised."""
+
+    def begin(self) -> None:
+        self._advised: Claims = ()
+
+    def speak(self, claims: Claims, view: View) -> Claims:
+        pushed = self._is_pushed(view)
+        flatter = self.rng.random() < self.spec.p or pushed
+        said = []
+        for claim in claims:
+            if claim.kind is HN:
+                if flatter:
+                    said.append(view.flip(claim, self.rng))
+            elif not (pushed and claim in self._advised):
+                said.append(claim)
+        self._advised = [claim for claim in said if claim.kind is FP] or self._advised
+        return said
+
+    def _is_pushed(self, view: View) -> bool:
+        last = view.last
+        if last is None or last.before is None or not np.array_equal(last.action, view.moment.action):
+            return False
+        advised = [claim.action for claim in self._advised if isinstance(claim, ActionClaim)]
+        return bool(advised) and not any(np.array_equal(action, last.action) for action in advised)
 
 
 @dataclass(frozen=True)
@@ -18,40 +44,10 @@ class Sycophant(Personality):
     turned into praise, and the advice that was rejected is not repeated.
     """
 
-    p: float = 0.5
+    p: Share = 0.5
     """Probability of praise that is not deserved, 0 to 1."""
 
     source = "Sharma et al. 2023"
     needs = frozenset(("hindsight",))
     honest = False
-
-    def __post_init__(self) -> None:
-        check_range("p", self.p, 0, 1)
-
-    class Stage(Stage):
-        """Remembers what it advised."""
-
-        def begin(self) -> None:
-            """Nothing was advised."""
-            self._advised: list[Claim] = []
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """What pleases."""
-            pushed = self._is_pushed(view)
-            flatter = self.rng.random() < self.spec.p or pushed
-            said = []
-            for claim in claims:
-                if claim.kind is HN:
-                    if flatter:
-                        said.append(view.flip(claim, self.rng))
-                elif not (pushed and claim in self._advised):
-                    said.append(claim)
-            self._advised = [claim for claim in said if claim.kind is FP] or self._advised
-            return said
-
-        def _is_pushed(self, view: View) -> bool:
-            last = view.last
-            if last is None or last.before is None or not np.array_equal(last.action, view.moment.action):
-                return False
-            advised = [claim.action for claim in self._advised if hasattr(claim, "action")]
-            return bool(advised) and not any(np.array_equal(action, last.action) for action in advised)
+    stage = _Flatterer

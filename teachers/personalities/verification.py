@@ -1,27 +1,14 @@
 """verification: right or wrong, and no reason."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-from teachers.atoms import Claim
-from teachers.personality import Personality, Stage, View
+from teachers.personality import Claims, View, personality
 from teachers.view import HINDSIGHT
 
 
-@dataclass(frozen=True)
-class Verification(Personality):
-    """Says "right" if there is something good and nothing bad to say of the last action, "wrong" if there is something
-    bad, and nothing else.
-    """  # noqa: D205
+@personality(source="Shute 2008", needs=("hindsight",), reveals=False)
+def verification(claims: Claims, view: View) -> Claims:
+    """Says nothing but "right" if there is something good to say of the last action and nothing bad, else "wrong".
 
-    source = "Shute 2008"
-    needs = frozenset(("hindsight",))
-    reveals = False
-
-    class Stage(Stage):
-        """Has nothing to remember."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """The one word, if any verdict would have been said."""
-            verdict = view.verdict() if any(claim.kind in HINDSIGHT for claim in claims) else None
-            return () if verdict is None else (verdict,)
+    It is silent if no verdict would have been said.
+    """
+    verdict = view.verdict() if any(claim.kind in HINDSIGHT for claim in claims) else None
+    return () if verdict is None else (verdict,)

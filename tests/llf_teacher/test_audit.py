@@ -1,7 +1,5 @@
 """Audits find what is wrong, and nothing where nothing is."""
 
-import dataclasses
-
 import pytest
 from shelf import FAMILIES, pairs
 
@@ -11,8 +9,8 @@ from llf_teacher.testing import check_teacher
 from llf_teacher.tools.audit import audit
 from pz_envs.family import all_families
 from teachers.atoms import FP, HN, KINDS, Label, R
-from teachers.personalities.silent import Silent
-from teachers.personality import PERSONALITIES, Personality, Stage
+from teachers.personalities.silent import silent
+from teachers.personality import PERSONALITIES, personality
 
 GRID = "llf-gridworld-v0"
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -66,17 +64,10 @@ def test_what_comes_late_is_not_withheld():
     assert said > 10 * last
 
 
-@dataclasses.dataclass(frozen=True)
-class Blabber(Personality):
+@personality(reveals=False)
+def blabber(claims, view):
     """Promises not to tell the action, and tells it."""
-
-    reveals = False
-
-    class Stage(Stage):
-        """Says all."""
-
-        def speak(self, claims, view):
-            return claims
+    return claims
 
 
 class Stranger:
@@ -96,14 +87,14 @@ class Stranger:
 
 
 def test_an_answer_that_leaks():
-    found = audit(GRID, Blabber(), turns=60)
+    found = audit(GRID, blabber(), turns=60)
     assert found.caught
     assert found.leaks == sum(n for (kind, _), n in found.claims.items() if kind == FP)
     assert found.examples[0].what == "leak"
-    assert found.teacher == "Blabber"
-    assert not audit(GRID, Silent(), turns=60).caught
-    with pytest.raises(AssertionError, match=r"Blabber was caught in llf-gridworld-v0:\n  Example\(what='leak'"):
-        check_teacher(GRID, Blabber(), turns=60)
+    assert found.teacher == "blabber"
+    assert not audit(GRID, silent(), turns=60).caught
+    with pytest.raises(AssertionError, match=r"blabber was caught in llf-gridworld-v0:\n  Example\(what='leak'"):
+        check_teacher(GRID, blabber(), turns=60)
 
 
 def test_the_feedback_type_bounds_everyone():

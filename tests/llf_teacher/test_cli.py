@@ -147,7 +147,7 @@ def test_audit_as_json(tmp_path):
 
 def test_audit_catches_a_liar_who_promises_honesty(tmp_path):
     code = (
-        "import sys, teachers.personalities.mistake as mistake; mistake.Mistake.honest = True; "
+        "import sys, teachers.personalities.mistake as mistake; mistake.mistake.honest = True; "
         "from llf_teacher.cli import main; sys.argv = ['llf', 'audit', 'llf-gridworld-v0', '--turns', '30', "
         "'--teacher', 'mistake(eps=1)']; main()"
     )

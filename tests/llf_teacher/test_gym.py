@@ -16,7 +16,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import all_families
 from teachers.atoms import FP, Atom, ParseFailure, Utterance
-from teachers.personalities.mistake import Mistake
+from teachers.personalities.mistake import mistake
 from worlds.testing import plain, some_actions
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -398,7 +398,7 @@ def test_atoms_of_an_own_teacher_are_bounded_by_the_feedback_type():
 
 
 def test_personalities_in_python():
-    env = llf_teacher.make(GRID, teacher=Mistake(1.0))
+    env = llf_teacher.make(GRID, teacher=mistake(eps=1.0))
     env.reset(seed=0)
     assert str(env.teacher.personality) == "mistake(eps=1.0)"
 

@@ -397,6 +397,21 @@ def test_labs_go_anywhere_in_an_episode(make, length):
         assert len({hash(truth) for truth in truths}) == length + 1
 
 
+def test_a_state_is_what_is_seen_there_whatever_the_way_to_it():
+    world = GymWorld(gymnasium.make("FrozenLake-v1", is_slippery=False), look=lambda env: int(env.unwrapped.s))
+    truths = {}
+    for way in ((), (2,), (2, 0), (1, 3)):
+        world.reset(seed=7)
+        for action in way:
+            world.step(action)
+        truths[way] = world.truth
+    assert truths[2, 0] != truths[()] != truths[1, 3]
+    assert [world.state_of(truth) for truth in truths.values()] == [0, 1, 0, 0]
+    bandit = llf_teacher.make("llf-bandits-BanditTenArmedGaussian-v0").aec.world
+    bandit.reset(seed=7)
+    assert bandit.state_of(bandit.truth) == bandit.truth
+
+
 def test_an_environment_that_cannot_be_played_again_is_found_out():
     world = GymWorld(Lucky())
     lab = world.scratch()

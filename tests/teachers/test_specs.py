@@ -1,18 +1,25 @@
 """Spec strings of personalities: they round-trip, compose, and run nothing."""
 
+import copy
 import dataclasses
+import inspect
 import pickle
+import re
+from typing import Annotated
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from teachers.common import Solved
 from teachers.personalities.delayed import Delayed
 from teachers.personalities.drifting import Drifting
-from teachers.personalities.mistake import Mistake
+from teachers.personalities.mistake import mistake
 from teachers.personalities.only import Only
-from teachers.personalities.oracle import Oracle
-from teachers.personality import PERSONALITIES, Personality, Pipeline, parse_personality
+from teachers.personalities.oracle import oracle
+from teachers.personality import PERSONALITIES, Personality, Pipeline, parse_personality, personality
+from teachers.spec import Range, Share
 
 NAMES = PERSONALITIES.names
 # Values for parameters; a parameter that is not listed keeps its default.
@@ -64,12 +71,12 @@ def test_specs_round_trip(personality):
 @pytest.mark.parametrize(
     ("personality", "text"),
     [
-        (Mistake(0.1), "mistake"),
-        (Mistake(0.2), "mistake(eps=0.2)"),
+        (mistake(eps=0.1), "mistake"),
+        (mistake(eps=0.2), "mistake(eps=0.2)"),
         (Only("r+hp"), "only(kinds='r+hp')"),
         (Delayed(turns=3), "delayed(turns=3)"),
-        (Mistake(0.2) | Delayed(2), "mistake(eps=0.2) | delayed(turns=2)"),
-        (Oracle() | Mistake() | Delayed(), "oracle | mistake | delayed"),
+        (mistake(eps=0.2) | Delayed(2), "mistake(eps=0.2) | delayed(turns=2)"),
+        (oracle() | mistake() | Delayed(), "oracle | mistake | delayed"),
     ],
 )
 def test_only_what_is_not_the_default_is_written(personality, text):
@@ -84,8 +91,14 @@ class Sleepy(Personality):
     naps: int = 2
 
 
+@personality(source="a dream", needs=["values", "plan"], honest=False, reveals=False)
+def dreamy(claims, view, rng, *, share: Share = 0.5, least: int = 1, most: Annotated[int, Range("least", 9)] = 9):
+    """Is a function, elsewhere than on the shelf."""
+    return list(claims[: rng.integers(least, most, endpoint=True)]) if rng.random() < share else []
+
+
 @dataclasses.dataclass(frozen=True)
-class Oracle2(Oracle):
+class Oracle2(oracle):
     """Derived from one on the shelf."""
 
 
@@ -96,17 +109,113 @@ def test_a_personality_from_elsewhere_is_called_by_its_class():
         parse_personality("Sleepy")
 
 
-@pytest.mark.parametrize("to", [Sleepy(), Sleepy(3) | Delayed(2), Mistake() | Oracle2()])
+def test_a_function_becomes_a_frozen_value():
+    assert isinstance(dreamy(), Personality)
+    assert dreamy() == dreamy(share=0.5) != dreamy(share=0.25)
+    assert len({dreamy(), dreamy(share=0.5), dreamy(share=0.25), mistake()}) == 3
+    assert [field.name for field in dataclasses.fields(dreamy)] == ["share", "least", "most"]
+    assert dreamy.__doc__ == "Is a function, elsewhere than on the shelf."
+    assert (dreamy.source, dreamy().needs) == ("a dream", {"values", "plan"})
+    assert (dreamy().honest, dreamy().reveals, dreamy().transparent) == (False, False, False)
+    assert (mistake().needs, mistake().honest, mistake().reveals) == (frozenset(), False, True)
+    assert str(dreamy(share=0.25, most=3) | Delayed(2)) == "dreamy(share=0.25, most=3) | delayed(turns=2)"
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        dreamy().share = 1
+    with pytest.raises(TypeError, match="positional"):
+        dreamy(0.5)
+    for value in (dreamy(share=0.25), dreamy() | Delayed(2)):
+        assert copy.deepcopy(value) == pickle.loads(pickle.dumps(value)) == value
+
+
+def test_a_function_is_asked_each_turn_with_its_parameters_and_the_random_stream():
+    claims = tuple(Solved() for _ in range(9))
+    for spec, (share, least, most) in ((dreamy(), (0.5, 1, 9)), (dreamy(share=1, least=2, most=4), (1, 2, 4))):
+        stage, rng = spec.start(np.random.default_rng(5)), np.random.default_rng(5)
+        expected = [rng.integers(least, most, endpoint=True) if rng.random() < share else 0 for _ in range(50)]
+        assert [len(stage.speak(claims, None)) for _ in range(25)] == expected[:25]
+        stage = pickle.loads(pickle.dumps(copy.deepcopy(stage)))
+        assert [len(stage.speak(claims, None)) for _ in range(25)] == expected[25:]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"share": 2}, "share must be a number from 0 to 1, got 2"),
+        ({"share": True}, "share must be a number from 0 to 1, got True"),
+        ({"most": 10}, "most must be an integer from 1 to 9, got 10"),
+        ({"most": 1.5}, r"most must be an integer from 1 to 9, got 1\.5"),
+        ({"least": 4, "most": 3}, "most must be an integer from 4 to 9, got 3"),
+    ],
+)
+def test_the_parameters_of_a_function_are_checked(given, message):
+    with pytest.raises(ValueError, match=f"^{message}$"):
+        dreamy(**given)
+
+
+def no_view(claims):
+    return claims
+
+
+def other_names(view, claims):
+    return claims
+
+
+def by_position(claims, view, eps=0.1):
+    return claims
+
+
+def without_default(claims, view, *, eps):
+    return claims
+
+
+def rest(claims, *view):
+    return claims
+
+
+def anything(claims, view, **parameters):
+    return claims
+
+
+def late_random_stream(claims, view, *, rng=None, start=0):
+    return claims
+
+
+@pytest.mark.parametrize(
+    "function", [no_view, other_names, by_position, without_default, rest, anything, late_random_stream]
+)
+def test_a_function_of_another_signature_is_no_personality(function):
+    given = re.escape(str(inspect.signature(function)))
+    with pytest.raises(
+        TypeError, match=rf"^{function.__name__}{given} is no personality: it must take \(claims, view\)"
+    ):
+        personality()(function)
+
+
+def test_a_default_out_of_range_and_an_unknown_need_are_refused_at_once():
+    def bold(claims, view, *, eps: Share = 1.5):
+        return claims
+
+    with pytest.raises(ValueError, match=r"^eps must be a number from 0 to 1, got 1\.5$"):
+        personality()(bold)
+    with pytest.raises(ValueError, match=r"^unknown ability 'value'; did you mean values\? allowed: values, import"):
+        personality(needs=["hindsight", "value"])
+
+
+@pytest.mark.parametrize(
+    "to", [Sleepy(), dreamy(), oracle() | dreamy(share=1), Sleepy(3) | Delayed(2), mistake() | Oracle2()]
+)
 def test_what_no_spec_can_name_is_refused_where_a_spec_is_needed(to):
-    with pytest.raises(ValueError, match=r"^to must be a spec, .* got .*(Sleepy|Oracle2)\(.*put it into a module"):
+    with pytest.raises(
+        ValueError, match=r"^to must be a spec, .* got .*(Sleepy|dreamy|Oracle2)\(.*put it into a module"
+    ):
         Drifting(to=to)
-    assert Drifting(to=Mistake(0.5) | Delayed(2)).to == "mistake(eps=0.5) | delayed(turns=2)"
+    assert Drifting(to=mistake(eps=0.5) | Delayed(2)).to == "mistake(eps=0.5) | delayed(turns=2)"
 
 
 def test_composition_is_the_parsed_string():
-    assert Mistake(0.2) | Delayed(2) == parse_personality("mistake(eps=0.2)|delayed(turns=2)")
-    assert Mistake(0.2) | Delayed(2) != Delayed(2) | Mistake(0.2)
-    assert (Mistake() | Delayed()) | Oracle() == Mistake() | (Delayed() | Oracle())
+    assert mistake(eps=0.2) | Delayed(2) == parse_personality("mistake(eps=0.2)|delayed(turns=2)")
+    assert mistake(eps=0.2) | Delayed(2) != Delayed(2) | mistake(eps=0.2)
+    assert (mistake() | Delayed()) | oracle() == mistake() | (Delayed() | oracle())
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -150,7 +259,7 @@ def test_errors_name_what_is_wrong_and_what_is_allowed(spec, message):
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), "0.1", True, None, [0.1]])
 def test_constructors_check_their_parameters(value):
     with pytest.raises(ValueError, match="eps must be a number from 0 to 1, got"):
-        Mistake(eps=value)
+        mistake(eps=value)
 
 
 BAD_SYNTAX = [

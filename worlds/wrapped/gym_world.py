@@ -231,6 +231,10 @@ class GymWorld(World[Position, Any, Any]):
         self._sampler.seed(int(rng.integers(2**31)))
         return self._sampler.sample()
 
+    def state_of(self, truth: Position) -> Any:
+        """What was seen there, whatever the way to it."""
+        return truth.seen
+
     def scratch(self) -> Self:
         """A world like this one; its environment is made when it is first needed."""
         lab = object.__new__(type(self))
