@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher.students import shelf
+from pz_envs.learning import Learning
 from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TutoringEnv
 from teachers.spec import Spec
@@ -68,6 +69,8 @@ class Student(Spec):
     """What it learns from, one of `READS`; reports show it."""
     text: ClassVar[bool] = False
     """Whether it plays in text mode: text in, text out."""
+    suits: ClassVar[type[Learning] | None] = None
+    """What it can learn from rewards alone; the fields of that are parameters of the student."""
 
     def seat(self, family: Subject, world: World) -> Policy:
         """A policy for environments like `world`; it gets a scratch copy."""
