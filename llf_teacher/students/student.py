@@ -14,6 +14,7 @@ from llf_teacher.students import shelf
 from pz_envs.learning import Learning
 from pz_envs.subject import Subject
 from pz_envs.tutoring import STUDENT, TutoringEnv
+from teachers.atoms import ActionClaim, Claim, PlanClaim
 from teachers.spec import Spec
 from worlds.world import World
 
@@ -104,6 +105,13 @@ def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
     elif reads == "truth":
         info["moment"] = aec.moment
     return info
+
+
+def action_of(claim: Claim[Any]) -> Any:
+    """The action that a claim is about, of a plan the first one; None if it is about none."""
+    if isinstance(claim, ActionClaim):
+        return claim.action
+    return claim.actions[0] if isinstance(claim, PlanClaim) else None
 
 
 def state_of(observation: dict[str, Any]) -> Any:
