@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from pettingzoo import register
 
+from pz_envs.learning import Learning, check_learning
 from pz_envs.subject import TUTORING, Subject, seating_names
 
 if TYPE_CHECKING:
@@ -45,19 +46,19 @@ class Family(Subject):
     environments: Mapping[str, Mapping[str, Any]]
     """Per environment, named with its version as in `name-v0`, the world's options."""
     showcase: tuple[str, ...]
-    """The environments that stand for the family in the quickstart study."""
+    """The environments that stand for the family where not all are wanted."""
     max_turns: int
     """Turns of the student after which an episode is truncated."""
     repeated: bool = False
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
     slow: bool = False
-    """Whether the simulator is so slow that the quickstart study plays only some of its episodes."""
+    """Whether the simulator is so slow that what is done with every family should be done less with this one."""
     sampled: tuple[str, ...] = ()
     """The environments of which there are golden transcripts, and which the default tests play; none stands for all."""
     regret_unit: str
     """What regret counts, as in "extra moves"."""
-    reward_only: str
-    """Spec of the student that suits the family and learns from rewards alone."""
+    learning: Learning
+    """What rewards alone teach."""
     visual: bool = False
     """Whether its worlds have an option `visual` that adds images to the observation."""
     aliases: Mapping[str, str] = field(default_factory=dict)
@@ -72,6 +73,9 @@ class Family(Subject):
     """Version of the distribution, if it is another one than this."""
     module: str = ""
     """The module of this declaration, if it is not `pz_envs.families.<name>`."""
+
+    def __post_init__(self) -> None:
+        check_learning(self.learning)
 
     def _load(self, where: str, package: str) -> Any:
         module, _, name = where.rpartition(":")

@@ -5,6 +5,7 @@ from typing import Any
 
 import gymnasium
 
+from pz_envs.learning import Learning, StateValues, check_learning
 from pz_envs.subject import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
@@ -33,7 +34,7 @@ class Lesson(Subject):
         max_turns: turns after which an episode is truncated; None: the environment's own limit, or else 100.
         repeated: whether success ends nothing.
         regret_unit: what regret counts.
-        reward_only: spec of the student that suits the environment and learns from rewards alone.
+        learning: what rewards alone teach, one of `pz_envs.learning`.
 
     Raises:
         ValueError: an argument is not allowed, or the phrases are not in order.
@@ -55,7 +56,7 @@ class Lesson(Subject):
         max_turns: int | None = None,
         repeated: bool = False,
         regret_unit: str = "value lost",
-        reward_only: str = "q_learning",
+        learning: Learning = StateValues(),  # noqa: B008 (a frozen value)
     ) -> None:
         self._oracle = RewardOracle if oracle is None else oracle
         # Who never looks at a truth need not pay for copies.
@@ -77,7 +78,8 @@ class Lesson(Subject):
         self.name = name or (spec.name if spec else type(self._world.env.unwrapped).__name__)
         limit = spec and spec.max_episode_steps
         self.max_turns = (limit or _MAX_TURNS) if max_turns is None else max_turns
-        self.repeated, self.regret_unit, self.reward_only = repeated, regret_unit, reward_only
+        check_learning(learning)
+        self.repeated, self.regret_unit, self.learning = repeated, regret_unit, learning
 
     def make_world(self, **options: Any) -> GymWorld:
         """A world around another environment like the given one. There are no options."""

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from pettingzoo.utils import wrappers
 
+from pz_envs.learning import Learning
+
 if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
@@ -34,8 +36,8 @@ class Subject(ABC):
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
     regret_unit: str
     """What regret counts, as in "extra moves"."""
-    reward_only: str
-    """Spec of the student that suits the subject and learns from rewards alone."""
+    learning: Learning
+    """What rewards alone teach."""
     visual: bool = False
     """Whether its worlds have an option `visual` that adds images to the observation."""
 

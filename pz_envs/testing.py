@@ -1,12 +1,14 @@
 """A conformance kit for seats. For your own family, run `check_seats(my_env)` with its `env` or `raw_env`.
 
 PettingZoo's own checkers come first; then what they cannot know. Each check takes a factory of AEC environments that
-accepts the arguments of `pz_envs.subject.Subject.raw_env`.
+accepts the arguments of `pz_envs.subject.Subject.raw_env`. `check_family(FAMILY)` goes through a declaration.
 """
 
+import importlib
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import metadata
 from itertools import pairwise, product
 from typing import Any
 
@@ -15,9 +17,12 @@ from pettingzoo import AECEnv
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 
+from pz_envs.family import Family
 from pz_envs.seats import SPEECHES, STUDENT, TEACHER
 from pz_envs.teacher_seat import SUBSETS
+from teachers.oracle import Oracle
 from worlds.testing import plain, require
+from worlds.world import World
 
 Make = Callable[..., AECEnv]
 _ALLOWED = (  # what PettingZoo's checkers say of seats that see text
@@ -171,3 +176,37 @@ CHECKS: tuple[Callable[[Make], None], ...] = tuple(
     value for name, value in list(globals().items()) if name.startswith("check_") and name != "check_seats"
 )
 """Every check of the seats."""
+
+
+def check_family(family: Family) -> None:
+    """Everything is there that a declaration names: classes, phrases, options, environments, the extra, the seats.
+
+    Raises:
+        AssertionError: something is not; the message says what.
+    """
+    require(bool(family.environments and family.showcase), f"{family.name} has no environments, or shows none")
+    oracle = _named(family, "oracle", family.oracle_class)
+    require(isinstance(oracle, type) and issubclass(oracle, Oracle), f"{family.oracle} is no Oracle")
+    _named(family, "phrases", family.phrasebook)
+    for environment, options in family.environments.items():
+        world = _named(family, environment, lambda options=options: family.make_world(**options))
+        require(isinstance(world, World), f"{family.world} is no World")
+        world.close()
+    named = {*family.showcase, *family.sampled, *family.aliases.values()}
+    unknown = sorted(named - family.environments.keys())
+    require(not unknown, f"{family.name} names environments that it does not have: {', '.join(unknown)}")
+    taken = sorted(family.aliases.keys() & family.environments.keys())
+    require(not taken, f"{family.name} has environments with the names of aliases: {', '.join(taken)}")
+    extras = metadata.metadata(family.distribution).get_all("Provides-Extra") or [] if family.extra else [""]
+    require(family.extra in extras, f"{family.distribution} has no extra {family.extra!r}; it has {', '.join(extras)}")
+    module = importlib.import_module(family.module or f"pz_envs.families.{family.name}")
+    missing = [name for name in ("env", "raw_env", "parallel_env") if not hasattr(module, name)]
+    require(not missing, f"{module.__name__} lacks {', '.join(missing)}")
+
+
+def _named(family: Family, what: str, load: Callable[[], Any]) -> Any:
+    """What a declaration stands for."""
+    try:
+        return load()
+    except Exception as error:
+        raise AssertionError(f"{family.name} declares {what}, which is not in order: {error!r}") from error

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import networkx as nx
 import pytest
 
 from pz_envs.family import all_families
@@ -72,6 +73,61 @@ def test_layers_import_downwards_only():
         sys.executable, "-c", "from importlinter.cli import lint_imports_command as main; main()", "--no-cache"
     )
     assert result.returncode == 0, result.stdout + result.stderr
+
+
+def imports_of(name, path, modules):
+    """The modules of this repository that one imports, anywhere in it; of a package the submodule that is meant."""
+    package = name.split(".")[: None if path.stem == "__init__" else -1]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in modules)
+        elif isinstance(node, ast.ImportFrom):
+            origin = package[: len(package) + 1 - node.level] if node.level else []
+            source = ".".join([*origin, *filter(None, [node.module])])
+            for alias in node.names:
+                yield from [module for module in (f"{source}.{alias.name}", source) if module in modules][:1]
+
+
+def import_circles(root):
+    """The circles of modules in a folder that import each other, each as a line of text."""
+    paths = {
+        ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__"): path
+        for package in PACKAGES
+        for path in (root / package).rglob("*.py")
+    }
+    graph = nx.DiGraph((name, other) for name, path in paths.items() for other in imports_of(name, path, paths))
+    for knot in nx.strongly_connected_components(graph):
+        if len(knot) > 1:
+            circle = [name for name, _ in nx.find_cycle(graph.subgraph(knot))]
+            yield " -> ".join([*circle, circle[0]])
+
+
+def test_no_modules_import_each_other():
+    """Neither within functions nor for types."""
+    circles = list(import_circles(ROOT))
+    assert not circles, "\n".join(circles)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "import worlds.other",
+        "from worlds.other import x",
+        "from worlds import other",
+        "from . import other",
+        "from .other import x",
+        "def f():\n    from .other import x",
+        "if TYPE_CHECKING:\n    from worlds.other import X",
+    ],
+)
+def test_a_circle_is_found(tmp_path, statement):
+    package = tmp_path / "worlds"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "one.py").write_text(f"{statement}\n")
+    (package / "other.py").write_text("from worlds import one\n")
+    (circle,) = import_circles(tmp_path)
+    assert set(circle.split(" -> ")) == {"worlds.one", "worlds.other"}
 
 
 @pytest.mark.parametrize("arguments", [("check", "."), ("format", "--check", ".")], ids=" ".join)

@@ -27,7 +27,7 @@ FIELDS = (
     "advised",  # n / (n + 4) for n of these visits in which advice for the next action was said
     "announced",  # 1 if the student has announced its next action, else 0
     "mistake",  # 1 if what it announced is less than optimal, else 0
-    "way",  # n / (n + 4) for n turns of the oracle's plan from here, at most max_cycles; 0 without one
+    "way",  # n / (n + 4) for n turns of the oracle's plan from here, at most max_turns; 0 without one
 )
 """The numbers of `lifetime`, each from 0 to 1."""
 

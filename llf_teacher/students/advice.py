@@ -29,7 +29,14 @@ class AdviceTaker(Policy):
         self._states.append(frozen(state_of(observation)))
         return len(self._states) - 1
 
-    def learn(self, kind: FeedbackType | None, action: Any, turn: int) -> None:
+    def hear(self, kind: FeedbackType | None, actions: Sequence[Any], turn: int, endless: bool = False) -> None:
+        """Take a claim about actions to heart: the first of them if it is feedback, else a plan for all turns."""
+        if kind is None:
+            self.follow(actions, endless)
+        else:
+            self.learn(kind, actions[0], turn)
+
+    def learn(self, kind: FeedbackType, action: Any, turn: int) -> None:
         """Take a claim about an action to heart: advice is about the state after `turn`, hindsight about that before.
 
         Hindsight at the opening speaks of somebody else's turns, in states that this student cannot tell.

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.student import Policy, Student, frozen
+from llf_teacher.students.student import Policy, Student, action_of, frozen
 from teachers.atoms import FN, FP
 from teachers.spec import check_range
 
@@ -77,7 +77,7 @@ class LearnerPolicy(Policy):
     def _advised(self, action: Any, atoms: Collection[Any]) -> Any:
         """The action after hearing the advice for this turn."""
         said = [atom for atom in atoms if atom.kind in (FP, FN) and atom.about_turn == self._turn]
-        advice = [(atom.kind, atom.claim.action) for atom in said if hasattr(atom.claim, "action")]
+        advice = [(atom.kind, about) for atom in said if (about := action_of(atom.claim)) is not None]
         if not advice or (self.spec.trust < 1 and self.rng.random() >= self.spec.trust):
             return action
         for kind, better in advice:

@@ -1,8 +1,11 @@
-"""Students by their spec strings."""
+"""Students by their spec strings, and by what there is to learn."""
+
+from dataclasses import asdict
 
 from llf_teacher.students import shelf
 from llf_teacher.students.agents import is_agent, parse_agent
 from llf_teacher.students.student import Student
+from pz_envs.learning import Learning
 from teachers.spec import Shelf
 
 STUDENTS = Shelf("student", Student, shelf)
@@ -23,3 +26,16 @@ def parse_student(spec: str | Student) -> Student:
     if len(parsed) != 1:
         raise ValueError(f"student spec {spec!r} names {len(parsed)} students; allowed: one")
     return parsed[0]
+
+
+def student_for(learning: Learning) -> Student:
+    """The student who learns what rewards alone teach.
+
+    Raises:
+        ValueError: none does.
+    """
+    for name in STUDENTS.names:
+        cls = STUDENTS[name]
+        if cls.suits is type(learning):
+            return cls(**asdict(learning))
+    raise ValueError(f"no student learns from {learning!r}; one that does says so by its `suits`")

@@ -7,7 +7,7 @@ from functools import cache
 from operator import itemgetter
 from typing import NamedTuple
 
-from teachers.atoms import Claim
+from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late
 from teachers.phrasebook import Phrasebook
 from teachers.voice import PLAIN
@@ -35,7 +35,7 @@ class Reader:
     Args:
         phrasebook: the words of a voice; not asked for one before it is needed.
         voices: those that it knows.
-        is_action: whether a text names an action, as the slot `action` must; None: any text does.
+        is_action: whether a text names an action, as an action's slot must; None: any text does.
     """
 
     def __init__(
@@ -95,8 +95,8 @@ class Reader:
     def _found(self, cls: type[Claim], match: re.Match[str], book: "_Book") -> "_Found":
         slots = match.groupdict()
         doubtful = any(map(_SENTENCE_END.search, slots.values()))
-        if self._is_action and "action" in slots:
-            doubtful = doubtful or not self._is_action(slots["action"])
+        if self._is_action and issubclass(cls, ActionClaim) and cls.action_slot in slots:
+            doubtful = doubtful or not self._is_action(slots[cls.action_slot])
         in_slots = sum(map(len, slots.values()))
         own = match.end() - match.start() - in_slots
         # What is doubtful should take in little; of the rest, what says most in words of its own is meant.

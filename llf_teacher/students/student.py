@@ -11,9 +11,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from llf_teacher.students import shelf
+from pz_envs.learning import Learning
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT
 from pz_envs.subject import Subject
+from teachers.atoms import ActionClaim, Claim, PlanClaim
 from teachers.spec import Spec
 from worlds.world import World
 
@@ -69,6 +71,8 @@ class Student(Spec):
     """What it learns from, one of `READS`; reports show it."""
     text: ClassVar[bool] = False
     """Whether it plays in text mode: text in, text out."""
+    suits: ClassVar[type[Learning] | None] = None
+    """What it can learn from rewards alone; the fields of that are parameters of the student."""
 
     def seat(self, family: Subject, world: World) -> Policy:
         """A policy for environments like `world`; it gets a scratch copy."""
@@ -102,6 +106,13 @@ def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
     elif reads == "truth":
         info["moment"] = aec.moment
     return info
+
+
+def action_of(claim: Claim[Any]) -> Any:
+    """The action that a claim is about, of a plan the first one; None if it is about none."""
+    if isinstance(claim, ActionClaim):
+        return claim.action
+    return claim.actions[0] if isinstance(claim, PlanClaim) else None
 
 
 def state_of(observation: dict[str, Any]) -> Any:

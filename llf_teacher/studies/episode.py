@@ -7,10 +7,11 @@ from typing import Any, NamedTuple
 
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import entitled
+from llf_teacher.students.student import action_of, entitled
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT
+from teachers import common
 from teachers.atoms import Atom, Label, Moment, ParseFailure
 from teachers.seeds import Seeds
 
@@ -33,9 +34,7 @@ class TurnRow(NamedTuple):
     instruction: str | None
     feedback: str
     atoms: str
-    """JSON: what was said, a list of objects with `kind`, `claim`, `fields`, `text`, `about_turn`, `holds`,
-    `label`.
-    """
+    """JSON: what was said, a list of objects as `as_dict` makes them."""
 
 
 class EpisodeRow(NamedTuple):
@@ -119,7 +118,8 @@ def play(spec: EpisodeSpec) -> Record:
     rows = []
     for scene in scenes(env, student, spec.seed):
         moment = scene.moment
-        rows.append(_row(scene, oracle.regret(moment) if moment.turn else 0.0, _seen(env.aec)))
+        regret = oracle.regret(moment) if moment.turn else 0.0
+        rows.append(_row(scene, regret, _seen(env.aec), env.family.name))
     env.close()
     return Record(spec, _summary(env.family.name, student.reads, rows), tuple(rows))
 
@@ -129,7 +129,7 @@ def _seen(aec: TutoringEnv) -> str:
     return aec.state_now if aec.text else aec.world.describe(aec.state_now)
 
 
-def _row(scene: Scene, regret: float, text: str) -> TurnRow:
+def _row(scene: Scene, regret: float, text: str, family: str) -> TurnRow:
     moment = scene.moment
     failed = moment.action if type(moment.action) is ParseFailure else None
     return TurnRow(
@@ -143,18 +143,24 @@ def _row(scene: Scene, regret: float, text: str) -> TurnRow:
         parse_failure=failed and failed.got,
         instruction=str(scene.observation["instruction"]) or None,
         feedback=str(scene.observation["feedback"]),
-        atoms=to_json([as_dict(atom, label) for atom, label in scene.atoms]),
+        atoms=to_json([as_dict(atom, label, family) for atom, label in scene.atoms]),
     )
 
 
-def as_dict(atom: Atom, label: Label) -> dict[str, Any]:
-    """An atom as JSON values."""
+def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
+    """An atom as JSON values.
+
+    `claim` names the claim's class with its family, or with `common` if any teacher makes such claims; `action` is the
+    action that it is about, of a plan the first one, null if it is about none.
+    """
     claim = atom.claim
+    home = "common" if type(claim).__module__ == common.__name__ else family
     fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
     return {
         "kind": atom.kind,
-        "claim": type(claim).__name__,
+        "claim": f"{home}.{type(claim).__name__}",
         "fields": fields,
+        "action": action_of(claim),
         "text": atom.text,
         "about_turn": atom.about_turn,
         "holds": label is not Label.DISTORTED,

@@ -152,7 +152,8 @@ def _turns(store: Store, episode: Played) -> Iterator[dict[str, Any]]:
         atoms = turn["atoms"]
         for atom in atoms:
             fields = ", ".join(f"{name}={_plain(value)}" for name, value in atom["fields"].items())
-            atom["code"] = f"{atom['claim']}({fields})"
+            name = atom["claim"].removeprefix(f"{episode.row['family']}.")
+            atom["code"] = f"{name}({fields})"
         text = " ".join(filter(None, (turn["instruction"], turn["feedback"])))
         turn["said"] = {kind: said for kind in (None, *KINDS) if (said := [a for a in atoms if a["kind"] == kind])}
         turn["spelled_out"] = text == " ".join(atom["text"] for atom in atoms)

@@ -241,7 +241,7 @@ def played(store: Store, row: sqlite3.Row) -> Played:
         said.update(atom["kind"] for atom in feedback)
         labels.update(atom["label"] for atom in feedback)
         current = (atom for atom in feedback if atom["kind"] == FP and atom["about_turn"] == turn["turn"])
-        advice = [atom["fields"]["action"] for atom in current if "action" in atom["fields"]]
+        advice = [atom["action"] for atom in current if atom["action"] is not None]
     return Played(row, np.cumsum(regrets), said, labels, advised, followed)
 
 

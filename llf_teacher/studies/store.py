@@ -9,7 +9,7 @@ from typing import Any
 from llf_teacher.studies.episode import EpisodeRow, Record, TurnRow
 from llf_teacher.studies.study import EpisodeSpec
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
 _TYPES = {str: "TEXT NOT NULL", int: "INTEGER NOT NULL", float: "REAL NOT NULL", bool: "INTEGER NOT NULL"}
 

@@ -12,7 +12,7 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
 from llf_teacher.studies.episode import scenes
 from pz_envs.subject import Subject
-from teachers.atoms import FP, Claim, FeedbackType, Label
+from teachers.atoms import FP, ActionClaim, Claim, EditClaim, FeedbackType, Label, PlanClaim
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher
 from teachers.voice import Change
@@ -180,7 +180,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy, seed: int, turns: int
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(observation["instruction"], "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
-            names = hasattr(atom.claim, "action") or hasattr(atom.claim, "actions")
+            names = isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
             leak = kind is not None and kind not in env.kinds
             leak |= names and (not reveals if kind is FP else kind is None and instruction_type == "b")
             found.leaks += leak

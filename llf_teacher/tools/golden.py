@@ -1,12 +1,13 @@
 """Golden transcripts: readable records of one short episode an environment, which tests replay."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 
 from llf_teacher.gym import make
 from llf_teacher.registry import entries
-from llf_teacher.studies.episode import as_dict, to_json
+from llf_teacher.studies.episode import to_json
 from teachers.atoms import Atom, Moment
 
 SEED, TURNS = 7, 6
@@ -47,9 +48,10 @@ def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
 def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment], lab: object) -> list[str]:
     lines = [f"observation: {text!r}", f"feedback: {feedback!r}"]
     for atom in atoms:
-        record = as_dict(atom, atom.claim.holds(moments[atom.about_turn], lab))  # type: ignore[arg-type]
-        kind, held = record["kind"] or "-", "holds" if record["holds"] else "FALSE"
-        lines.append(f"  {kind:2} {record['claim']} {to_json(record['fields'])} {held}")
+        claim = atom.claim
+        said = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+        held = "holds" if claim.holds(moments[atom.about_turn], lab) else "FALSE"
+        lines.append(f"  {atom.kind or '-':2} {type(claim).__name__} {to_json(said)} {held}")
     return lines
 
 

@@ -1,6 +1,7 @@
 """ALFWorld: household tasks in text."""
 
 from pz_envs.family import Family
+from pz_envs.learning import NoRewards
 
 FAMILY = Family(
     name="alfworld",
@@ -11,7 +12,7 @@ FAMILY = Family(
     showcase=("alfworld-v0",),
     max_turns=100,
     regret_unit="commands wasted",
-    reward_only="random",
+    learning=NoRewards(),
     extra="alfworld",
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,6 +1,7 @@
 """Bandits: pull the arm that pays most."""
 
 from pz_envs.family import Family
+from pz_envs.learning import ActionValues
 
 FAMILY = Family(
     name="bandits",
@@ -24,6 +25,6 @@ FAMILY = Family(
     max_turns=30,
     repeated=True,
     regret_unit="expected reward lost",
-    reward_only="ucb",
+    learning=ActionValues(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,6 +1,7 @@
 """Gridworld: find the treasure in a house of rooms."""
 
 from pz_envs.family import Family
+from pz_envs.learning import StateValues
 
 FAMILY = Family(
     name="gridworld",
@@ -11,6 +12,6 @@ FAMILY = Family(
     showcase=("gridworld-v0",),
     max_turns=20,
     regret_unit="moves wasted",
-    reward_only="q_learning",
+    learning=StateValues(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,6 +1,7 @@
 """Meta-World: a robot's hand over a table, with 50 tasks."""
 
 from pz_envs.family import Family
+from pz_envs.learning import Smooth
 
 _TASKS = """
     assembly basketball bin-picking box-close button-press button-press-topdown button-press-topdown-wall
@@ -25,6 +26,6 @@ FAMILY = Family(
     slow=True,
     sampled=tuple(f"metaworld-{task}-v3" for task in ("door-lock", "drawer-open", "pick-place", "reach", "stick-push")),
     regret_unit="metres off the advised target",
-    reward_only="nelder_mead(size=0.03)",
+    learning=Smooth(size=0.03),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,6 +1,7 @@
 """Movies: recommend something to watch that meets a user's wishes."""
 
 from pz_envs.family import Family
+from pz_envs.learning import BestAnswer
 
 FAMILY = Family(
     name="movies",
@@ -12,6 +13,6 @@ FAMILY = Family(
     max_turns=30,
     repeated=True,
     regret_unit="share of unmet requirements",
-    reward_only="random_search",
+    learning=BestAnswer(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

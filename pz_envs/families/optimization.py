@@ -1,6 +1,7 @@
 """Optimization: find the point of least loss."""
 
 from pz_envs.family import Family
+from pz_envs.learning import Smooth
 
 FAMILY = Family(
     name="optimization",
@@ -23,6 +24,6 @@ FAMILY = Family(
     showcase=("optimization-Booth-v0",),
     max_turns=10,
     regret_unit="reward lost",
-    reward_only="nelder_mead",
+    learning=Smooth(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -1,6 +1,7 @@
 """Parking: drive a car into a marked spot."""
 
 from pz_envs.family import Family
+from pz_envs.learning import Trend
 
 FAMILY = Family(
     name="parking",
@@ -11,6 +12,6 @@ FAMILY = Family(
     showcase=("highway-parking-v0",),
     max_turns=100,
     regret_unit="turns lost",
-    reward_only="run_and_tumble",
+    learning=Trend(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

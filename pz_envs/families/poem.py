@@ -1,6 +1,7 @@
 """Poems: write verse with the right number of lines and syllables."""
 
 from pz_envs.family import Family
+from pz_envs.learning import Lines
 
 FAMILY = Family(
     name="poem",
@@ -15,6 +16,6 @@ FAMILY = Family(
     max_turns=30,
     repeated=True,
     regret_unit="share of wrong lines",
-    reward_only="line_search(lengths=(3, 5, 4, 14, 15, 19), syllables=(5, 7, 8, 9, 10, 17))",
+    learning=Lines(lengths=(3, 5, 4, 14, 15, 19), syllables=(5, 7, 8, 9, 10, 17)),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -4,7 +4,7 @@ from collections import deque
 
 import networkx as nx
 
-from teachers.atoms import FN, FP, HN, HP, Claim, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, PlanClaim, claim
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 
@@ -55,10 +55,11 @@ class Reach(Claim):
 
 
 @claim
-class Nearer(Claim):
+class Nearer(ActionClaim):
     """True if the step ended nearer to the goal."""
 
     kind = HP
+    action_slot = "move"
     action: int
     move: str
 
@@ -76,10 +77,11 @@ class Nearer(Claim):
 
 
 @claim
-class Strayed(Claim):
+class Strayed(ActionClaim):
     """True if the step did not end nearer to the goal."""
 
     kind = HN
+    action_slot = "move"
     action: int
     move: str
 
@@ -92,10 +94,11 @@ class Strayed(Claim):
 
 
 @claim
-class Head(Claim):
+class Head(ActionClaim):
     """True if the square in this direction is safe and nearer to the goal."""
 
     kind = FP
+    action_slot = "move"
     action: int
     move: str
 
@@ -107,10 +110,11 @@ class Head(Claim):
 
 
 @claim
-class Avoid(Claim):
+class Avoid(ActionClaim):
     """True if the square in this direction is a hole, or no nearer to the goal."""
 
     kind = FN
+    action_slot = "move"
     action: int
     move: str
 
@@ -122,10 +126,11 @@ class Avoid(Claim):
 
 
 @claim
-class Tried(Claim):
+class Tried(ActionClaim):
     """True if aiming in this direction at the start is a step to a square that is no nearer to the goal."""
 
     kind = HN
+    action_slot = "move"
     action: int
     move: str
 
@@ -137,7 +142,7 @@ class Tried(Claim):
 
 
 @claim
-class Route(Claim):
+class Route(PlanClaim):
     """True if steps in these directions, none of which slips, lead to the goal the shortest way."""
 
     actions: tuple[int, ...]

@@ -1,5 +1,6 @@
 """Students: what each of them reaches, and what it may see."""
 
+from dataclasses import asdict
 from functools import partial
 from itertools import islice, product
 
@@ -9,12 +10,13 @@ from sampling import IDS, fewer
 
 import llf_teacher
 from llf_teacher.registry import PREFIX, entries, entry
-from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
 from llf_teacher.students.reading import Reader
 from llf_teacher.students.student import entitled
 from llf_teacher.studies.episode import play, scenes
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families
+from pz_envs.learning import KINDS, Learning, NoRewards
 from pz_envs.seats import STUDENT
 from pz_envs.text_mode import parse_action
 from teachers.atoms import ParseFailure
@@ -78,8 +80,32 @@ def test_learning_from_rewards_beats_chance(id):
         return np.mean([episode(id, student, seed, "silent").episode.regret for seed in seeds])
 
     assert regret("oracle") == 0 < regret("reward_only")
-    if entry(id).family.reward_only != "random":  # where no reward comes before the end, there is nothing to learn from
+    if (
+        type(entry(id).family.learning) is not NoRewards
+    ):  # where no reward comes before the end, there is nothing to learn from
         assert regret("reward_only") < regret("random")
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_the_learner_who_suits_a_family_learns_from_rewards_and_plays(id):
+    learning = entry(id).family.learning
+    student = student_for(learning)
+    assert student == parse_student(str(student))
+    assert student.reads == ("nothing" if learning == NoRewards() else "reward")
+    assert {name: getattr(student, name) for name in asdict(learning)} == asdict(learning)
+    played, named = (episode(id, spec, 0, "silent").turns for spec in ("reward_only", str(student)))
+    assert played == named
+    assert played
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_student_suits_each_thing_that_rewards_teach(kind):
+    assert [STUDENTS[name].suits for name in STUDENTS.names].count(kind) == 1
+
+
+def test_nobody_learns_from_what_is_unknown():
+    with pytest.raises(ValueError, match=r"no student learns from Learning\(\)"):
+        student_for(Learning())
 
 
 def test_q_learning_finds_a_shortest_path_in_a_house_that_stays():
@@ -107,7 +133,7 @@ def test_students_see_what_they_are_entitled_to(id, student):
     policy.reset(np.random.default_rng(0))
     info = entitled(policy, env.aec)
     reads = policy.reads
-    assert reads == parse_student(env.family.reward_only if student == "reward_only" else student).reads
+    assert reads == (student_for(env.family.learning) if student == "reward_only" else parse_student(student)).reads
     assert ("atoms" in info) == (reads in ("atoms", "atoms and reward", "truth"))
     assert ("reward" in info) == (reads in ("reward", "atoms and reward"))
     assert ("moment" in info) == (reads == "truth")
@@ -134,6 +160,12 @@ def test_reading_recovers_every_sentence_of_every_voice(id, voice):
         recovers(env, reader, fewer(env.family, 3))
 
 
+def said_slots(heard):
+    """Those slots of a sentence that a reader of words acts upon, as the roles of its claim declare them."""
+    roles = ("action_slot", "plan_slot", "line_slot", "words_slot")
+    return heard.slots.keys() & {getattr(heard.claim, role, "") for role in roles}
+
+
 def is_action(world, text):
     return type(parse_action(text, world)) is not ParseFailure
 
@@ -149,15 +181,13 @@ def recovers(env, reader, episodes):
             assert [each.claim for each in heard] == [type(atom.claim) for atom in info["atoms"]], text
             for each, atom in zip(heard, info["atoms"], strict=True):
                 assert each.about_turn in (None, atom.about_turn)
-                if "action" in each.slots:
-                    assert each.slots["action"] == f"{atom.claim.action}"
+                for slot in said_slots(each):
+                    assert each.slots[slot] == f"{getattr(atom.claim, slot)}"
             observation, _, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
             done = terminated or truncated
 
 
 SPECS = ("oracle", "mistake", "hinter", "vague", "verification", "worked_example", "retry_only", "placebo", "equal")
-READ = ("action", "target", "steps", "listing", "line", "words")
-"""Slots that `text_only` understands."""
 
 
 @pytest.mark.parametrize("id", SHOWCASE)
@@ -181,7 +211,7 @@ def test_every_paraphrase_of_every_voice_is_read_as_the_claim_that_it_words(id):
                 text = str(book.say([claim], 1, Draws(np.random.default_rng(0)), i))
                 (heard,) = reader.read(text)
                 assert heard.claim is type(claim), text
-                for slot in heard.slots.keys() & READ:
+                for slot in said_slots(heard):
                     assert heard.slots[slot] == f"{getattr(claim, slot)}", text
 
 

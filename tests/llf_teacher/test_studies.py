@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+from llf_teacher.registry import entry
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.runner import manifest, run
 from llf_teacher.studies.store import SCHEMA_VERSION, Store, StoreError
@@ -269,6 +270,21 @@ def test_an_episode_is_written_whole_or_not_at_all(tmp_path):
 def test_atoms_are_stored_typed(tmp_path):
     record = play(next(small().episodes()))
     atom = json.loads(record.turns[1].atoms)[0]
-    assert set(atom) == {"kind", "claim", "fields", "text", "about_turn", "holds", "label"}
+    assert set(atom) == {"kind", "claim", "fields", "action", "text", "about_turn", "holds", "label"}
     assert atom["holds"] is True
     assert atom["label"] == "truthful"
+
+
+def test_claims_are_stored_with_whose_they_are():
+    """Two classes may have the same name, as long as they are not of the same family."""
+
+    def said(teacher):
+        turns = play(next(small(teachers=[teacher]).episodes())).turns
+        return [atom for turn in turns for atom in json.loads(turn.atoms) if atom["kind"] is not None]
+
+    of_family, of_all = said("oracle"), said("verification")
+    family = entry(small().ids[0]).family.name
+    assert {atom["claim"].partition(".")[0] for atom in of_family} == {family}
+    judged = [atom for atom in of_all if atom["claim"] in ("common.Right", "common.Wrong")]
+    assert judged
+    assert all(atom["action"] == atom["fields"]["action"] for atom in judged)

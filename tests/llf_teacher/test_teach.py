@@ -227,6 +227,15 @@ def test_students_learn_from_it():
     assert not play(env, "random")[0]
 
 
+def test_words_are_understood_by_the_slots_that_the_claims_declare():
+    """A reader of words gets to the goal as often as one of atoms, and on the same ways; the slot is `{move}`."""
+    env = teach_lake()
+    played = [[play(env, student, seed) for seed in range(20)] for student in ("text_only", "obedient")]
+    assert played == [[(True, 6)] * 20] * 2
+    complete = teach_lake(feedback_type="n", instruction_type="c")
+    assert play(complete, "text_only") == (True, 6)
+
+
 def test_text_mode_with_words_of_ones_own():
     env = teach_lake(text=True)
     observation, _ = env.reset(seed=0)

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from llf_teacher.students.student import Policy, Student, frozen, state_of
+from llf_teacher.students.student import Policy, Student, action_of, frozen, state_of
 from pz_envs.subject import Subject
 from teachers.atoms import FN, FP, HN, HP
 from teachers.spec import check_range
@@ -102,7 +102,7 @@ class Bayesian(Student):
             """Note what the teacher says of this state and of the one before."""
             for atom in atoms:
                 claim, turn = atom.claim, atom.about_turn
-                action = getattr(claim, "action", None)
+                action = action_of(claim)
                 if action is None or claim.kind is None:
                     continue
                 action = int(action)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from llf_teacher.students.student import Policy, Student
+from pz_envs.learning import Lines, check_counts
 
 _SYLLABLE = "la"
 
@@ -21,12 +22,11 @@ class LineSearch(Student):
     syllables: tuple[int, ...] = (5, 7)
     """Numbers of syllables to try, in this order."""
     reads = "reward"
+    suits = Lines
 
     def __post_init__(self) -> None:
         for name in ("lengths", "syllables"):
-            values = getattr(self, name)
-            if not values or not all(isinstance(value, int) and value > 0 for value in values):
-                raise ValueError(f"{name} must be a tuple of positive integers, got {values!r}")
+            check_counts(name, getattr(self, name))
 
     class Policy(Policy):
         """Holds the best pattern so far and the patterns still to try."""

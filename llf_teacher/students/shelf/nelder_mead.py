@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
+from pz_envs.learning import Smooth
 from teachers.spec import check_range
 
 
@@ -22,6 +23,7 @@ class NelderMead(Learner):
 
     size: float = 0.2
     """Edge of the first simplex, as a share of the box's width, 0 to 1."""
+    suits = Smooth
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -5,6 +5,7 @@ from typing import Any
 
 from llf_teacher.students.advice import AdviceTaker
 from llf_teacher.students.student import Student
+from teachers.atoms import ActionClaim, PlanClaim
 
 
 @dataclass(frozen=True)
@@ -21,11 +22,8 @@ class Obedient(Student):
             self.arrive(observation)
             for atom in info["atoms"]:
                 claim = atom.claim
-                if hasattr(claim, "action"):
-                    if claim.kind is None:
-                        self.follow((claim.action,), endless=True)
-                    else:
-                        self.learn(claim.kind, claim.action, atom.about_turn)
-                elif hasattr(claim, "actions"):
-                    self.follow(claim.actions)
+                if isinstance(claim, ActionClaim):
+                    self.hear(claim.kind, (claim.action,), atom.about_turn, endless=True)
+                elif isinstance(claim, PlanClaim):
+                    self.hear(claim.kind, claim.actions, atom.about_turn)
             return self.decide()

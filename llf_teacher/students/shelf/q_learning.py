@@ -6,6 +6,7 @@ from typing import Any
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.student import frozen, state_of
+from pz_envs.learning import StateValues
 from teachers.spec import check_range
 
 
@@ -21,6 +22,7 @@ class QLearning(Learner):
     """Initial value of every action."""
     epsilon: float = 0.0
     """Probability of a random action in place of the greedy one, 0 to 1."""
+    suits = StateValues
 
     def __post_init__(self) -> None:
         super().__post_init__()

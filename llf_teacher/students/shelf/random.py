@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from llf_teacher.students.student import Policy, Student
+from pz_envs.learning import NoRewards
 
 
 @dataclass(frozen=True)
@@ -11,6 +12,7 @@ class Random(Student):
     """Acts without regard to anything."""
 
     reads = "nothing"
+    suits = NoRewards
 
     class Policy(Policy):
         """Draws what the world offers as an untaught student's try."""

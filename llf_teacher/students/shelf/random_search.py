@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from llf_teacher.students.student import Policy, Student
+from pz_envs.learning import BestAnswer
 from teachers.spec import check_range
 
 
@@ -15,6 +16,7 @@ class RandomSearch(Student):
     tries: int = 10
     """Random actions before it settles, at least 1."""
     reads = "reward"
+    suits = BestAnswer
 
     def __post_init__(self) -> None:
         check_range("tries", self.tries, 1, math.inf)

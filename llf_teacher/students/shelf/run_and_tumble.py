@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from llf_teacher.students.student import Policy, Student
+from pz_envs.learning import Trend
 from teachers.spec import check_range
 
 
@@ -19,6 +20,7 @@ class RunAndTumble(Student):
     size: float = 0.1
     """Greatest distance of an action from the middle of the box, as a share of half of its width, 0 to 1."""
     reads = "reward"
+    suits = Trend
 
     def __post_init__(self) -> None:
         check_range("size", self.size, 0, 1)

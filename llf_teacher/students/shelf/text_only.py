@@ -1,5 +1,6 @@
 """text_only: does what the teacher's words say; it knows the phrases of every voice but sees no atoms."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,8 +10,7 @@ from llf_teacher.students.advice import AdviceTaker
 from llf_teacher.students.reading import Reader
 from llf_teacher.students.student import Student
 from pz_envs.text_mode import parse_action
-from teachers.atoms import FP, ParseFailure
-from teachers.common import Right, Wrong
+from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailure, PlanClaim
 from teachers.voice import voice_names
 
 _BLANK = "..."  # a line that is yet to be written
@@ -20,8 +20,8 @@ _BLANK = "..."  # a line that is yet to be written
 class TextOnly(Student):
     """Believes every sentence it understands: those of the family, in all voices that have a name.
 
-    It takes actions by their names, as the `target` to go to, or as the first of some `steps`, lists of them as a plan,
-    a line in quotes as a correction of its last text, and right or wrong as said of its action.
+    It takes actions by their names, lists of them as a plan, of which it follows the first if it is feedback, a line
+    that should be another as a correction of its last text, and a verdict that names no action as said of its own.
     """
 
     reads = "words"
@@ -42,29 +42,27 @@ class TextOnly(Student):
             turn = self.arrive(observation)
             text = observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}"
             for claim, slots, about in self._reader.read(text):
-                named = slots.get("action") or slots.get("target") or _first(slots.get("steps", ""))
-                if claim in (Right, Wrong) and self._actions:
-                    of = turn if about is None else about
-                    self.learn(claim.kind, self._actions[of - 1], of)
-                elif named:
-                    action = parse_action(named, self.world)
-                    if type(action) is ParseFailure:
-                        continue
-                    if claim.kind is None:
-                        self.follow((action,), endless=True)
-                    else:
-                        self.learn(claim.kind, action, turn if about is None else about)
-                elif "listing" in slots:
-                    actions = [parse_action(word, self.world) for word in slots["listing"].split(", ")]
-                    if not any(type(action) is ParseFailure for action in actions):
-                        self.follow(actions)
-                elif claim.kind is FP and {"line", "words"} <= slots.keys():
-                    self.learn(FP, self._correct(int(slots["line"]), slots["words"]), turn)
+                at = turn if about is None else about
+                if issubclass(claim, ActionClaim) and claim.action_slot in slots:
+                    self._hear(claim, [slots[claim.action_slot]], at, endless=True)
+                elif issubclass(claim, PlanClaim) and claim.plan_slot in slots:
+                    steps = slots[claim.plan_slot].split(claim.separator)
+                    self._hear(claim, [_unquoted(step) for step in steps], at)
+                elif issubclass(claim, EditClaim):
+                    self.learn(FP, self._correct(int(slots[claim.line_slot]), slots[claim.words_slot]), turn)
+                elif issubclass(claim, ActionClaim) and claim.kind in (HP, HN) and 0 < at <= len(self._actions):
+                    self.learn(claim.kind, self._actions[at - 1], at)
             action = self.decide()
             self._actions.append(self.world.legal(action))
             if isinstance(self.world.action_space, spaces.Text):
                 self._draft = action
             return action
+
+        def _hear(self, claim: type[Claim[Any]], words: Sequence[str], turn: int, endless: bool = False) -> None:
+            """Take actions to heart that are named, if all of them are actions."""
+            actions = [parse_action(word, self.world) for word in words]
+            if not any(type(action) is ParseFailure for action in actions):
+                self.hear(claim.kind, actions, turn, endless)
 
         def _is_action(self, text: str) -> bool:
             return type(parse_action(text, self.world)) is not ParseFailure
@@ -77,7 +75,6 @@ class TextOnly(Student):
             return "\n".join(lines)
 
 
-def _first(steps: str) -> str:
-    """The first of steps that are told one after the other."""
-    step = steps.partition(", then ")[0]
-    return step[1:-1] if step.startswith('"') else step
+def _unquoted(text: str) -> str:
+    """A text without the quotes around it."""
+    return text[1:-1] if len(text) > 1 and text[0] == text[-1] == '"' else text

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from llf_teacher.students.learner import Learner, LearnerPolicy
+from pz_envs.learning import ActionValues
 from teachers.spec import check_range
 
 
@@ -15,6 +16,7 @@ class Ucb(Learner):
 
     scale: float = 0.5
     """Width of the bound, in units of reward, at least 0."""
+    suits = ActionValues
 
     def __post_init__(self) -> None:
         super().__post_init__()

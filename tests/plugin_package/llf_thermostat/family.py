@@ -1,6 +1,7 @@
 """The declaration, to which the entry point leads. It loads neither the world nor the oracle."""
 
 from pz_envs.family import Family
+from pz_envs.learning import StateValues
 
 FAMILY = Family(
     name="thermostat",
@@ -12,6 +13,6 @@ FAMILY = Family(
     showcase=("thermostat-v0",),
     max_cycles=12,
     regret_unit="extra turns of the knob",
-    reward_only="q_learning",
+    learning=StateValues(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

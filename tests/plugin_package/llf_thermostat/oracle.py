@@ -1,7 +1,7 @@
 """What can be said of a thermostat: the oracle goes by the sign, the claims' checks by the lab's steps."""
 
 from llf_thermostat.world import KNOBS
-from teachers.atoms import FN, FP, HN, HP, Claim, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, PlanClaim, claim
 from teachers.oracle import Oracle
 
 
@@ -33,10 +33,11 @@ class Answer(Claim):
 
 
 @claim
-class Helped(Claim):
+class Helped(ActionClaim):
     """True if the knob brought the room nearer to the wanted temperature."""
 
     kind = HP
+    action_slot = "knob"
     action: int
     knob: str
 
@@ -48,10 +49,11 @@ class Helped(Claim):
 
 
 @claim
-class DidNotHelp(Claim):
+class DidNotHelp(ActionClaim):
     """True if the knob did not bring the room nearer to the wanted temperature."""
 
     kind = HN
+    action_slot = "knob"
     action: int
     knob: str
 
@@ -63,10 +65,11 @@ class DidNotHelp(Claim):
 
 
 @claim
-class Turn(Claim):
+class Turn(ActionClaim):
     """True if this knob brings the room nearer to the wanted temperature."""
 
     kind = FP
+    action_slot = "knob"
     action: int
     knob: str
 
@@ -78,10 +81,11 @@ class Turn(Claim):
 
 
 @claim
-class Leave(Claim):
+class Leave(ActionClaim):
     """True if this knob does not bring the room nearer to the wanted temperature."""
 
     kind = FN
+    action_slot = "knob"
     action: int
     knob: str
 
@@ -93,10 +97,11 @@ class Leave(Claim):
 
 
 @claim
-class Tried(Claim):
+class Tried(ActionClaim):
     """True if this knob, turned at the start, does not bring the room nearer to the wanted temperature."""
 
     kind = HN
+    action_slot = "knob"
     action: int
     knob: str
 
@@ -108,7 +113,7 @@ class Tried(Claim):
 
 
 @claim
-class Recipe(Claim):
+class Recipe(PlanClaim):
     """True if these knobs, in order, bring the room to the wanted temperature, and nothing is faster."""
 
     actions: tuple[int, ...]
