@@ -5,18 +5,20 @@ what is wrong.
 """
 
 import dataclasses
-import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 import numpy as np
 
-from teachers.atoms import KINDS, Atom, Claim, Moment
+from teachers.atoms import KINDS, ActionClaim, Atom, Claim, EditClaim, Moment, PlanClaim
 from teachers.oracle import Oracle, RefusalError
 from teachers.teacher import Teacher
 from worlds.testing import plain, require
 from worlds.world import World
+
+_JSON = (str, int, float, bool, type(None))
 
 
 @dataclass(frozen=True)
@@ -154,17 +156,37 @@ def check_no_meddling(pupil: Pupil) -> None:
 
 
 def check_claims(pupil: Pupil) -> None:
-    """Claims are hashable values whose fields JSON can hold; an action that they name is legal and canonical."""
+    """Claims are hashable values of JSON's types; the actions that they name are legal and canonical."""
     world = pupil.make_world()
     for instruction_type in _teaching(pupil).instruction_types:
         for atom, _, _ in pupil.atoms(instruction_type=instruction_type):
             claim: Claim = atom.claim
+            for field in dataclasses.fields(claim):  # type: ignore[arg-type]  # a dataclass
+                _require_json(claim, field.name, getattr(claim, field.name))
             hash(claim)
-            fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
-            json.dumps(fields)
-            if "action" in fields:
-                action = fields["action"]
-                require(plain(world.legal(action)) == plain(action), f"the action of {claim} is not canonical")
+            actions = (claim.action,) if isinstance(claim, ActionClaim) else ()
+            if isinstance(claim, PlanClaim):
+                require(claim.actions, f"{claim} is a plan of no action")
+                actions += claim.actions
+            for action in actions:
+                require(
+                    plain(world.legal(action)) == plain(action), f"the action {action!r} in {claim} is not canonical"
+                )
+            if isinstance(claim, EditClaim):
+                require(claim.line >= 1, f"the line of {claim} is not counted from 1")
+
+
+def _require_json(claim: Claim, name: str, value: Any) -> None:
+    """A number of NumPy's is written in another way than Python's, or not at all."""
+    if isinstance(value, tuple):
+        for item in value:
+            _require_json(claim, name, item)
+    else:
+        require(
+            type(value) in _JSON or isinstance(value, Enum),
+            f"the field {name!r} of the claim {type(claim).__name__} holds {value!r} of type {type(value).__name__}; "
+            "allowed: str, int, float, bool, None, enumerations, and tuples of these; convert it, as in x.item()",
+        )
 
 
 def check_plans(pupil: Pupil) -> None:

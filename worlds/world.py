@@ -1,12 +1,16 @@
 """The interface of every world: a Gymnasium environment whose state can be seen, saved and restored."""
 
+import copy
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import gymnasium
 import numpy as np
+
+from worlds.wrapped.actions import canonical, syntax, tell
 
 _QUOTES = " \t\r\n.,;!\"'`*"  # what may stand around a word
 
@@ -23,9 +27,9 @@ class Snapshot(NamedTuple):
 class World(gymnasium.Env):
     """A simulator with native spaces, for oracles to look into and for labs to replay.
 
-    `step` is `advance(legal(action))`. A family implements `legal`, which either returns the action in
-    its canonical form or raises without touching the state, and `advance`, which is the simulation.
-    An episode's length is not the world's business: the seats of `pz_envs` truncate.
+    `step` is `advance(legal(action))`. A family implements `advance`, which is the simulation, and `legal` where the
+    action space does not say enough; `legal` returns the action in its canonical form, or raises without touching the
+    state. An episode's length is not the world's business: the seats of `pz_envs` truncate.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": ["ansi"]}
@@ -33,8 +37,6 @@ class World(gymnasium.Env):
     """Least and greatest reward of one step."""
     action_words: Mapping[str, Any] = MappingProxyType({})
     """Lower-case words that name an action in text mode, each with its action."""
-    action_syntax: str
-    """What an answer in text mode has to look like, to complete "the answer must be ..."."""
     several_lines: bool = False
     """Whether a text that is an action may have several lines; people who type it then end it with an empty one."""
     failure_reward: float = 0.0
@@ -54,13 +56,23 @@ class World(gymnasium.Env):
     def truth(self) -> Any:
         """An immutable snapshot of the whole state but for the random stream, comparable with `==`."""
 
-    @abstractmethod
+    @cached_property
+    def action_syntax(self) -> str:
+        """What an answer in text mode has to look like, to complete "the answer must be ..."; by default as the space
+        has it. A world may have an attribute instead.
+        """  # noqa: D205
+        return syntax(self.action_space)
+
     def legal(self, action: Any) -> Any:
-        """The action in canonical form.
+        """The action in canonical form: a hashable value of Python's own types, by default as the space has it.
 
         Raises:
             ValueError: the action is outside the action space; the state is unchanged.
         """
+        try:
+            return canonical(self.action_space, action)
+        except (ValueError, TypeError, OverflowError):
+            raise illegal(action, self.action_syntax) from None
 
     @abstractmethod
     def advance(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -70,13 +82,15 @@ class World(gymnasium.Env):
     def observe(self) -> Any:
         """The current observation, a fresh value: the one that `reset` or the last step gave."""
 
-    @abstractmethod
     def describe(self, observation: Any) -> str:
-        """The canonical plain-text rendering of an observation."""
+        """The canonical plain-text rendering of an observation, by default in plain numbers."""
+        return tell(observation)
 
-    @abstractmethod
     def sample_action(self, rng: np.random.Generator) -> Any:
-        """A random legal action that an untaught student might try."""
+        """A random legal action that an untaught student might try, by default a sample of the action space."""
+        space = copy.deepcopy(self.action_space)  # whose own stream stays as it is
+        space.seed(int(rng.integers(2**31)))
+        return space.sample()
 
     def read(self, text: str) -> Any | None:
         """The action that a text stands for in the world's own words; None if it is none.

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from worlds.world import World, illegal
-from worlds.wrapped.actions import canonical
+from worlds.world import World
 
 SETTINGS = tuple((left, right) for left in range(2) for right in range(3))
 
@@ -15,8 +14,7 @@ class Truth(NamedTuple):
     """The lock."""
 
     code: tuple[int, int]
-    tried: tuple[int, int]
-    """How the dials are set."""
+    dials: tuple[int, int]
 
 
 class Door(World):
@@ -26,7 +24,6 @@ class Door(World):
     """
 
     reward_range = (0.0, 1.0)
-    action_syntax = "a list of two integers, from [0, 0] to [1, 2]"
 
     def __init__(self, *, render_mode: str | None = None) -> None:
         super().__init__(render_mode=render_mode)
@@ -36,38 +33,24 @@ class Door(World):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Draw a code, and set the dials to something else."""
         super().reset(seed=seed)
-        code, tried = self.np_random.permutation(len(SETTINGS))[:2].tolist()
-        self._load(Truth(SETTINGS[code], SETTINGS[tried]))
-        return self._observe(), {"success": False}
+        code, dials = self.np_random.permutation(len(SETTINGS))[:2].tolist()
+        self._load(Truth(SETTINGS[code], SETTINGS[dials]))
+        return self.observe(), {"success": False}
 
     @property
     def truth(self) -> Truth:
         """The lock."""
         return self._truth
 
-    def legal(self, action: Any) -> tuple[int, int]:
-        """The dials as a tuple."""
-        try:
-            return canonical(self.action_space, action)
-        except (ValueError, TypeError, OverflowError):
-            raise illegal(action, self.action_syntax) from None
-
     def advance(self, action: tuple[int, int]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Set the dials."""
-        self._load(self._truth._replace(tried=action))
+        self._load(self._truth._replace(dials=action))
         opened = action == self._truth.code
-        return self._observe(), float(opened), opened, False, {"success": opened}
+        return self.observe(), float(opened), opened, False, {"success": opened}
 
-    def describe(self, observation: Any) -> str:
+    def observe(self) -> Any:
         """The lights."""
-        return f"Lights: {observation.tolist()}"
-
-    def sample_action(self, rng: np.random.Generator) -> tuple[int, int]:
-        """A uniform setting."""
-        return SETTINGS[rng.integers(len(SETTINGS))]
+        return np.array([dial == right for dial, right in zip(*self._truth, strict=True)], np.int8)
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth
-
-    def _observe(self) -> Any:
-        return np.array([a == b for a, b in zip(*self._truth, strict=True)], np.int8)
