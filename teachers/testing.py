@@ -1,22 +1,39 @@
-"""A conformance kit for oracles and their phrases. For your own family, run `check_oracle(Pupil(...))`.
+"""Conformance kits: for oracles with their phrases, `check_oracle(Pupil(...))`; for personalities, `check_personality`.
 
-Each check takes a `Pupil`, which plays random actions under the oracle's eyes, and raises an AssertionError that says
-what is wrong.
+Each check takes a `Pupil`, which plays under the oracle's eyes, and raises an AssertionError that says what is wrong.
 """
 
 import dataclasses
-import json
+import itertools
+import pickle
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from enum import Enum
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from teachers.atoms import KINDS, Atom, Claim, Moment
-from teachers.oracle import Oracle, RefusalError
+from teachers.atoms import KINDS, ActionClaim, Atom, Claim, EditClaim, Moment, PlanClaim
+from teachers.oracle import ABILITIES, Oracle, RefusalError
+from teachers.personalities.delayed import Delayed
+from teachers.personality import Personality, parse_personality, stages_of
+from teachers.spec import read_call, read_expression
 from teachers.teacher import Teacher
 from worlds.testing import plain, require
 from worlds.world import World
+
+_JSON = (str, int, float, bool, type(None))
+
+
+class Heard(NamedTuple):
+    """What was said in a turn."""
+
+    moment: Moment
+    atoms: tuple[Atom, ...]
+    """The feedback."""
+    true: tuple[Claim, ...]
+    """What the oracle would have said."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +63,46 @@ class Pupil:
                 played += 1
                 if over or played == self.turns:
                     break
+
+    def episodes(self, turns: int) -> list[list[Moment]]:
+        """Episodes, at least so many turns in all, of a student who follows a plan, tries something, or insists."""
+        world = self.make_world()
+        oracle = self.make_teacher(world).oracle
+        rng = np.random.default_rng(0)
+        played: list[list[Moment]] = []
+        while sum(map(len, played)) - len(played) < turns:
+            world.reset(seed=int(rng.integers(2**31)))
+            oracle.start(world.truth)
+            moments = [Moment.opening(world.truth)]
+            for turn in range(1, self.max_turns + 1):
+                draw, plan = rng.random(), oracle.plan(world.truth, 1)
+                if draw < 0.4 and plan:
+                    action = plan[0]
+                elif draw < 0.7 and turn > 1:
+                    action = moments[-1].action
+                else:
+                    action = world.sample_action(rng)
+                before, action = world.truth, world.legal(action)
+                _, reward, terminated, truncated, info = world.advance(action)
+                over = terminated or truncated or turn == self.max_turns
+                moments.append(Moment(before, action, reward, world.truth, info["success"], turn, over))
+                if over:
+                    break
+            played.append(moments)
+        return played
+
+    def taught(self, personality: str | Personality, turns: int) -> list[list[Heard]]:
+        """What a teacher says in these episodes, turn by turn."""
+        teacher = self.make_teacher(self.make_world(), personality)
+        rng = np.random.default_rng(0)
+        heard: list[list[Heard]] = []
+        for moments in self.episodes(turns):
+            teacher.reset(rng.spawn(1)[0])
+            heard.append([])
+            for moment in moments:
+                atoms = tuple(atom for atom in teacher.speak(moment).atoms if atom.kind is not None)
+                heard[-1].append(Heard(moment, atoms, teacher.oracle.judge(moment)))
+        return heard
 
     def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World]]:
         """All that a teacher says of random play, each atom with the moment that it is about and a lab."""
@@ -154,17 +211,37 @@ def check_no_meddling(pupil: Pupil) -> None:
 
 
 def check_claims(pupil: Pupil) -> None:
-    """Claims are hashable values whose fields JSON can hold; an action that they name is legal and canonical."""
+    """Claims are hashable values of JSON's types; the actions that they name are legal and canonical."""
     world = pupil.make_world()
     for instruction_type in _teaching(pupil).instruction_types:
         for atom, _, _ in pupil.atoms(instruction_type=instruction_type):
             claim: Claim = atom.claim
+            for field in dataclasses.fields(claim):  # type: ignore[arg-type]  # a dataclass
+                _require_json(claim, field.name, getattr(claim, field.name))
             hash(claim)
-            fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
-            json.dumps(fields)
-            if "action" in fields:
-                action = fields["action"]
-                require(plain(world.legal(action)) == plain(action), f"the action of {claim} is not canonical")
+            actions = (claim.action,) if isinstance(claim, ActionClaim) else ()
+            if isinstance(claim, PlanClaim):
+                require(claim.actions, f"{claim} is a plan of no action")
+                actions += claim.actions
+            for action in actions:
+                require(
+                    plain(world.legal(action)) == plain(action), f"the action {action!r} in {claim} is not canonical"
+                )
+            if isinstance(claim, EditClaim):
+                require(claim.line >= 1, f"the line of {claim} is not counted from 1")
+
+
+def _require_json(claim: Claim, name: str, value: Any) -> None:
+    """A number of NumPy's is written in another way than Python's, or not at all."""
+    if isinstance(value, tuple):
+        for item in value:
+            _require_json(claim, name, item)
+    else:
+        require(
+            type(value) in _JSON or isinstance(value, Enum),
+            f"the field {name!r} of the claim {type(claim).__name__} holds {value!r} of type {type(value).__name__}; "
+            "allowed: str, int, float, bool, None, enumerations, and tuples of these; convert it, as in x.item()",
+        )
 
 
 def check_plans(pupil: Pupil) -> None:
@@ -209,7 +286,111 @@ def _teaching(pupil: Pupil) -> Oracle:
     return pupil.make_teacher(pupil.make_world()).oracle
 
 
-CHECKS: tuple[Callable[[Pupil], None], ...] = tuple(
-    value for name, value in list(globals().items()) if name.startswith("check_") and name != "check_oracle"
+CHECKS: tuple[Callable[[Pupil], None], ...] = (
+    check_honesty,
+    check_distortion,
+    check_hints,
+    check_kinds,
+    check_no_meddling,
+    check_claims,
+    check_plans,
+    check_determinism,
 )
 """Every check of an oracle."""
+
+
+def check_personality(personality: str | Personality, pupil: Pupil) -> None:
+    """Run every check of a personality.
+
+    Args:
+        personality: one, or its spec.
+        pupil: whom it teaches; of a family that has what the personality needs.
+    """
+    for check in PERSONALITY_CHECKS:
+        check(parse_personality(personality), pupil)
+
+
+def check_spec(personality: Personality, pupil: Pupil) -> None:
+    """It is a frozen value with defaults that its spec string gives back, and it says where it comes from."""
+    for stage in stages_of(personality):
+        cls = type(stage)
+        require(cls.__doc__ and stage.source, f"{stage} has no docstring of its own, or no source")
+        require(cls() and hash(stage) is not None, f"{stage} needs a default for each parameter")
+        call = read_call(read_expression(str(stage)))
+        require(call is not None and cls(**call[1]) == stage, f"the spec {stage} does not give back its value")
+        require(stage.needs <= set(ABILITIES), f"{stage} needs {set(stage.needs)}, not of {ABILITIES}")
+        definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")[2]
+        require(definition, f"the module of {stage} must begin with a docstring such as 'name: what it does.'")
+
+
+def check_promise(personality: Personality, pupil: Pupil) -> None:
+    """An honest one says nothing false; of another one all that the oracle would not have said is false, and occurs."""
+    lab = pupil.make_world().scratch()
+    invented = 0
+    for episode in pupil.taught(personality, pupil.turns):
+        for _, atoms, true in episode:
+            for atom in atoms:
+                moment = episode[atom.about_turn].moment
+                if personality.honest:
+                    require(atom.claim.holds(moment, lab), f"{personality}: {atom.claim} does not hold of {moment}")
+                elif atom.claim not in true:
+                    require(not atom.claim.holds(moment, lab), f"{personality}: {atom.claim} holds of {moment}")
+                    invented += 1
+    require(
+        personality.honest or invented, f"{personality} is not honest, but says nothing false in {pupil.turns} turns"
+    )
+
+
+def check_draws(personality: Personality, pupil: Pupil) -> None:
+    """The same seeds give the same words."""
+    first, again = (
+        [[heard.atoms for heard in episode] for episode in pupil.taught(personality, pupil.turns)] for _ in range(2)
+    )
+    require(first == again, f"with the same seed {personality} says different things")
+
+
+def check_hands_off(personality: Personality, pupil: Pupil) -> None:
+    """Speaking leaves the taught world as it is."""
+    world = pupil.make_world()
+    teacher = pupil.make_teacher(world, personality)
+    for moment in pupil.moments(world):
+        if moment.turn == 0:
+            teacher.reset(np.random.default_rng(0))
+        before = plain(world.save())
+        teacher.speak(moment)
+        require(plain(world.save()) == before, f"{personality} changed the world")
+
+
+def check_words(personality: Personality, pupil: Pupil) -> None:
+    """What is said has words, and means the same in another process."""
+    lab = pupil.make_world().scratch()
+    for episode in pupil.taught(personality, pupil.turns):
+        for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
+            twin, moment = pickle.loads(pickle.dumps(atom)), episode[atom.about_turn].moment  # noqa: S301  # its own
+            require(atom.text.strip(), f"{personality} has no words for {atom.claim}")
+            require(
+                twin == atom and twin.claim.holds(moment, lab) == atom.claim.holds(moment, lab),
+                f"{atom.claim} of {personality} is another claim after pickling",
+            )
+
+
+def check_stages(personality: Personality, pupil: Pupil) -> None:
+    """It works after and before others: what it is given late is said late, and what it says can come late."""
+    for pipeline in (Delayed() | personality, personality | Delayed()):
+        lab = pupil.make_world().scratch()
+        for episode in pupil.taught(pipeline, pupil.turns):
+            for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
+                moment = episode[atom.about_turn].moment
+                holds = atom.claim.holds(moment, lab)
+                require(holds or not personality.honest, f"{pipeline}: {atom.claim} does not hold of {moment}")
+
+
+PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
+    check_spec,
+    check_promise,
+    check_draws,
+    check_hands_off,
+    check_words,
+    check_stages,
+)
+"""Every check of a personality."""

@@ -4,11 +4,13 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
 import pytest
 
+from llf_teacher.registry import PREFIX
 from pz_envs.family import all_families
 
 ROOT = Path(__file__).parents[1]
@@ -21,6 +23,14 @@ LAYERS = {  # per layer where the families are, and what is there besides
 }
 ROOMS = ("llf_teacher/cli/*.py",)  # where a family may have a file besides
 FAMILIES = sorted(family.name for family in all_families())
+PLAUSIBLE = """
+    action advice arm arms atom atoms block blocks box car cards chess claim claims code cooking crossword desert
+    dice door doors driving family film films garden go grid guess hanoi hints house houses island kitchen language
+    letters light maze memory mine mix music navigation number numbers oracle order path pendulum plan poker pong
+    puzzle quiz reach reward robot room rooms route rules sandbox search seat shop silent snake sort space spell
+    stock story sudoku taxi text thermostat tower trade trap truth turn view voice water web wind word wordle words
+""".split()  # noqa: SIM905 (words are easier to read than a list of literals)
+"""What somebody may want to call a family: words that have, or may have, another meaning in the code."""
 
 
 def run(*command):
@@ -43,29 +53,103 @@ def own_files(family):
     return {path for path in files | packages if path.exists()}
 
 
-@pytest.mark.parametrize("family", FAMILIES)
-def test_a_familys_name_stands_in_its_own_files_only(family):
-    """No special cases: nothing but a family's own files knows of it."""
-    words = re.compile(rf"(?<![a-z]){family.rstrip('s')}s?(?![a-z])", re.IGNORECASE)
-    found = [
-        f"{path.relative_to(ROOT)}:{number}: {line.strip()}"
-        for package in PACKAGES
-        for path in (ROOT / package).rglob("*")
-        if path.suffix in (".py", ".toml", ".j2") and path not in own_files(family)
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-        if words.search(line)
-    ]
-    assert not found, "\n".join(found)
+@cache
+def trees():
+    """Every module of the packages, parsed."""
+    paths = (path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py")))
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in paths}
 
 
-@pytest.mark.parametrize("family", FAMILIES)
-def test_families_do_not_import_each_other(family):
-    others = set(FAMILIES) - {family}
-    for path in own_files(family):
-        if path.suffix == ".py":
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.ImportFrom):
-                    assert not set((node.module or "").split(".")) & others, f"{path}:{node.lineno}"
+@cache
+def imported(path):
+    """The modules, or what is in them, that a module imports."""
+    found = set()
+    for node in ast.walk(trees()[path]):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def texts(node):
+    """The string literals in a part of a module; a docstring is equal to no name."""
+    return {each.value for each in ast.walk(node) if isinstance(each, ast.Constant) and isinstance(each.value, str)}
+
+
+@cache
+def literals(path):
+    return texts(trees()[path])
+
+
+_FAMILY = re.compile(r"famil(y|ies)(\.name)?$", re.IGNORECASE)
+
+
+@cache
+def of_families(path):
+    """The string literals that something called a family, or its name, is compared, called or looked up with."""
+    found = set()
+    for node in ast.walk(trees()[path]):
+        match node:
+            case ast.Compare(left=left, comparators=others):
+                what, parts = [left, *others], [left, *others]
+            case ast.Call(func=function, args=parts):
+                what = [function]
+            case ast.Subscript(value=value, slice=part):
+                what, parts = [value], [part]
+            case ast.Match(subject=subject, cases=cases):
+                what, parts = [subject], [case.pattern for case in cases]
+            case _:
+                continue
+        if any(_FAMILY.search(ast.unparse(each)) for each in what):
+            found |= {text for part in parts for text in texts(part)}
+    return found
+
+
+def uses(family, environments):
+    """Where something outside of a family's own files imports it, or knows its name or an environment's."""
+    modules = re.compile(rf"(worlds|teachers\.oracles|pz_envs\.families)\.{family}(?!\w)")
+    ids = set(environments) | {PREFIX + environment for environment in environments}
+    found = []
+    for path in trees().keys() - own_files(family):
+        named = {name for name in imported(path) | literals(path) if modules.match(name)}
+        named |= (literals(path) & ids) | (of_families(path) & {family})
+        found += [f"{path.relative_to(ROOT)}: {name}" for name in sorted(named)]
+    return found
+
+
+@pytest.mark.parametrize("family", all_families(), ids=lambda family: family.name)
+def test_no_special_cases(family):
+    """Nothing but a family's own files knows of it, and so no family knows of another."""
+    assert not uses(family.name, family.environments)
+
+
+def test_special_cases_are_found(monkeypatch):
+    cases = {
+        "import worlds.door": "worlds.door",
+        "from worlds import door": "worlds.door",
+        "from teachers.oracles.door import DoorOracle": "teachers.oracles.door.DoorOracle",
+        "load('worlds.door:Door')": "worlds.door:Door",
+        "if family.name == 'door': pass": "door",
+        "if entry.family.name in ('pond', 'door'): pass": "door",
+        "slow = FAMILIES['door']": "door",
+        "match entry.family:\n    case 'door': pass": "door",
+        "find_family('door')": "door",
+        "env = make('llf-door-v0')": "llf-door-v0",
+        "quick = {'door-v0'}": "door-v0",
+        "door = 'door'\nif word == 'door': 'The door of worlds.indoor is from worlds.doorway.'": None,
+        "import doors.door, worlds.doors": None,
+    }
+    for number, (code, found) in enumerate(cases.items()):
+        path = ROOT / "worlds" / f"case_{number}.py"
+        monkeypatch.setitem(trees(), path, ast.parse(code))
+        assert uses("door", ["door-v0"]) == ([f"worlds/{path.name}: {found}"] if found else []), code
+        monkeypatch.delitem(trees(), path)
+
+
+@pytest.mark.parametrize("name", PLAUSIBLE)
+def test_a_family_may_have_any_name(name):
+    assert not uses(name, [f"{name}-v0"])
 
 
 def test_layers_import_downwards_only():

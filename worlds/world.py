@@ -1,7 +1,9 @@
 """The interface of every world: a Gymnasium environment whose state can be seen, saved and restored."""
 
+import copy
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from numbers import Real
 from types import MappingProxyType
 from typing import Any, Generic, NamedTuple, Self, TypeGuard
@@ -11,6 +13,8 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 from typing_extensions import TypeVar
+
+from worlds.wrapped.actions import canonical, syntax, tell
 
 __all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "illegal", "is_number"]
 
@@ -36,9 +40,9 @@ class Snapshot(NamedTuple, Generic[TruthT]):
 class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, ActionT]):
     """A simulator with native spaces that can be looked into, saved and replayed.
 
-    `step` is `advance(legal(action))`. A family implements `legal`, which either returns the action in
-    its canonical form or raises without touching the state, and `advance`, which is the simulation.
-    An episode's length is not the world's business: who plays it truncates.
+    `step` is `advance(legal(action))`. A family implements `advance`, which is the simulation, and `legal` where the
+    action space does not say enough; `legal` returns the action in its canonical form, or raises without touching the
+    state. An episode's length is not the world's business: who plays it truncates.
 
     A world says of which types its truths, its observations and its actions in canonical form are, as in
     `class Maze(World[Truth, int, int])`; to one who takes any world of such truths, `World[Truth]` is enough.
@@ -52,8 +56,6 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     """Least and greatest reward of one step."""
     action_words: Mapping[str, Any] = MappingProxyType({})
     """Lower-case words that name an action in text mode, each with its action."""
-    action_syntax: str
-    """What an answer in text mode has to look like, to complete "the answer must be ..."."""
     several_lines: bool = False
     """Whether a text that is an action may have several lines; people who type it then end it with an empty one."""
     failure_reward: float = 0.0
@@ -75,13 +77,23 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     def truth(self) -> TruthT:
         """An immutable snapshot of the whole state but for the random stream, comparable with `==`."""
 
-    @abstractmethod
+    @cached_property
+    def action_syntax(self) -> str:
+        """What an answer in text mode has to look like, to complete "the answer must be ..."; by default as the space
+        has it. A world may have an attribute instead.
+        """  # noqa: D205
+        return syntax(self.action_space)
+
     def legal(self, action: Any) -> ActionT:
-        """The action in canonical form.
+        """The action in canonical form: a hashable value of Python's own types, by default as the space has it.
 
         Raises:
             ValueError: the action is outside the action space; the state is unchanged.
         """
+        try:
+            return canonical(self.action_space, action)
+        except (ValueError, TypeError, OverflowError):
+            raise illegal(action, self.action_syntax) from None
 
     @abstractmethod
     def advance(self, action: ActionT) -> tuple[ObservationT, float, bool, bool, dict[str, Any]]:
@@ -91,13 +103,18 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     def observe(self) -> ObservationT:
         """The current observation, a fresh value: the one that `reset` or the last step gave."""
 
-    @abstractmethod
     def describe(self, observation: ObservationT) -> str:
-        """The canonical plain-text rendering of an observation."""
+        """The canonical plain-text rendering of an observation, by default in plain numbers."""
+        return tell(observation)
 
-    @abstractmethod
     def sample_action(self, rng: np.random.Generator) -> Any:
-        """A random action, such as one might try who knows nothing of the task: in the action space, and legal."""
+        """A random action, such as one might try who knows nothing of the task: in the action space, and legal.
+
+        By default it is a sample of the action space.
+        """
+        space = copy.deepcopy(self.action_space)  # whose own stream stays as it is
+        space.seed(int(rng.integers(2**31)))
+        return space.sample()
 
     def read(self, text: str) -> Any | None:
         """The action that a text stands for in the world's own words; None if it is none.

@@ -7,11 +7,11 @@ import pytest
 def rejects():
     """A function that names the checks which reject a subject."""
 
-    def names(checks, subject):
+    def names(checks, *subject):
         rejecting = []
         for check in checks:
             try:
-                check(subject)
+                check(*subject)
             except (AssertionError, ValueError):
                 rejecting.append(check.__name__)
         return rejecting

@@ -5,7 +5,6 @@ from functools import cache
 import numpy as np
 from shelf import FAMILIES
 
-from teachers.atoms import Moment
 from teachers.testing import Pupil
 
 
@@ -18,31 +17,8 @@ def pupil(name):
 
 @cache
 def episodes(name, turns):
-    """Lists of moments, one an episode. The student follows a plan, tries something, or does the same again."""
-    world = pupil(name).make_world()
-    oracle = pupil(name).make_teacher(world).oracle
-    rng = np.random.default_rng(0)
-    played = []
-    while sum(map(len, played)) - len(played) < turns:
-        world.reset(seed=int(rng.integers(2**31)))
-        oracle.start(world.truth)
-        moments = [Moment.opening(world.truth)]
-        for turn in range(1, pupil(name).max_turns + 1):
-            draw, plan = rng.random(), oracle.plan(world.truth, 1)
-            if draw < 0.4 and plan:
-                action = plan[0]
-            elif draw < 0.7 and turn > 1:
-                action = moments[-1].action
-            else:
-                action = world.sample_action(rng)
-            before, action = world.truth, world.legal(action)
-            _, reward, terminated, truncated, info = world.advance(action)
-            over = terminated or truncated or turn == pupil(name).max_turns
-            moments.append(Moment(before, action, reward, world.truth, info["success"], turn, over))
-            if over:
-                break
-        played.append(moments)
-    return played
+    """Lists of moments, one an episode."""
+    return pupil(name).episodes(turns)
 
 
 @cache
