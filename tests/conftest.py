@@ -2,7 +2,18 @@
 
 import os
 
+import pytest
+from design import mark_sizes
+
+import llf_teacher
+
 os.environ.pop("ALFWORLD_DATA", None)  # so that games are generated, here and in other processes
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Before pytest leaves out by marks what is not asked for."""
+    mark_sizes(items, llf_teacher.__version__)
 
 
 def pytest_sessionfinish(session):

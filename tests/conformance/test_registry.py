@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from design import sampled
 from gymnasium.utils.env_checker import check_env
 from sampling import ENTRIES, fewer
 
@@ -27,18 +28,21 @@ def pupil(entry, turns=1000):
     )
 
 
+@sampled(lambda entry, check: {entry.id, (entry.family.name, check)})
 @pytest.mark.parametrize("check", world_kit.CHECKS, ids=name)
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_world(entry, check):
     check(lambda: entry.family.make_world(**entry.options))
 
 
+@sampled(lambda entry, check: {entry.id, (entry.family.name, check)})
 @pytest.mark.parametrize("check", teacher_kit.CHECKS, ids=name)
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_oracle(entry, check):
     check(pupil(entry, turns=1000 if entry in SHOWCASE else 250))
 
 
+@sampled(lambda entry, check: {entry.id, (entry.family.name, check)})
 @pytest.mark.parametrize("check", seat_kit.CHECKS, ids=name)
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_seats(entry, check):

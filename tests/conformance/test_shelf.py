@@ -6,6 +6,7 @@ import gymnasium
 import lake
 import numpy as np
 import pytest
+from design import sampled
 from lessons import episodes, lab, pupil, taught
 from shelf import FAMILIES, pairs
 
@@ -40,6 +41,7 @@ def said(name, spec):
     return [turn for episode in taught(name, spec, TURNS) for turn in episode]
 
 
+@sampled(lambda name, spec: {name, spec})
 @on_every_pair
 def test_honest_personalities_say_nothing_false(name, spec):
     if parse_personality(spec).honest:
@@ -48,6 +50,7 @@ def test_honest_personalities_say_nothing_false(name, spec):
                 assert all(atom.claim.holds(episode[atom.about_turn][0], lab(name)) for atom in atoms)
 
 
+@sampled(lambda name, spec: {name, spec})
 @pytest.mark.parametrize(
     ("name", "spec"), [each for each in pairs(*MORE) if not parse_personality(each[1]).honest and "|" not in each[1]]
 )
@@ -57,6 +60,7 @@ def test_what_a_distorting_personality_says_and_the_oracle_does_not_is_false(nam
     assert not [atom for atom, moment in atoms if atom.claim.holds(moment, lab(name))]
 
 
+@sampled(lambda name, spec: {name, spec})
 @on_every_pair
 def test_the_same_seeds_give_the_same_words(name, spec):
     again = taught.__wrapped__(name, spec, TURNS)
@@ -65,6 +69,7 @@ def test_the_same_seeds_give_the_same_words(name, spec):
     ]
 
 
+@sampled(lambda name, spec: {name, spec})
 @on_every_pair
 def test_the_worlds_trace_is_the_same_as_without_a_teacher(name, spec):
     def trace(teacher):
@@ -81,6 +86,7 @@ def test_the_worlds_trace_is_the_same_as_without_a_teacher(name, spec):
     assert trace(spec) == trace("silent")
 
 
+@sampled(lambda name, spec: {name, spec})
 @on_every_pair
 def test_claims_said_have_words_and_survive_the_way_to_another_process(name, spec):
     for episode in taught(name, spec, TURNS):
@@ -92,6 +98,7 @@ def test_claims_said_have_words_and_survive_the_way_to_another_process(name, spe
                 assert twin.claim.holds(moment, lab(name)) == atom.claim.holds(moment, lab(name))
 
 
+@sampled(lambda name, spec: {name, spec})
 @pytest.mark.parametrize(
     ("name", "spec"), [(n, s) for n in FAMILIES for s in PERSONALITIES.names if not FAMILIES[n].serves(s)]
 )

@@ -1,6 +1,7 @@
 """Audits find what is wrong, and nothing where nothing is."""
 
 import pytest
+from design import sampled
 from shelf import FAMILIES, pairs
 
 import llf_teacher
@@ -22,6 +23,7 @@ def few(family_id):
     return 36 if family.slow else 240
 
 
+@sampled(lambda name, teacher: {name, teacher})
 @pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if PERSONALITIES[spec]().honest])
 def test_honest_personalities_are_never_caught(name, teacher):
     id = PREFIX + FAMILIES[name].showcase[0]

@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from design import sampled
 from scipy.stats import binomtest, chisquare
 from shelf import QUICK, pairs
 
@@ -277,6 +278,7 @@ def test_stages_are_asked_from_left_to_right(personality, said):
     assert said or not claims
 
 
+@sampled(lambda name, personality, feedback_type: {name, personality, feedback_type})
 @pytest.mark.parametrize("feedback_type", ["n", "r", "hp+fn", "m"])
 @pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=1) | delayed(turns=1)"))
 def test_the_feedback_type_bounds_what_any_personality_says(name, personality, feedback_type):
@@ -323,6 +325,7 @@ def test_the_instruction_does_not_depend_on_the_personality(name):
     assert len(openings) == len(heard(name, "oracle", instruction_type="p", turns=FEW)) > 1
 
 
+@sampled(lambda name, personality: {name, personality})
 @pytest.mark.parametrize(("name", "personality"), pairs())
 def test_episodes_differ_and_are_reproducible(name, personality):
     first = texts(name, personality, turns=FEW)
@@ -334,6 +337,7 @@ def test_episodes_differ_and_are_reproducible(name, personality):
 BUDGETS = ("early", "importance", "mistake_correcting", "predictive", "adversarial")
 
 
+@sampled(lambda name, spec, budget: {name, (spec, budget)})
 @pytest.mark.parametrize(("name", "spec"), [pair for pair in pairs() if pair[1] in BUDGETS])
 @pytest.mark.parametrize("budget", [0, 2])
 def test_a_budget_bounds_every_episode(name, spec, budget):

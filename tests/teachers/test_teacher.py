@@ -5,6 +5,7 @@ import pickle
 
 import numpy as np
 import pytest
+from design import sampled
 from shelf import pairs
 
 from pz_envs.family import all_families
@@ -219,6 +220,7 @@ def test_in_the_seat_it_says_what_it_says_of_the_moment(name):
         assert seated.act(None, {"moment": moment}) == alone.speak(moment)
 
 
+@sampled(lambda name, personality, settings: {name, personality, str(settings)})
 @pytest.mark.parametrize(("name", "personality"), pairs())
 @pytest.mark.parametrize("settings", [{}, {"instruction_type": "p", "feedback_type": "m"}], ids=["plain", "drawn"])
 def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
@@ -228,6 +230,7 @@ def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
     assert talk(teacher, moments, seed=1) != first
 
 
+@sampled(lambda name, personality, copied: {name, personality, copied})
 @pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=0.5) | delayed(turns=3) | mix"))
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda teacher: pickle.loads(pickle.dumps(teacher))])
 def test_copies_within_an_episode_go_on_like_the_original(name, personality, copied):

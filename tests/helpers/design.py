@@ -1,0 +1,73 @@
+"""Which cases are played: about as many as there are families and personalities, not as their product.
+
+A test is played in three sizes, each within the next. A size is a mark, for `pytest -m`:
+
+- `smoke`: for a look at an installation, in two minutes. One case of each test in a folder of `tests`, of a family that
+  is not slow; what lies in `tests` itself looks at the source tree, too.
+- `quick`: what `pytest` plays. A test that crosses things says by `sampled` what each of its cases shows, such as a
+  family and a personality, and plays a cover of them: cases that together show whatever there is to show, so that no
+  family and no personality is left out of any test. The cases are drawn anew for each version of the package and apart
+  for each test, so that pairs come round. Slow families are drawn last: they get what nothing faster shows.
+- `full`: every case of every test, among them those that are marked so by hand and are played in no smaller size.
+"""
+
+import random
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from inspect import signature
+from pathlib import Path
+
+import pytest
+
+from llf_teacher.registry import entries
+from pz_envs.family import all_families
+
+TESTS = Path(__file__).parents[1]
+KNOWN = {family.name: family for family in all_families()} | entries()
+
+
+def sampled(shown: Callable[..., Iterable[Hashable]]) -> pytest.MarkDecorator:
+    """The mark of a test that plays a cover; `shown` takes what it needs of a case's parameters, by name."""
+    return pytest.mark.sampled.with_args(shown)
+
+
+def cover(shown: Sequence[Iterable[Hashable]], slow: Sequence[bool], seed: str) -> list[int]:
+    """The places of cases that together show all that is shown in any; what is slow only if nothing else shows it."""
+    order = random.Random(seed).sample(range(len(shown)), len(shown))
+    seen: set[Hashable] = set()
+    chosen = []
+    for place in sorted(order, key=slow.__getitem__):
+        if not seen.issuperset(shown[place]):
+            seen.update(shown[place])
+            chosen.append(place)
+    return sorted(chosen)
+
+
+def is_slow(case: pytest.Item) -> bool:
+    """Whether a family among the case's parameters is slow; by itself or its name, or by an environment or its id."""
+    values = case.callspec.params.values() if hasattr(case, "callspec") else ()
+    known = [KNOWN.get(value, value) if isinstance(value, str) else value for value in values]
+    return any(getattr(getattr(value, "family", value), "slow", False) for value in known)
+
+
+def mark_sizes(cases: Sequence[pytest.Item], version: str) -> None:
+    """Mark each case with the sizes in which it is played."""
+    tests: dict[str, list[pytest.Item]] = defaultdict(list)
+    for case in cases:
+        if case.get_closest_marker("full") is None:
+            tests[case.nodeid.partition("[")[0]].append(case)
+        case.add_marker("full")
+    for test, quick in tests.items():
+        slow = [is_slow(case) for case in quick]
+        if mark := quick[0].get_closest_marker("sampled"):
+            (shown,) = mark.args
+            names = signature(shown).parameters
+            shows = [shown(**{name: case.callspec.params[name] for name in names}) for case in quick]
+            places = cover(shows, slow, f"{version} {test}")
+        else:
+            places = range(len(quick))
+        for place in places:
+            quick[place].add_marker("quick")
+        fast = (quick[place] for place in places if not slow[place])
+        if (smoke := next(fast, None)) and smoke.path.parent != TESTS:
+            smoke.add_marker("smoke")
