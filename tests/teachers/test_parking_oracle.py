@@ -8,10 +8,10 @@ import pytest
 
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, Moment
-from teachers.driving import move, solve
 from teachers.oracles.parking import ParkingOracle
 from teachers.oracles.parking.checks import effort_of, parks, stops
 from teachers.oracles.parking.claims import Crash, Crashed, Detour, Doomed, Drive, OnCourse, Parked, Trap
+from teachers.oracles.parking.driving import move, solve
 from teachers.testing import Pupil, check_honesty
 from worlds.parking import Car, Parking
 

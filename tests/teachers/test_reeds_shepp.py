@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from teachers.reeds_shepp import words
+from teachers.oracles.parking.reeds_shepp import words
 
 
 def drive(word):

@@ -9,7 +9,6 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
-from teachers.driving import Ground, can_stop, misfit, misses, move, solve
 from teachers.oracle import Oracle
 from teachers.oracles.parking.checks import after_action, crashes, distance_to_spot, effort_of, stops, write
 from teachers.oracles.parking.claims import (
@@ -32,6 +31,7 @@ from teachers.oracles.parking.claims import (
     drive,
     opposites,
 )
+from teachers.oracles.parking.driving import Ground, can_stop, misfit, misses, move, solve
 from worlds.parking import WALL_X, WALL_Y, Action, Truth
 
 TOLERANCE = 1.44

@@ -3,7 +3,7 @@
 import math
 from weakref import WeakKeyDictionary
 
-from teachers.driving import BRAKES
+from teachers.oracles.parking.driving import BRAKES
 from worlds.parking import Action, Truth
 from worlds.world import World
 

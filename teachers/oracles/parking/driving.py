@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from teachers.reeds_shepp import Word, words, wrapped
+from teachers.oracles.parking.reeds_shepp import Word, words, wrapped
 
 Action = tuple[float, float]
 Car = tuple[float, float, float, float]
