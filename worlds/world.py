@@ -91,9 +91,10 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
             ValueError: the action is outside the action space; the state is unchanged.
         """
         try:
-            return canonical(self.action_space, action)
+            known: ActionT = canonical(self.action_space, action)
         except (ValueError, TypeError, OverflowError):
             raise illegal(action, self.action_syntax) from None
+        return known
 
     @abstractmethod
     def advance(self, action: ActionT) -> tuple[ObservationT, float, bool, bool, dict[str, Any]]:

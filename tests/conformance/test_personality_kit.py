@@ -1,4 +1,4 @@
-"""Liars: the kit for personalities accepts good ones, and each of its checks rejects a liar that the others let pass."""
+"""The kit for personalities accepts good ones, and each of its checks rejects a liar that the others let pass."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from teachers.personality import Personality, Stage
 
 def pupil():
     family = next(FAMILIES[name] for name in RICH if FAMILIES[name].repeated)
-    return kit.Pupil(family.make_world, family.make_teacher, max_turns=family.max_cycles)
+    return kit.Pupil(family.make_world, family.make_teacher, max_turns=family.max_turns)
 
 
 class Liar(Personality):

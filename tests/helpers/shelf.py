@@ -21,7 +21,7 @@ def is_rich(family):
     rng = np.random.default_rng(0)
     for _ in range(5):
         world.reset(seed=int(rng.integers(2**31)))
-        if any(any(world.step(world.sample_action(rng))[2:4]) for _ in range(min(family.max_cycles, LASTING) - 1)):
+        if any(any(world.step(world.sample_action(rng))[2:4]) for _ in range(min(family.max_turns, LASTING) - 1)):
             return False
     return True
 
