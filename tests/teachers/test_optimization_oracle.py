@@ -68,7 +68,8 @@ def test_advice_leads_to_success_and_never_names_a_minimiser(name, choice, shift
                 break
         assert moment.success
         (stay,) = oracle.judge(moment, {FP})
-        assert stay == Stay(action=advised, target=f"[{advised[0]!r}, {advised[1]!r}]")
+        assert stay == Stay(action=advised)
+        assert stay.target == f"[{advised[0]!r}, {advised[1]!r}]"
 
 
 def test_a_ridge_is_crossed():
@@ -137,7 +138,7 @@ def test_success_is_praised_and_kept():
     moment = proposed(world, (1.0, 3.0))
     said = oracle.judge(moment)
     assert Reached(action=(1.0, 3.0), loss=0.0) in said
-    assert Stay(action=(1.0, 3.0), target="[1.0, 3.0]") in said
+    assert Stay(action=(1.0, 3.0)) in said
     (warning,) = (claim for claim in said if type(claim) is Avoid)
     assert warning.loss > warning.now == 0.0
 

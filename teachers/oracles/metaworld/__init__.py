@@ -18,10 +18,8 @@ from teachers.oracles.metaworld.checks import (
     rounded,
     slip_of,
     write,
-    write_compactly,
 )
 from teachers.oracles.metaworld.claims import (
-    SLIPS,
     Aiming,
     Avoid,
     Done,
@@ -33,19 +31,20 @@ from teachers.oracles.metaworld.claims import (
     RightPlace,
     Solution,
     Strayed,
+    TooLoose,
+    TooTight,
     TriedInVain,
     TriedWell,
     WellAimed,
 )
-from teachers.oracles.metaworld.purposes import PURPOSES
-from worlds.metaworld import Aim, Pose, Truth
+from worlds.metaworld import Aim, MetaWorld, Pose, Truth
 
 _TRIES = 3
 _TURNS = 30
 _ASIDE = 0.15  # metres by which warnings lead away
 
 
-class MetaWorldOracle(Oracle):
+class MetaWorldOracle(Oracle[Truth, MetaWorld]):
     """Advises what metaworld's scripted policy aims at now, and judges an action by what it aimed at before."""
 
     max_importance = 4.0
@@ -67,7 +66,7 @@ class MetaWorldOracle(Oracle):
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         lab = self.lab
         return (
-            Goal(task=lab.task, purpose=PURPOSES[lab.task]),
+            Goal(task=lab.task),
             Driving(origin=origin_of(lab), most=lab.longest),
             Syntax(expected=lab.action_syntax),
         )
@@ -82,7 +81,7 @@ class MetaWorldOracle(Oracle):
             before, after = self._trial(truth, action)
             if abs(after - before) >= NOTABLE:
                 cls = TriedWell if after < before else TriedInVain
-                told.append(cls(action=action, target=write(action), before=before, after=after))
+                told.append(cls(action=action, before=before, after=after))
         return tuple(told)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
@@ -90,7 +89,7 @@ class MetaWorldOracle(Oracle):
         actions, solved = self._followed(truth, _TURNS)
         if not solved:
             return ()
-        return (Solution(actions=actions, listing=", ".join(map(write_compactly, actions)), count=len(actions)),)
+        return (Solution(actions=actions),)
 
     def _trial(self, truth: Truth, action: Pose) -> tuple[float, float]:
         """How far the hand is from where it is wanted, before and after an action."""
@@ -99,28 +98,26 @@ class MetaWorldOracle(Oracle):
         lab.advance(action)
         return apart(hand_of(truth), place), apart(hand_of(lab.truth), place)
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
-        before, action = moment.before, moment.action
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
+        before, action = moment.past, moment.action
         if before.solved or not (HP in kinds or HN in kinds):
             return
-        target = write(action)
         good: list[Claim] = []
         bad: list[Claim] = []
         if moment.after.solved:
-            good.append(Done(action=action, target=target))
+            good.append(Done(action=action))
         else:
             aim = self._aim(before)
             faults = off_by(self.lab.target(before, action), aim.target)
             slip = slip_of(action[3] - aim.grip)
-            grip = round(action[3], 2)
             if not faults and not slip:
-                good.append(WellAimed(action=action, target=target))
+                good.append(WellAimed(action=action))
             elif not faults:
                 good.append(RightPlace(place=write(action[:3])))
             elif not slip:
-                good.append(RightGrip(grip=grip))
+                good.append(RightGrip(grip=round(action[3], 2)))
             if faults:
-                bad.append(Off(action=action, target=target, faults=faults))
+                bad.append(Off(action=action, faults=faults))
                 start, end = apart(hand_of(before), aim.target), apart(hand_of(moment.after), aim.target)
                 # How the hand moved is news only of who aimed elsewhere: obstacles are not the student's fault.
                 if start - end >= NOTABLE:
@@ -128,19 +125,19 @@ class MetaWorldOracle(Oracle):
                 elif end - start >= NOTABLE:
                     bad.append(Strayed(before=start, after=end))
             if slip:
-                bad.append(SLIPS[slip > 0](action=action, target=target, grip=grip))
+                bad.append((TooTight if slip > 0 else TooLoose)(action=action))
         if HP in kinds:
             claims += good
         if HN in kinds:
             claims += bad
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         truth = moment.after
         if truth.solved or not (FP in kinds or FN in kinds):
             return
         if FP in kinds:
             action = action_for(self._aim(truth), truth, self.lab)
-            claims.append(Aiming(action=action, target=write(action)))
+            claims.append(Aiming(action=action))
         if FN in kinds:
             if truth is not self._warned[0]:
                 self._warned = truth, self._warnings(truth)
@@ -152,11 +149,11 @@ class MetaWorldOracle(Oracle):
         far = math.dist(hand, aim.target)
         away = [(h - t) / far for h, t in zip(hand, aim.target, strict=True)] if far > 1e-3 else [0.0, 0.0, 1.0]
         for way in (away, [0.0, 0.0, 1.0]):
-            place = [h + _ASIDE * w for h, w in zip(hand, way, strict=True)]
-            action = action_for(aim._replace(target=tuple(place)), truth, self.lab)
+            x, y, z = (h + _ASIDE * w for h, w in zip(hand, way, strict=True))
+            action = action_for(aim._replace(target=(x, y, z)), truth, self.lab)
             before, after = self._trial(truth, action)
             if after - before >= NOTABLE and not self.lab.truth.solved:
-                return (Avoid(action=action, target=write(action), before=before, after=after),)
+                return (Avoid(action=action, before=before, after=after),)
         return ()
 
     def importance(self, truth: Truth) -> float:
@@ -174,7 +171,8 @@ class MetaWorldOracle(Oracle):
 
     def _followed(self, truth: Truth, n: int) -> tuple[tuple[Pose, ...], bool]:
         """At most `n` pieces of advice, each followed in a copy of the simulator; whether the last solves the task."""
-        lab, actions = self.lab, []
+        lab = self.lab
+        actions: list[Pose] = []
         lab.restore(truth)
         while not truth.solved and len(actions) < n:
             actions.append(action_for(lab.script.aim(truth.observation), truth, lab))
@@ -182,7 +180,7 @@ class MetaWorldOracle(Oracle):
             truth = lab.truth
         return tuple(actions), truth.solved
 
-    def regret(self, moment: Moment) -> float:
+    def regret(self, moment: Moment[Truth]) -> float:
         """How far the target was from the advised one, in metres, and a tenth of how much the grip was off.
 
         A turn without an action loses all that is at stake.
@@ -193,4 +191,4 @@ class MetaWorldOracle(Oracle):
         if truth.solved:
             return 0.0
         advised = action_for(self._aim(truth), truth, self.lab)
-        return math.dist(moment.action[:3], advised[:3]) + abs(moment.action[3] - advised[3]) / 10
+        return math.dist(moment.action[:3], advised[:3]) + float(abs(moment.action[3] - advised[3])) / 10

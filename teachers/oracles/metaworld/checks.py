@@ -3,8 +3,8 @@
 import math
 from collections.abc import Sequence
 
-from worlds.metaworld import REACH, Aim, Pose, Truth
-from worlds.world import World
+from teachers.atoms import Moment
+from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
 
 Place = tuple[float, float, float]
 AXES = ("x", "y", "z")
@@ -19,12 +19,12 @@ def hand_of(truth: Truth) -> Place:
     return x, y, z
 
 
-def origin_of(world: World) -> str:
+def origin_of(world: MetaWorld) -> str:
     """From where x, y and z count, in words."""
     return "from where the hand is" if world.relative else "from a fixed point of the table"
 
 
-def reach_of(truth: Truth, world: World) -> tuple[Place, Place]:
+def reach_of(truth: Truth, world: MetaWorld) -> tuple[Place, Place]:
     """The smallest and the largest place that an action can name."""
     low, high = (world.target(truth, (bound, bound, bound, 0.0)) for bound in (-REACH, REACH))
     return low, high
@@ -47,7 +47,7 @@ def write_compactly(pose: Pose) -> str:
     return write(pose).replace(" ", "")
 
 
-def action_for(aim: Aim, truth: Truth, world: World) -> Pose:
+def action_for(aim: Aim, truth: Truth, world: MetaWorld) -> Pose:
     """The action that aims as the policy does."""
     place = aim.target
     if world.relative:
@@ -56,7 +56,7 @@ def action_for(aim: Aim, truth: Truth, world: World) -> Pose:
     return rounded((*place, aim.grip))
 
 
-def commanded(truth: Truth, lab: World) -> tuple[Place, float]:
+def commanded(truth: Truth, lab: MetaWorld) -> tuple[Place, float]:
     """What is wanted, from the command that the policy itself would send: the hand, and the command over the gain."""
     x, y, z, grip = lab.script.command(truth.observation).tolist()
     gain, hand = lab.script.aim(truth.observation).gain, hand_of(truth)
@@ -72,9 +72,9 @@ def off_by(place: Place, wanted: Place) -> str:
     )
 
 
-def directions(hand: Place, place: Place, slack: float = 0.0) -> str:
-    """The axes along which there are more than 2 cm, and which way."""
-    return " and ".join(
+def directions(hand: Place, place: Place, slack: float = 0.0) -> tuple[str, ...]:
+    """The axes along which there are more than 2 cm, each with its sign."""
+    return tuple(
         f"{'+' if b > a else '-'}{axis}"
         for axis, a, b in zip(AXES, hand, place, strict=True)
         if abs(a - b) > 0.02 + slack
@@ -89,3 +89,29 @@ def slip_of(excess: float) -> int:
 def apart(hand: Place, place: Place) -> float:
     """Centimetres, to a millimetre."""
     return round(100 * math.dist(hand, place), 1)
+
+
+def succeeds(lab: MetaWorld, truth: Truth, action: Pose) -> bool:
+    """Whether an action solves the task."""
+    lab.restore(truth)
+    return bool(lab.advance(action)[4]["success"])
+
+
+def goes(lab: MetaWorld, truth: Truth, action: Pose, before: float, after: float) -> bool:
+    """Whether an action takes the hand from `before` to `after` centimetres from where it is wanted, notably so.
+
+    The rounding of a command may have changed the last digit.
+    """
+    if abs(after - before) < NOTABLE:
+        return False
+    place, _ = commanded(truth, lab)
+    lab.restore(truth)
+    lab.advance(action)
+    ends = apart(hand_of(truth), place), apart(hand_of(lab.truth), place)
+    return abs(before - ends[0]) < 0.15 and abs(after - ends[1]) < 0.15
+
+
+def judged(lab: MetaWorld, moment: Moment[Truth]) -> tuple[str, int]:
+    """What was wrong with the place and the grip of the moment's action; see `off_by` and `slip_of`."""
+    place, grip = commanded(moment.past, lab)
+    return off_by(lab.target(moment.past, moment.action), place), slip_of(moment.action[3] - grip)

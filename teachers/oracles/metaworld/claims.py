@@ -2,44 +2,46 @@
 
 import math
 from collections.abc import Sequence
+from typing import ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, Claim, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.common import TryAgain
 from teachers.oracles.metaworld.checks import (
-    AXES,
-    NOTABLE,
     action_for,
-    apart,
     commanded,
     directions,
+    goes,
     hand_of,
-    off_by,
+    judged,
     origin_of,
     reach_of,
     rounded,
-    slip_of,
+    succeeds,
     write,
     write_compactly,
 )
 from teachers.oracles.metaworld.purposes import PURPOSES
-from worlds.metaworld import Pose, Truth
-from worlds.world import World
+from worlds.metaworld import MetaWorld, Pose, Truth
 
 
 @claim
-class Goal(Claim):
+class Goal(Claim[Truth, MetaWorld]):
     """True if `purpose` says what solves the task."""
 
     task: str
-    purpose: str
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def purpose(self) -> str:
+        """What solves it, in words."""
+        return PURPOSES[self.task]
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Look the task up."""
-        return self.task == lab.task and self.purpose == PURPOSES[self.task]
+        return self.task == lab.task
 
 
 @claim
-class Driving(Claim):
+class Driving(Claim[Truth, MetaWorld]):
     """True if an action drives the hand towards its target for at most `most` small steps, z counts upwards, and the
     gripper opens at -1 and closes at 1.
     """  # noqa: D205
@@ -48,8 +50,10 @@ class Driving(Claim):
     """From where x, y and z count."""
     most: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Go up with an open and with a closed gripper."""
+        if (self.origin, self.most) != (origin_of(lab), lab.longest):
+            return False
         x, y, z = hand_of(moment.after)
         heights, openings = [], []
         for grip in (-1.0, 1.0):
@@ -58,393 +62,338 @@ class Driving(Claim):
                 lab.advance((0.0, 0.0, 0.05, grip) if lab.relative else (x, y, z + 0.05, grip))
                 heights.append(lab.truth.observation[2] - z)
             openings.append(lab.truth.observation[3])
-        return (
-            min(heights) > 0
-            and openings[0] > openings[1]
-            and self.origin == origin_of(lab)
-            and self.most == lab.longest
-        )
+        return min(heights) > 0 and openings[0] > openings[1]
+
+
+class _Posed(ActionClaim[Truth, MetaWorld]):
+    """Base of claims whose phrases tell the target."""
+
+    __slots__ = ()
+    action_slot = "target"
+    action: Pose
+
+    @property
+    def target(self) -> str:
+        """The action as text."""
+        return write(self.action)
 
 
 @claim
-class TriedWell(Claim):
-    """True if `action` at the start takes the hand from `before` to `after` centimetres from where it is wanted, and
-    that is nearer by at least 1 cm.
-    """  # noqa: D205
+class _Moved(Verdict[Truth, MetaWorld]):
+    """What the action did to the hand: how far it was and is from where it was wanted."""
+
+    before: float
+    """Centimetres."""
+    after: float
+
+    def applies(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Take the action again and measure."""
+        return _open(moment) and goes(lab, moment.past, moment.action, self.before, self.after)
+
+    def good(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Compare the distances."""
+        return self.after < self.before
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """The opposite verdict, with the distances exchanged."""
+        return (self.opposing(before=self.after, after=self.before),)
+
+
+@claim
+class _Tried(_Moved, _Posed):
+    """What became of an action that somebody took at the start."""
+
+    action: Pose
+
+    def applies(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Try it."""
+        return goes(lab, moment.after, self.action, self.before, self.after)
+
+
+@claim
+class TriedWell(_Tried):
+    """True if `action` first takes the hand 1 cm or more nearer to where it is wanted: from `before` to `after` cm."""
 
     kind = HP
-    action: Pose
-    target: str
-    """The action as text."""
-    before: float
-    after: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Try it."""
-        return _tried(self, moment.after, lab) and self.before - self.after >= NOTABLE
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedInVain(action=self.action, target=self.target, before=self.after, after=self.before),)
 
 
 @claim
-class TriedInVain(Claim):
-    """True if `action` at the start takes the hand from `before` to `after` centimetres from where it is wanted, and
-    that is farther away by at least 1 cm.
-    """  # noqa: D205
+class TriedInVain(_Tried):
+    """True if `action` first takes the hand 1 cm or more away from where it is wanted: from `before` to `after` cm."""
 
     kind = HN
-    action: Pose
-    target: str
-    """The action as text."""
-    before: float
-    after: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Try it."""
-        return _tried(self, moment.after, lab) and self.after - self.before >= NOTABLE
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedWell(action=self.action, target=self.target, before=self.after, after=self.before),)
+opposed(TriedWell, TriedInVain)
 
 
 @claim
-class Solution(Claim):
+class Solution(PlanClaim[Truth, MetaWorld]):
     """True if these actions, in order, solve the task with the last one and not before."""
 
     actions: tuple[Pose, ...]
-    listing: str
-    count: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def count(self) -> int:
+        """How many they are."""
+        return len(self.actions)
+
+    @property
+    def listing(self) -> str:
+        """The actions as text."""
+        return self.separator.join(map(write_compactly, self.actions))
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Play them."""
         lab.restore(moment.after)
         success = [lab.advance(action)[4]["success"] for action in self.actions]
-        return success.index(True) + 1 == len(success) == self.count and self.listing == ", ".join(
-            map(write_compactly, self.actions)
-        )
+        return success.count(True) == 1 and bool(success[-1])
 
 
 @claim
-class Done(Claim):
+class _Judged(_Posed):
+    """Base of verdicts on a target. Phrases tell it to a millimetre, which is not always the very action."""
+
+    action_slot = ""
+    action: Pose
+
+    def about(self, moment: Moment[Truth]) -> bool:
+        """Whether the action was taken, and the task not solved before."""
+        return _open(moment) and moment.action == self.action
+
+
+@claim
+class Done(_Judged):
     """True if this action solved the task, which was not solved before."""
 
     kind = HP
-    action: Pose
-    target: str
-    """The action as text."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Take the action again."""
-        if not _judged(self, moment):
-            return False
-        lab.restore(moment.before)
-        return lab.advance(self.action)[4]["success"]
+        return self.about(moment) and succeeds(lab, moment.past, self.action)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Deny it."""
         return (TryAgain(),)
 
 
 @claim
-class WellAimed(Claim):
+class WellAimed(_Judged):
     """True if the target was within 3 cm along each axis of the place where the hand was wanted, and the grip within
     0.3 of the one that was wanted, when the action was chosen.
     """  # noqa: D205
 
     kind = HP
-    action: Pose
-    target: str
-    """The action as text."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return _judged(self, moment) and not _faults(self.action, moment.before, lab) and not _slip(moment, lab)
+        return self.about(moment) and judged(lab, moment) == ("", 0)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Find fault."""
-        return (Off(action=self.action, target=self.target, faults=f"{AXES[0]} was 10 cm too large"),)
+        return (Off(action=self.action, faults="x was 10 cm too large"),)
 
 
 @claim
-class RightPlace(Claim):
+class RightPlace(Claim[Truth, MetaWorld]):
     """True if the target's place was within 3 cm along each axis of the one that was wanted; nothing on the grip."""
 
     kind = HP
     place: str
     """The target's place as text, relative to the hand where actions are."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return (
-            _open(moment) and self.place == write(moment.action[:3]) and not _faults(moment.action, moment.before, lab)
-        )
+        return _open(moment) and self.place == write(moment.action[:3]) and not judged(lab, moment)[0]
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Find fault."""
-        action = moment.action
-        return (Off(action=action, target=write(action), faults=f"{AXES[2]} was 10 cm too small"),)
+        return (Off(action=moment.action, faults="z was 10 cm too small"),)
 
 
 @claim
-class RightGrip(Claim):
+class RightGrip(Claim[Truth, MetaWorld]):
     """True if the grip was within 0.3 of the one that was wanted; nothing on the place."""
 
     kind = HP
     grip: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return _open(moment) and self.grip == round(moment.action[3], 2) and not _slip(moment, lab)
+        return _open(moment) and self.grip == round(moment.action[3], 2) and not judged(lab, moment)[1]
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Find fault."""
-        action = moment.action
-        return (SLIPS[1](action=action, target=write(action), grip=self.grip),)
+        return (TooTight(action=moment.action),)
 
 
 @claim
-class Neared(Claim):
-    """True if the action took the hand from `before` to `after` centimetres from where it was wanted, and that is at
-    least 1 cm nearer.
-    """  # noqa: D205
+class Neared(_Moved):
+    """True if the action took the hand 1 cm or more nearer to where it was wanted: from `before` to `after` cm."""
 
     kind = HP
-    before: float
-    after: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Take the action again and measure."""
-        return _moved(self, moment, lab) and self.before - self.after >= NOTABLE
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Turn it round."""
-        return (Strayed(before=self.after, after=self.before),)
 
 
 @claim
-class Strayed(Claim):
-    """True if the action took the hand from `before` to `after` centimetres from where it was wanted, and that is at
-    least 1 cm farther away.
-    """  # noqa: D205
+class Strayed(_Moved):
+    """True if the action took the hand 1 cm or more away from where it was wanted: from `before` to `after` cm."""
 
     kind = HN
-    before: float
-    after: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Take the action again and measure."""
-        return _moved(self, moment, lab) and self.after - self.before >= NOTABLE
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Turn it round."""
-        return (Neared(before=self.after, after=self.before),)
+opposed(Neared, Strayed)
 
 
 @claim
-class Off(Claim):
-    """True if the target's place was off by more than 3 cm along the named axes, by so many centimetres, and along no
-    others.
-    """  # noqa: D205
+class Off(_Judged):
+    """True if the target's place was off by more than 3 cm along the named axes, so far, and along no others."""
 
     kind = HN
-    action: Pose
-    target: str
-    """The action as text."""
     faults: str
     """Per axis how much too large or too small."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return _judged(self, moment) and self.faults == _faults(self.action, moment.before, lab) != ""
+        return self.about(moment) and self.faults == judged(lab, moment)[0] != ""
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Praise it."""
-        return (WellAimed(action=self.action, target=self.target), RightPlace(place=write(self.action[:3])))
+        return (WellAimed(action=self.action), RightPlace(place=write(self.action[:3])))
 
 
 @claim
-class TooLoose(Claim):
+class _Slip(_Judged):
+    """Base of blame for the grip."""
+
+    side: ClassVar[int]
+    """-1 for a grip that is too small, 1 for one that is too large."""
+
+    @property
+    def grip(self) -> float:
+        """To two decimals."""
+        return round(self.action[3], 2)
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
+        """Ask metaworld's policy for its command."""
+        return self.about(moment) and judged(lab, moment)[1] == self.side
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """Praise it."""
+        return (RightGrip(grip=self.grip),)
+
+
+@claim
+class TooLoose(_Slip):
     """True if the gripper should have been closed more: the grip was too small by more than 0.3."""
 
     kind = HN
-    action: Pose
-    target: str
-    """The action as text."""
-    grip: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Ask metaworld's policy for its command."""
-        return _judged(self, moment) and self.grip == round(self.action[3], 2) and _slip(moment, lab) < 0
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Praise it."""
-        return (RightGrip(grip=self.grip),)
+    side = -1
 
 
 @claim
-class TooTight(Claim):
+class TooTight(_Slip):
     """True if the gripper should have been opened more: the grip was too large by more than 0.3."""
 
     kind = HN
-    action: Pose
-    target: str
-    """The action as text."""
-    grip: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Ask metaworld's policy for its command."""
-        return _judged(self, moment) and self.grip == round(self.action[3], 2) and _slip(moment, lab) > 0
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Praise it."""
-        return (RightGrip(grip=self.grip),)
+    side = 1
 
 
 @claim
-class Aiming(Claim):
+class Aiming(_Posed):
     """True if `action` is, to two decimals, the pose that metaworld's scripted policy aims at in this state."""
 
     kind = FP
     action: Pose
-    target: str
-    """The action as text."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Compute the pose from the policy's command and gain; a target that is out of reach is brought into it."""
         truth = moment.after
         place, grip = commanded(truth, lab)
-        at = lab.target(truth, self.action)
         wanted = [min(max(w, a), b) for w, a, b in zip(place, *reach_of(truth, lab), strict=True)]
-        return (
-            not truth.solved
-            and self.target == write(self.action)
-            and all(abs(a - w) <= _ROUNDING for a, w in zip(at, wanted, strict=True))
-            and abs(self.action[3] - grip) <= _ROUNDING
-        )
+        pairs = zip((*lab.target(truth, self.action), self.action[3]), (*wanted, grip), strict=True)
+        return not truth.solved and all(abs(a - w) <= _ROUNDING for a, w in pairs)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Send the hand the other way, or elsewhere, with the other grip."""
         truth, (x, y, z, grip) = moment.after, self.action
         hand = (0.0, 0.0, 0.0) if lab.relative else hand_of(truth)
         mirrored = rounded((2 * hand[0] - x, 2 * hand[1] - y, 2 * hand[2] - z, -grip))
         elsewhere = rounded((x + 0.2, y, z, grip))
-        return tuple(Aiming(action=action, target=write(action)) for action in (mirrored, elsewhere))
+        return tuple(Aiming(action=action) for action in (mirrored, elsewhere))
 
-    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def coarser(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """How far it is, and then in which direction."""
         hand, at = hand_of(moment.after), lab.target(moment.after, self.action)
         far = Distance(centimetres=round(100 * math.dist(hand, at)))
-        ways = directions(hand, at)
-        return (far, Heading(ways=ways)) if ways else (far,)
+        axes = directions(hand, at)
+        return (far, Heading(axes=axes)) if axes else (far,)
 
 
 @claim
-class Distance(Claim):
+class Distance(Claim[Truth, MetaWorld]):
     """True if the place where the hand is wanted now is so far from it, to a centimetre or so."""
 
     kind = FP
     centimetres: int
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Compute the place from the policy's command and gain."""
-        truth = moment.after
-        place, _ = commanded(truth, lab)
-        return not truth.solved and abs(100 * math.dist(hand_of(truth), place) - self.centimetres) <= 2
+        apart = 100 * math.dist(hand_of(moment.after), commanded(moment.after, lab)[0])
+        return not moment.after.solved and abs(apart - self.centimetres) <= 2
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Claim another distance."""
         return (Distance(centimetres=self.centimetres + 15),)
 
 
 @claim
-class Heading(Claim):
+class Heading(Claim[Truth, MetaWorld]):
     """True if the hand is wanted in this direction: along each named axis by more than 2 cm, give or take 1 cm."""
 
     kind = FP
-    ways: str
+    axes: tuple[str, ...]
+    """Each with its sign, such as `+x`."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def ways(self) -> str:
+        """The axes in words."""
+        return " and ".join(self.axes)
+
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Compute the place from the policy's command and gain."""
         truth = moment.after
         place, _ = commanded(truth, lab)
-        named = set(self.ways.split(" and "))
-        sure, possible = (set(directions(hand_of(truth), place, slack).split(" and ")) for slack in (0.01, -0.01))
-        return not truth.solved and named <= possible and sure - {""} <= named
+        sure, possible = (set(directions(hand_of(truth), place, slack)) for slack in (0.01, -0.01))
+        return not truth.solved and sure <= set(self.axes) <= possible
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """The opposite direction."""
-        return (Heading(ways=self.ways.translate(_OPPOSITE)),)
+        return (Heading(axes=tuple(axis.translate(_OPPOSITE) for axis in self.axes)),)
 
 
 @claim
-class Avoid(Claim):
-    """True if `action` would take the hand from `before` to `after` centimetres from where it is wanted now, and that
-    is at least 1 cm farther away.
-    """  # noqa: D205
+class Avoid(_Posed):
+    """True if `action` would take the hand 1 cm or more away from where it is wanted: from `before` to `after` cm."""
 
     kind = FN
     action: Pose
-    target: str
-    """The action as text."""
     before: float
     after: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Take the action in a copy of the simulator."""
-        truth = moment.after
-        return not truth.solved and _tried(self, truth, lab) and self.after - self.before >= NOTABLE
+        farther = not moment.after.solved and self.after > self.before
+        return farther and goes(lab, moment.after, self.action, self.before, self.after)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Warn of the pose that is wanted, as if it led away."""
         action = action_for(lab.script.aim(moment.after.observation), moment.after, lab)
-        return (Avoid(action=action, target=write(action), before=self.before, after=self.after),)
+        return (Avoid(action=action, before=self.before, after=self.after),)
 
 
 _ROUNDING = 0.005 + 1e-5  # of advice; commands are float32
 _OPPOSITE = str.maketrans({"+": "-", "-": "+"})
-SLIPS = (TooLoose, TooTight)
-"""What is said of a grip that is too small, and of one that is too large."""
 
 
-def _faults(action: Pose, truth: Truth, lab: World) -> str:
-    return off_by(lab.target(truth, action), commanded(truth, lab)[0])
-
-
-def _slip(moment: Moment, lab: World) -> int:
-    """-1 if the grip of the action was too small, 1 if it was too large, else 0."""
-    return slip_of(moment.action[3] - commanded(moment.before, lab)[1])
-
-
-def _open(moment: Moment) -> bool:
+def _open(moment: Moment[Truth]) -> bool:
     return moment.before is not None and not moment.before.solved
-
-
-def _judged(said: WellAimed | Off | TooLoose | TooTight | Done, moment: Moment) -> bool:
-    return _open(moment) and moment.action == said.action and said.target == write(said.action)
-
-
-def _tried(said: TriedWell | TriedInVain | Avoid, truth: Truth, lab: World) -> bool:
-    """Whether its action goes as it says."""
-    place, _ = commanded(truth, lab)
-    lab.restore(truth)
-    lab.advance(said.action)
-    ends = apart(hand_of(truth), place), apart(hand_of(lab.truth), place)
-    return said.target == write(said.action) and _close((said.before, said.after), ends)
-
-
-def _moved(said: Neared | Strayed, moment: Moment, lab: World) -> bool:
-    if not _open(moment):
-        return False
-    place, _ = commanded(moment.before, lab)
-    lab.restore(moment.before)
-    lab.advance(moment.action)
-    ends = apart(hand_of(moment.before), place), apart(hand_of(lab.truth), place)
-    return _close((said.before, said.after), ends)
-
-
-def _close(said: tuple[float, float], measured: tuple[float, float]) -> bool:
-    """Equal, but for a last digit that the rounding of a command may have changed."""
-    return all(abs(a - b) < 0.15 for a, b in zip(said, measured, strict=True))

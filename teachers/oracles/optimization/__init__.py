@@ -15,11 +15,11 @@ from teachers.oracles.optimization.checks import (
     directions,
     moved_inside,
     with_coordinate,
-    write,
 )
 from teachers.oracles.optimization.claims import (
     FARTHER,
     Answer,
+    Avoid,
     Cross,
     Fell,
     Goal,
@@ -33,9 +33,8 @@ from teachers.oracles.optimization.claims import (
     Step,
     TriedInVain,
     TriedWell,
-    avoid,
 )
-from worlds.optimization import TOLERANCE, Landscape, Point, Truth
+from worlds.optimization import TOLERANCE, Landscape, Optimization, Point, Truth
 
 
 def _differ(a: float, b: float) -> bool:
@@ -65,7 +64,7 @@ _CLOSE = 1e-6
 _PROPOSALS = Proposals()
 
 
-class OptimizationOracle(Oracle):
+class OptimizationOracle(Oracle[Truth, Optimization]):
     """Judges proposals by what the loss did, and advises points whose loss it has looked up.
 
     The advised point is a Newton step, with the exact gradient and curvature, if that saves nine tenths of the loss
@@ -100,16 +99,16 @@ class OptimizationOracle(Oracle):
             after = self.lab.truth.y
             if _differ(after, truth.y):
                 verdict = TriedWell if after < truth.y else TriedInVain
-                told.append(verdict(action=action, target=write(action), before=truth.y, after=after))
+                told.append(verdict(action=action, before=truth.y, after=after))
         return tuple(told)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         action = self._nearest(truth.x)
-        return (Solution(action=action, target=write(action), loss=self._landscape.value(*action)),)
+        return (Solution(action=action, loss=self._landscape.value(*action)),)
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """The verdict on the proposal, then those on what each coordinate did by itself; no change is no news."""
-        x, before, _ = moment.before
+        x, before, _ = moment.past
         action, after = moment.action, moment.after.y
         good: list[Claim] = []
         bad: list[Claim] = []
@@ -131,24 +130,24 @@ class OptimizationOracle(Oracle):
         if HN in kinds:
             claims += bad
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         truth = moment.after
         x, y, _ = truth
         good = None
         if y - self._minimum <= TOLERANCE:
             if FP in kinds:
-                claims.append(Stay(action=x, target=write(x)))
+                claims.append(Stay(action=x))
         else:
             good = self._step(truth)
             if FP in kinds and good:
                 point, loss = good
                 cls = Step if loss < y else Cross
-                claims.append(cls(action=point, target=write(point), ways=directions(x, point), now=y, loss=loss))
+                claims.append(cls(action=point, ways=directions(x, point), now=y, loss=loss))
         if FN in kinds:
             for point in self._warnings(x, good and good[0], moment.turn):
                 loss = self._landscape.value(*point)
                 if loss > y and _differ(loss, y):
-                    claims.append(avoid(point, y, loss))
+                    claims.append(Avoid(action=point, now=y, loss=loss))
                     break
 
     def _step(self, truth: Truth) -> tuple[Point, float] | None:
@@ -208,7 +207,7 @@ class OptimizationOracle(Oracle):
         """The nearest point of least loss, again and again."""
         return (self._nearest(truth.x),) * n
 
-    def regret(self, moment: Moment) -> float:
+    def regret(self, moment: Moment[Truth]) -> float:
         """The greatest reward less the action's; a turn without an action loses all that can be lost."""
         low, high = self.lab.reward_range
         return high - (low if moment.before is None else moment.reward)

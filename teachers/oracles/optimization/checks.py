@@ -2,27 +2,31 @@
 
 from collections.abc import Iterator
 
-from worlds.optimization import Landscape, Point, Truth
-from worlds.world import World
+from worlds.optimization import Landscape, Optimization, Point, Truth
 
 NAMES = ("x1", "x2")
 """The coordinates."""
 
 
-def proposed(lab: World, truth: Truth, point: Point) -> float:
+def proposed(lab: Optimization, truth: Truth, point: Point) -> float:
     """The loss that the simulator gives for a proposal."""
     lab.restore(truth)
     lab.step(point)
     return lab.truth.y
 
 
-def succeeds(lab: World, truth: Truth, point: Point) -> bool:
+def succeeds(lab: Optimization, truth: Truth, point: Point) -> bool:
     """Whether a proposal solves the task."""
     lab.restore(truth)
-    return lab.step(point)[4]["success"]
+    return bool(lab.step(point)[4]["success"])
 
 
-def contains(lab: World, point: Point) -> bool:
+def takes(lab: Optimization, truth: Truth, point: Point, before: float, after: float) -> bool:
+    """Whether a proposal takes the loss from `before` to `after`."""
+    return proposed(lab, truth, truth.x) == before and proposed(lab, truth, point) == after
+
+
+def contains(lab: Optimization, point: Point) -> bool:
     """Whether a point is in the domain."""
     return all(low <= x <= high for low, x, high in zip(lab.lows, point, lab.highs, strict=True))
 
@@ -50,7 +54,7 @@ def between(a: Point, b: Point, share: float) -> Point:
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
 
 
-def moved_inside(lab: World, point: Point) -> Point:
+def moved_inside(lab: Optimization, point: Point) -> Point:
     """The point with six significant digits, moved into the domain."""
     (low1, low2), (high1, high2) = lab.lows, lab.highs
     x1, x2 = float(f"{point[0]:.6g}") + 0.0, float(f"{point[1]:.6g}") + 0.0  # without a negative zero
@@ -59,13 +63,13 @@ def moved_inside(lab: World, point: Point) -> Point:
     return min(max(x1, low1), high1) + 0.0, min(max(x2, low2), high2) + 0.0
 
 
-def corners_of(lab: World) -> tuple[Point, ...]:
+def corners_of(lab: Optimization) -> tuple[Point, ...]:
     """The corners of the domain, the lowest first and the highest last."""
     (low1, low2), (high1, high2) = lab.lows, lab.highs
     return (low1, low2), (low1, high2), (high1, low2), (high1, high2)
 
 
-def grid(lab: World) -> Iterator[Point]:
+def grid(lab: Optimization) -> Iterator[Point]:
     """Points all over the domain, its corners included."""
     low, high = corners_of(lab)[0], corners_of(lab)[-1]
     for i in range(_SIDE):
@@ -74,7 +78,7 @@ def grid(lab: World) -> Iterator[Point]:
             yield min(x1, high[0]), min(x2, high[1])
 
 
-def minimiser_of(lab: World, truth: Truth) -> Point:
+def minimiser_of(lab: Optimization, truth: Truth) -> Point:
     """A point of least loss."""
     return Landscape(lab.loss, truth.shift).minimisers()[0]
 

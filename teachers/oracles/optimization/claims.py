@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, Grounded, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Verdict, claim, opposed
 from teachers.oracles.optimization.checks import (
     NAMES,
     between,
@@ -16,23 +16,23 @@ from teachers.oracles.optimization.checks import (
     moved_inside,
     proposed,
     succeeds,
+    takes,
     with_coordinate,
     write,
 )
-from worlds.optimization import Point
-from worlds.world import World
+from worlds.optimization import Optimization, Point, Truth
 
 FARTHER = 1000
 """Points that are tried in the next quarter of a way."""
 
 
 @claim
-class Goal(Claim):
+class Goal(Claim[Truth, Optimization]):
     """True if the task is solved by proposals whose loss is within `tolerance` of the least one, and by no others."""
 
     tolerance: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose points on a grid and near a point of least loss."""
         truth = moment.after
         points = list(grid(lab))
@@ -44,10 +44,10 @@ class Goal(Claim):
 
 
 @claim
-class Proposals(Claim):
+class Proposals(Claim[Truth, Optimization]):
     """True if every action proposes a point, whose loss is then seen."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose points on a grid and look at the observation."""
         for point in grid(lab):
             lab.restore(moment.after)
@@ -58,7 +58,7 @@ class Proposals(Claim):
 
 
 @claim
-class Answer(Claim):
+class Answer(Claim[Truth, Optimization]):
     """True if points are to be written so, and x1 and x2 have these bounds."""
 
     low1: float
@@ -66,7 +66,7 @@ class Answer(Claim):
     low2: float
     high2: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Offer the world the corners, points outside, and texts."""
         lab.restore(moment.after)
         box = lab.action_space
@@ -82,72 +82,76 @@ class Answer(Claim):
 
 
 @claim
-class TriedWell(Claim):
+class _Targeted(ActionClaim[Truth, Optimization]):
+    """Base of claims whose phrases tell the point."""
+
+    action_slot = "target"
+    action: Point
+
+    @property
+    def target(self) -> str:
+        """The action as text."""
+        return write(self.action)
+
+
+@claim
+class _Tried(Verdict[Truth, Optimization], _Targeted):
+    """What became of a proposal that somebody made at the start."""
+
+    before: float
+    after: float
+
+    def applies(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Propose it."""
+        return self.after != self.before and takes(lab, moment.after, self.action, self.before, self.after)
+
+    def good(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Compare the losses."""
+        return self.after < self.before
+
+
+@claim
+class TriedWell(_Tried):
     """True if proposing `action` at the start takes the loss down from `before` to `after`."""
 
     kind = HP
-    action: Point
-    target: str
-    """The action as text."""
-    before: float
-    after: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Propose it."""
-        return _tried(self, moment, lab) and self.after < self.before
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedInVain(action=self.action, target=self.target, before=self.before, after=self.after),)
 
 
 @claim
-class TriedInVain(Claim):
+class TriedInVain(_Tried):
     """True if proposing `action` at the start takes the loss up from `before` to `after`."""
 
     kind = HN
-    action: Point
-    target: str
-    """The action as text."""
-    before: float
-    after: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Propose it."""
-        return _tried(self, moment, lab) and self.after > self.before
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedWell(action=self.action, target=self.target, before=self.before, after=self.after),)
+opposed(TriedWell, TriedInVain)
 
 
 @claim
-class Solution(Claim):
+class Solution(_Targeted):
     """True if no point has a smaller loss than `action`, which has `loss`."""
 
-    action: Point
-    target: str
-    """The action as text."""
     loss: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose it, and many points far from it and close to it."""
         truth, points = moment.after, list(grid(lab))
         points += [between(self.action, point, share) for point in points for share in (1e-4, 1e-2, 0.1)]
         y = proposed(lab, truth, self.action)
         slack = 1e-9 * (1 + abs(y))  # the minimiser of a user's loss is found by a search
-        return _target(self) and y == self.loss and all(proposed(lab, truth, p) >= y - slack for p in points)
+        return y == self.loss and all(proposed(lab, truth, p) >= y - slack for p in points)
 
 
 @claim
-class Reached(Claim):
+class Reached(ActionClaim[Truth, Optimization]):
     """True if the proposal solved the task: its loss is within the tolerance of the least one."""
 
     kind = HP
+    action_slot = ""  # the phrases tell losses
     action: Point
     loss: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose it again."""
         return (
             moment.before is not None
@@ -156,123 +160,136 @@ class Reached(Claim):
             and lab.truth.y == self.loss
         )
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
         """Speak of a loss that rose."""
         return (Rose(action=self.action, before=self.loss, after=self.loss + abs(self.loss) + 1.0),)
 
 
+class _Change(Verdict[Truth, Optimization]):
+    """Base of verdicts that tell a loss of before and one of after."""
+
+    __slots__ = ()
+    before: float
+    after: float
+
+    def good(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Compare the losses."""
+        return self.after < self.before
+
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
+        """The opposite verdict, with the losses exchanged."""
+        return (self.opposing(before=self.after, after=self.before),)
+
+
 @claim
-class Fell(Claim):
+class _Moved(_Change, ActionClaim[Truth, Optimization]):
+    """What the proposal did to the loss."""
+
+    action_slot = ""  # the phrases tell losses
+    action: Point
+    before: float
+    after: float
+
+    def applies(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Make both proposals again."""
+        truth = moment.before
+        return (
+            truth is not None
+            and moment.action == self.action
+            and self.after != self.before
+            and takes(lab, truth, self.action, self.before, self.after)
+        )
+
+
+@claim
+class Fell(_Moved):
     """True if the proposal took the loss down from `before` to `after`."""
 
     kind = HP
-    action: Point
-    before: float
-    after: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Make both proposals again."""
-        return _moved(self, moment, lab) and self.after < self.before
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (Rose(action=self.action, before=self.after, after=self.before),)
 
 
 @claim
-class Rose(Claim):
+class Rose(_Moved):
     """True if the proposal took the loss up from `before` to `after`."""
 
     kind = HN
-    action: Point
-    before: float
-    after: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Make both proposals again."""
-        return _moved(self, moment, lab) and self.after > self.before
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (Fell(action=self.action, before=self.after, after=self.before),)
+opposed(Fell, Rose)
 
 
 @claim
-class Helped(Claim):
+class _Changed(_Change):
+    """What the change of a coordinate does to the loss by itself."""
+
+    name: str
+    """`x1` or `x2`."""
+    start: float
+    end: float
+    before: float
+    """The loss at the point that the proposal left."""
+    after: float
+    """The loss with only this coordinate changed."""
+
+    def applies(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Propose the old point with this coordinate changed."""
+        truth = moment.before
+        if truth is None or self.after == self.before:
+            return False
+        i = NAMES.index(self.name)
+        if (truth.x[i], moment.action[i]) != (self.start, self.end):
+            return False
+        return takes(lab, truth, with_coordinate(truth.x, i, self.end), self.before, self.after)
+
+
+@claim
+class Helped(_Changed):
     """True if the proposal changed this coordinate so, and that change alone takes the loss down as told."""
 
     kind = HP
-    name: str
-    """`x1` or `x2`."""
-    start: float
-    end: float
-    before: float
-    """The loss at the point that the proposal left."""
-    after: float
-    """The loss with only this coordinate changed."""
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Propose the old point with this coordinate changed."""
-        return _changed(self, moment, lab) and self.after < self.before
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (Hurt(name=self.name, start=self.start, end=self.end, before=self.after, after=self.before),)
 
 
 @claim
-class Hurt(Claim):
+class Hurt(_Changed):
     """True if the proposal changed this coordinate so, and that change alone takes the loss up as told."""
 
     kind = HN
-    name: str
-    """`x1` or `x2`."""
-    start: float
-    end: float
-    before: float
-    """The loss at the point that the proposal left."""
-    after: float
-    """The loss with only this coordinate changed."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Propose the old point with this coordinate changed."""
-        return _changed(self, moment, lab) and self.after > self.before
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (Helped(name=self.name, start=self.start, end=self.end, before=self.after, after=self.before),)
+opposed(Helped, Hurt)
 
 
 @claim
-class Step(Claim):
-    """True if proposing `action` takes the loss down from `now` to `loss`, and `ways` are the directions of it."""
+class _Course(_Targeted):
+    """Base of advice that tells the directions, too."""
 
-    kind = FP
-    action: Point
-    target: str
-    """The action as text."""
     ways: str
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
     loss: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Make the step."""
-        truth = moment.after
-        return (
-            _target(self)
-            and self.ways == directions(truth.x, self.action)
-            and proposed(lab, truth, truth.x) == self.now
-            and proposed(lab, truth, self.action) == self.loss < self.now
-        )
+    def leads(self, truth: Truth, lab: Optimization) -> bool:
+        """Whether directions and losses are as told."""
+        return self.ways == directions(truth.x, self.action) and takes(lab, truth, self.action, self.now, self.loss)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+
+@claim
+class Step(_Course):
+    """True if proposing `action` takes the loss down from `now` to `loss`, and `ways` are the directions of it."""
+
+    kind = FP
+
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
+        """Make the step."""
+        return self.loss < self.now and self.leads(moment.after, lab)
+
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
         """Promise the same of the opposite direction and of the corners."""
         x = moment.after.x
-        points = (moved_inside(lab, (2 * x[0] - self.action[0], 2 * x[1] - self.action[1])), *corners_of(lab))
-        return tuple(_step_to(point, x, self.now, self.loss) for point in points if point != x)
+        opposite = moved_inside(lab, (2 * x[0] - self.action[0], 2 * x[1] - self.action[1]))
+        return _steps((opposite, *corners_of(lab)), x, self.now, self.loss)
 
-    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def coarser(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
         """The quarter of the domain in which the point lies, then the directions."""
         spans = zip(self.action, lab.lows, lab.highs, strict=True)
         (low1, high1), (low2, high2) = (
@@ -283,7 +300,7 @@ class Step(Claim):
 
 
 @claim
-class Area(Grounded):
+class Area(Grounded[Truth, Optimization]):
     """True if a point within these bounds has a loss below `now`, which is that of the last proposal."""
 
     kind = FP
@@ -293,7 +310,7 @@ class Area(Grounded):
     high2: float
     now: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose the point that the ground knows."""
         x1, x2 = self._ground.action
         inside = self.low1 <= x1 <= self.high1 and self.low2 <= x2 <= self.high2
@@ -301,7 +318,7 @@ class Area(Grounded):
 
 
 @claim
-class Way(Grounded):
+class Way(Grounded[Truth, Optimization]):
     """True if a point in these directions has a loss below `now`, which is that of the last proposal."""
 
     kind = FP
@@ -309,133 +326,70 @@ class Way(Grounded):
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
     now: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose the point that the ground knows."""
         directed = self.ways == directions(moment.after.x, self._ground.action)
         return directed and self.now == moment.after.y and self.stands(moment, lab)
 
 
 @claim
-class Cross(Claim):
+class Cross(_Course):
     """True if proposing `action` does not take the loss down from `now`, but going farther that way would.
 
     Farther means up to a quarter of the way more. `ways` are the directions, `loss` is what the proposal gives.
     """
 
     kind = FP
-    action: Point
-    target: str
-    """The action as text."""
-    ways: str
-    """What becomes of the coordinates, such as `raise x1 and lower x2`."""
-    now: float
-    loss: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Make the step, and longer ones."""
         truth = moment.after
         farther = (between(truth.x, self.action, 1 + i / FARTHER / 4) for i in range(1, FARTHER + 1))
         return (
-            _target(self)
-            and self.ways == directions(truth.x, self.action)
-            and proposed(lab, truth, truth.x) == self.now
-            and proposed(lab, truth, self.action) == self.loss >= self.now
+            self.loss >= self.now
+            and self.leads(truth, lab)
             and any(proposed(lab, truth, p) < self.now for p in farther if contains(lab, p))
         )
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
         """Send the student to a corner."""
-        x, y = moment.after.x, moment.after.y
-        return tuple(_step_to(point, x, y, y - 1.0) for point in corners_of(lab) if point != x)
+        return _steps(corners_of(lab), moment.after.x, moment.after.y, moment.after.y - 1.0)
 
 
 @claim
-class Stay(Claim):
+class Stay(_Targeted):
     """True if the last proposal, `action`, solves the task, and so would the same once more."""
 
     kind = FP
-    action: Point
-    target: str
-    """The action as text."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose it once more."""
-        return _target(self) and self.action == moment.after.x and succeeds(lab, moment.after, self.action)
+        return self.action == moment.after.x and succeeds(lab, moment.after, self.action)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
         """Send the student to a corner."""
-        x, y = moment.after.x, moment.after.y
-        return tuple(_step_to(point, x, y, y - 1.0) for point in corners_of(lab) if point != x)
+        return _steps(corners_of(lab), moment.after.x, moment.after.y, moment.after.y - 1.0)
 
 
 @claim
-class Avoid(Claim):
+class Avoid(_Targeted):
     """True if proposing `action` takes the loss up from `now` to `loss`."""
 
     kind = FN
-    action: Point
-    target: str
-    """The action as text."""
     now: float
     loss: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose it."""
-        truth = moment.after
-        return (
-            _target(self)
-            and proposed(lab, truth, truth.x) == self.now
-            and proposed(lab, truth, self.action) == self.loss > self.now
-        )
+        return self.loss > self.now and takes(lab, moment.after, self.action, self.now, self.loss)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Optimization) -> Sequence[Claim]:
         """Warn of the opposite direction and of the middle of the domain."""
         x = moment.after.x
         low, high = corners_of(lab)[0], corners_of(lab)[-1]
         points = [moved_inside(lab, (2 * x[0] - self.action[0], 2 * x[1] - self.action[1])), between(low, high, 0.5)]
-        return tuple(avoid(point, self.now, self.loss) for point in points if point != self.action)
+        return tuple(Avoid(action=point, now=self.now, loss=self.loss) for point in points if point != self.action)
 
 
-def _tried(said: TriedWell | TriedInVain, moment: Moment, lab: World) -> bool:
-    truth = moment.after
-    return (
-        _target(said)
-        and proposed(lab, truth, truth.x) == said.before
-        and proposed(lab, truth, said.action) == said.after
-    )
-
-
-def _moved(said: Fell | Rose, moment: Moment, lab: World) -> bool:
-    before = moment.before
-    return (
-        before is not None
-        and moment.action == said.action
-        and proposed(lab, before, before.x) == said.before
-        and proposed(lab, before, said.action) == said.after
-    )
-
-
-def _changed(said: Helped | Hurt, moment: Moment, lab: World) -> bool:
-    before = moment.before
-    if before is None:
-        return False
-    i = NAMES.index(said.name)
-    return (
-        (before.x[i], moment.action[i]) == (said.start, said.end)
-        and proposed(lab, before, before.x) == said.before
-        and proposed(lab, before, with_coordinate(before.x, i, said.end)) == said.after
-    )
-
-
-def _target(said: TriedWell | TriedInVain | Solution | Step | Cross | Stay | Avoid) -> bool:
-    """Whether the text of a claim's action is that action."""
-    return tuple(map(float, said.target.strip("[]").split(", "))) == said.action
-
-
-def _step_to(point: Point, x: Point, now: float, loss: float) -> Step:
-    return Step(action=point, target=write(point), ways=directions(x, point), now=now, loss=loss)
-
-
-def avoid(point: Point, now: float, loss: float) -> Avoid:
-    """A warning of a point."""
-    return Avoid(action=point, target=write(point), now=now, loss=loss)
+def _steps(points: Sequence[Point], x: Point, now: float, loss: float) -> tuple[Step, ...]:
+    return tuple(Step(action=p, ways=directions(x, p), now=now, loss=loss) for p in points if p != x)
