@@ -82,7 +82,7 @@ def test_each_attribute_is_judged():
         (["Jaws (1990)"], [NotInCatalogue(item=1, said="Jaws (1990)")]),
         (
             ["Aladdin"],
-            [Ambiguous(item=1, said="Aladdin", count=2, candidates="Aladdin (1992); Aladdin (2019)")],
+            [Ambiguous(item=1, said="Aladdin", count=2, works=("Aladdin (1992)", "Aladdin (2019)"))],
         ),
     ],
     ids=str,

@@ -135,11 +135,9 @@ def test_a_way_is_kept_to_while_the_student_does():
         moment = turn(world, advice.action)
         assert oracle.regret(moment) == 0
         hindsight = oracle.judge(moment, {HP, HN})
-        assert hindsight[0] == (
-            Parked(action=advice.action)
-            if left == 1
-            else OnCourse(action=advice.action, effort=effort_of(left - 1), rest=advice.rest)
-        )
+        praise = OnCourse(action=advice.action, way=(advice.action, *advice.rest))
+        assert hindsight[0] == (Parked(action=advice.action) if left == 1 else praise)
+        assert praise.effort == effort_of(left - 1)
     assert oracle.judge(moment, {FP, FN}) == ()
 
 

@@ -34,10 +34,9 @@ from teachers.oracles.alfworld.claims import (
     visible_part,
 )
 from teachers.oracles.alfworld.search import FAR, IDLE, TREATMENTS, verb_of
-from worlds.alfworld import Truth
+from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING, USES, ExactEngine
 from worlds.alfworld.games import Fact, Game
-from worlds.world import World
 
 FORMS = (
     "look",
@@ -210,7 +209,7 @@ class Planner:
         return leg._replace(commands=(*leg.commands, f"move {name[each]} to {name[receptacle]}"))
 
 
-class AlfworldOracle(Oracle):
+class AlfworldOracle(Oracle[Truth, Alfworld]):
     """Sees everything, what is hidden too. Regret counts commands; nothing is known of a task that cannot be done.
 
     With the world's option `oracle="explorer"` it judges and advises by what the student has seen, leads it to what it
@@ -219,11 +218,11 @@ class AlfworldOracle(Oracle):
 
     max_importance = 8.0
 
-    def __init__(self, scratch: Callable[[], World]) -> None:
+    def __init__(self, scratch: Callable[[], Alfworld]) -> None:
         super().__init__(scratch)
         self._explores = self.lab.options["oracle"] == "explorer"
         if self._explores:
-            self.instruction_types = ("b",)
+            self.instruction_types = ("b",)  # type: ignore[misc]  # an option of the world takes the others away
 
     def start(self, truth: Truth) -> None:
         """Get a planner for the game."""
@@ -283,12 +282,12 @@ class AlfworldOracle(Oracle):
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         expected = self.lab.action_syntax
-        return Task(goal=truth.game.goal), Commands(listing=", ".join(FORMS)), Listed(), Syntax(expected=expected)
+        return Task(goal=truth.game.goal), Commands(forms=FORMS), Listed(), Syntax(expected=expected)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """Some first commands: one that is right, and others."""
         self.lab.restore(truth)
-        commands = self.lab.commands()  # type: ignore[attr-defined]
+        commands = self.lab.commands()
         tried = {*self.plan(truth, 1), *(commands[i] for i in rng.integers(len(commands), size=_TRIES).tolist())}
         told: list[Claim] = []
         for command in sorted(tried):
@@ -304,10 +303,10 @@ class AlfworldOracle(Oracle):
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         plan = self.plan(truth, FAR)
-        return (Route(actions=plan, listing=", ".join(plan)),) if plan else ()
+        return (Route(actions=plan),) if plan else ()
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
-        before, action, after = moment.before, moment.action, moment.after
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
+        before, action, after = moment.past, moment.action, moment.after
         if before.won or not (HP in kinds or HN in kinds):
             return
         verdict: Claim | None = None
@@ -318,14 +317,13 @@ class AlfworldOracle(Oracle):
         elif self._explores:
             verdict = Forward(action=action) if self._forward(before, action) else NotForward(action=action)
         else:
-            gain = self._gain(before, after)
-            if gain is not None:
-                left = self._left(after)
-                verdict = Nearer(action=action, left=left) if gain > 0 else NoNearer(action=action)
+            needed, left = self._left(before), self._left(after)
+            if needed is not None and left is not None:
+                verdict = Nearer(action=action, left=left) if left < needed else NoNearer(action=action)
         if verdict is not None and verdict.kind in kinds:
             claims.append(verdict)
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         truth = moment.after
         plan = self.plan(truth, 1)
         if not plan:
@@ -340,7 +338,7 @@ class AlfworldOracle(Oracle):
     def _warning(self, truth: Truth, turn: int) -> Avoid | Needless | None:
         """A command to avoid: in each turn another one, of those that can be carried out."""
         self.lab.restore(truth)
-        commands = self.lab.commands()  # type: ignore[attr-defined]
+        commands = self.lab.commands()
         for i in range(len(commands)):
             command = commands[(turn * _STRIDE + i) % len(commands)]
             if self._explores:
@@ -359,12 +357,12 @@ class AlfworldOracle(Oracle):
         if self._explores:
             return 1.0
         self.lab.restore(truth)
-        commands = [each for each in self.lab.commands() if verb_of(each) not in IDLE]  # type: ignore[attr-defined]
+        commands = [each for each in self.lab.commands() if verb_of(each) not in IDLE]
         gains = [self._gain(truth, self._after(truth, command)) for command in commands]
         # Looking around, which is always possible, gains nothing: one command is lost.
         return min(1.0 - min([0, *(gain for gain in gains if gain is not None)]), self.max_importance)
 
-    def regret(self, moment: Moment) -> float:
+    def regret(self, moment: Moment[Truth]) -> float:
         """Commands wasted by the last one: none if it began a shortest plan; one if it was not executed."""
         if moment.before is None:
             return 1.0

@@ -43,6 +43,7 @@ from worlds.movies import (
     TYPE,
     TYPE_NAMES,
     YEAR,
+    Movies,
     Profile,
     Truth,
     answer_of,
@@ -54,17 +55,17 @@ _TRIES = 3
 _TOLD = 12  # claims of a kind: a list can have a hundred titles
 _SHOWN = 3
 _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
-_AGE_GROUPS = AgeGroups(**dict(zip(("child", "family", "adult"), map(", ".join, AGES), strict=True)))
+_AGE_GROUPS = AgeGroups(groups=AGES)
 
 
-class MoviesOracle(Oracle):
+class MoviesOracle(Oracle[Truth, Movies]):
     """Judges lists title by title and wish by wish, and has the student replace a title that does not fit."""
 
     max_importance = 1.0
 
     def start(self, truth: Truth) -> None:
         """Find what fits, and what is to be avoided."""
-        catalogue: Catalogue = self.lab.catalogue  # type: ignore[attr-defined]
+        catalogue: Catalogue = self.lab.catalogue
         items = [catalogue.items[i] for i in catalogue.fitting(truth.profile.wishes.values()).tolist()]
         first, second = truth.manner  # another user hears of other titles first
         begin = (7 * first + 31 * second) % max(1, len(items))
@@ -77,7 +78,7 @@ class MoviesOracle(Oracle):
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A few titles that were tried; each is told once."""
         told: dict[Claim, None] = {}
-        items = [item for item in self.lab.catalogue.items if item.named]  # type: ignore[attr-defined]
+        items = [item for item in self.lab.catalogue.items if item.named]
         for draw in rng.integers(len(items), size=_TRIES).tolist():
             item = items[draw]
             wrong = next((each for each in truth.profile.wishes.items() if not item.bits & each[1]), None)
@@ -93,11 +94,11 @@ class MoviesOracle(Oracle):
         wishes = (Wish(attribute=attribute, wish=wish) for attribute, wish in wish_words(truth.profile))
         return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """At most twelve claims of a kind are told."""
         right: list[Claim] = []
         wrong: list[Claim] = []
-        catalogue, profile = self.lab.catalogue, moment.before.profile  # type: ignore[attr-defined]
+        catalogue, profile = self.lab.catalogue, moment.past.profile
         titles = titles_of(moment.action)
         for place, said in enumerate(titles, 1):
             for found in _verdicts(catalogue, profile, place, said):
@@ -111,10 +112,10 @@ class MoviesOracle(Oracle):
         if HN in kinds:
             claims += wrong[:_TOLD] if titles else (_NOTHING,)
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """The first title that does not fit is replaced by one that does."""
         truth = moment.after
-        catalogue = self.lab.catalogue  # type: ignore[attr-defined]
+        catalogue = self.lab.catalogue
         titles, wishes = titles_of(truth.answer), truth.profile.wishes.values()
         found = [catalogue.find(title) for title in titles]
         items = [catalogue.items[each[0]] if len(each) == 1 else None for each in found]
@@ -141,7 +142,7 @@ class MoviesOracle(Oracle):
         """The same list of titles that fit `n` times."""
         return (answer_of(self._fitting[:_SHOWN]),) * n if self._fitting else ()
 
-    def regret(self, moment: Moment) -> float:
+    def regret(self, moment: Moment[Truth]) -> float:
         """The reward of a list that fits less the action's: 0 to 1; a turn without an action loses 1."""
         return 1.0 if moment.before is None else 0.0 - moment.reward
 
@@ -185,8 +186,8 @@ def _verdicts(catalogue: Catalogue, profile: Profile, place: int, said: str) -> 
     if not found:
         return (NotInCatalogue(item=place, said=said),)
     if len(found) > 1:
-        works = [f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]]
-        return (Ambiguous(item=place, said=said, count=len(found), candidates="; ".join(works)),)
+        works = tuple([f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]])
+        return (Ambiguous(item=place, said=said, count=len(found), works=works),)
     item = catalogue.items[found[0]]
     if not item.named:
         return ()

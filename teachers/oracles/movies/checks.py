@@ -6,6 +6,7 @@ from difflib import SequenceMatcher
 from functools import lru_cache
 from typing import Any
 
+from teachers.atoms import Moment
 from worlds.movies import (
     AGE,
     AGE_NAMES,
@@ -14,12 +15,16 @@ from worlds.movies import (
     TYPE,
     TYPE_NAMES,
     YEAR,
+    Movies,
     Profile,
     Truth,
+    titles_of,
 )
-from worlds.movies.catalogue import AGES, GENRES, PERIODS, Catalogue, Item
+from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS, Catalogue, Item
 from worlds.movies.catalogue.titles import fold
-from worlds.world import World
+
+NAMES = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}
+"""What can be wished of an attribute, in words."""
 
 
 def user_with(profile: Profile) -> Truth:
@@ -27,18 +32,56 @@ def user_with(profile: Profile) -> Truth:
     return Truth(profile, "", (0, 0), "")
 
 
-def earns(lab: World, truth: Truth, answer: str) -> float:
+def earns(lab: Movies, truth: Truth, answer: str) -> float:
     """The reward that the world gives for an answer."""
     lab.restore(truth)
     return lab.step(answer)[1]
 
 
-def pays(lab: World, profile: Profile, title: str) -> bool:
+def pays(lab: Movies, profile: Profile, title: str) -> bool:
     """Whether a user with these wishes is content with a title."""
     return earns(lab, user_with(profile), json.dumps([title])) == 0.0
 
 
-def exists(lab: World, said: str) -> bool:
+def pays_by_rules(lab: Movies) -> bool:
+    """Whether, as the world pays, one of several genres is enough, and a show is of each period in which it ran."""
+    shows = lab.catalogue.query("SELECT title, first, last FROM title WHERE series LIMIT 5")
+    ran = (
+        pays(lab, Profile(True, (period,)), f"{title} ({first})") == (first <= end and (last or 9999) >= begin)
+        for title, first, last in shows
+        if len(lab.catalogue.find(f"{title} ({first})")) == 1
+        for period, (begin, end) in enumerate(PERIODS)
+    )
+    enough = (
+        pays(lab, Profile(item.series, (), (other, genre)), item.label)
+        for item in lab.catalogue.items[:5]
+        if item.named
+        for genre, name in enumerate(GENRES)
+        if name in item.genres
+        for other in range(genre)
+    )
+    return all(ran) and all(enough)
+
+
+def pays_by_age(lab: Movies, groups: Sequence[Sequence[str]]) -> bool:
+    """Whether a title is of an age group exactly if the group has its certificate, as the world pays."""
+    for certificate in CERTIFICATES:
+        sql = "SELECT title, first, series FROM title WHERE certificate = ? LIMIT 1"
+        for title, first, series in lab.catalogue.query(sql, certificate):
+            label = f"{title} ({first})"
+            for age, group in enumerate(groups if len(lab.catalogue.find(label)) == 1 else ()):
+                if pays(lab, Profile(bool(series), age=age), label) != (certificate in group):
+                    return False
+    return True
+
+
+def said_at(moment: Moment[Truth], item: int) -> str:
+    """Title `item` of the last list, counted from 1; empty if there is none."""
+    titles = titles_of(moment.action) if moment.before is not None else ()
+    return titles[item - 1] if 1 <= item <= len(titles) else ""
+
+
+def exists(lab: Movies, said: str) -> bool:
     """Whether the world takes what was said for a title at all."""
     return any(pays(lab, Profile(series), said) for series in (False, True))
 
@@ -50,7 +93,7 @@ def split_label(said: str) -> tuple[str, int]:
     return (name, int(digits)) if bracket and digits.isdecimal() and year.endswith(")") else (said, 0)
 
 
-def row_of(lab: World, label: str, several: bool = False) -> tuple[Any, ...] | None:
+def row_of(lab: Movies, label: str, several: bool = False) -> tuple[Any, ...] | None:
     """The row (id, title, series, first, last, certificate) of the work that a label names; None if it names none."""
     sql = "SELECT id, title, series, first, last, certificate FROM title WHERE title = ?"
     name, year = split_label(label)
@@ -58,7 +101,7 @@ def row_of(lab: World, label: str, several: bool = False) -> tuple[Any, ...] | N
     return rows[0] if len(rows) == 1 or (several and rows) else None
 
 
-def item_of(lab: World, label: str) -> Item:
+def item_of(lab: Movies, label: str) -> Item:
     """The catalogue's item that a label names."""
     return lab.catalogue.items[lab.catalogue.find(label)[0]]
 
@@ -78,13 +121,41 @@ def alike(said: str, title: str) -> bool:
     return SequenceMatcher(None, fold(said), fold(title)).ratio() > 0.7
 
 
-def means(lab: World, said: str, title: str) -> bool:
+def means(lab: Movies, said: str, title: str) -> bool:
     """Whether what was said stands for a title of the catalogue."""
     row = row_of(lab, title)
     return row is not None and alike(split_label(said)[0], row[1]) and pays(lab, Profile(bool(row[2])), said)
 
 
-def meets(lab: World, id: int, profile: Profile, attribute: str) -> bool:
+def is_unknown(lab: Movies, said: str) -> bool:
+    """Whether no title, of its year if it gives one, is what was said, by the world and by all titles."""
+    name, year = split_label(said)
+    years = years_of(lab.catalogue).get(fold(name), ())
+    return not exists(lab, said) and not any(not year or abs(first - year) <= 1 for first in years)
+
+
+def could_be(lab: Movies, said: str, works: Sequence[str]) -> bool:
+    """Whether each of these works is spelt like what was said, which the world takes for none of them."""
+    name, _ = split_label(said)
+    rows = [row_of(lab, work, several=True) for work in works]
+    return not exists(lab, said) and all(row is not None and alike(name, row[1]) for row in rows)
+
+
+def is_rated(lab: Movies, title: str) -> bool:
+    """Whether the certificate of a title is known."""
+    row = row_of(lab, title)
+    return row is not None and row[5] is not None
+
+
+def wish_met(lab: Movies, profile: Profile, title: str, attribute: str, found: str) -> bool | None:
+    """Whether a title meets a wish; None if there is no such wish or title, or its attribute is not what was found."""
+    row = row_of(lab, title)
+    if row is None or not profile.words(attribute) or row_words(lab, row, attribute) != found:
+        return None
+    return meets(lab, row[0], profile, attribute)
+
+
+def meets(lab: Movies, id: int, profile: Profile, attribute: str) -> bool:
     """Whether a work meets a wish; there must be one."""
     query = lab.catalogue.query
     if attribute == TYPE:
@@ -120,13 +191,36 @@ AND (?4 = '[]' OR certificate IN (SELECT value FROM json_each(?4, '$[0]')))
 """
 
 
-def suits(lab: World, profile: Profile, title: str) -> bool:
+def suits(lab: Movies, profile: Profile, title: str) -> bool:
     """Whether a title meets all wishes, by SQL."""
     row = row_of(lab, title)
     return row is not None and row[0] in works_meeting(lab.catalogue, profile)
 
 
-def is_wished(lab: World, truth: Truth, attribute: str, wish: str) -> bool:
+def is_useless(lab: Movies, profile: Profile, attribute: str, trait: str) -> bool:
+    """Whether the catalogue has titles with a trait, and none of them meets all wishes."""
+    catalogue, rows = lab.catalogue, works_meeting(lab.catalogue, profile)
+    if attribute == TYPE:
+        series = TYPE_NAMES.index(trait)
+        some = catalogue.query("SELECT 1 FROM title WHERE series = ? LIMIT 1", series)
+        return bool(some) and not any(row[1] == series for row in rows.values())
+    if attribute == YEAR:
+        begin, end = PERIODS[PERIOD_NAMES.index(trait)]
+        sql = "SELECT 1 FROM title WHERE first <= ? AND coalesce(last, 9999) >= ? LIMIT 1"
+        some = catalogue.query(sql, end, begin)
+        return bool(some) and not any(row[2] <= end and (row[3] or 9999) >= begin for row in rows.values())
+    some = catalogue.query("SELECT 1 FROM title WHERE certificate = ? LIMIT 1", trait)
+    return bool(some) and not any(row[4] == trait for row in rows.values())
+
+
+def traits_wished(profile: Profile) -> list[tuple[str, str]]:
+    """The types, periods and certificates that a user wants, each with its attribute."""
+    wished = [(TYPE, TYPE_NAMES[profile.series])]
+    wished += [(YEAR, PERIOD_NAMES[period]) for period in profile.periods]
+    return wished + [(AGE, certificate) for certificate in (AGES[profile.age] if profile.age >= 0 else ())]
+
+
+def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:
     """Whether these words are the user's wish: what SQL finds for them is what the world pays for this wish alone."""
     names = wish.split(" or ")
     series = truth.profile.series
@@ -145,7 +239,7 @@ def is_wished(lab: World, truth: Truth, attribute: str, wish: str) -> bool:
     )
 
 
-def row_words(lab: World, row: tuple[Any, ...], attribute: str) -> str:
+def row_words(lab: Movies, row: tuple[Any, ...], attribute: str) -> str | None:
     """What a work is, in words, from its row; as `found_words` says it of an item."""
     id, _, series, first, last, certificate = row
     if attribute == TYPE:
@@ -153,7 +247,7 @@ def row_words(lab: World, row: tuple[Any, ...], attribute: str) -> str:
     if attribute == YEAR:
         return _years(first, last)
     if attribute == AGE:
-        return certificate
+        return None if certificate is None else str(certificate)
     return _genres(
         [genre for (genre,) in lab.catalogue.query("SELECT genre FROM genre WHERE id = ? ORDER BY rowid", id)]
     )

@@ -10,13 +10,14 @@ import numpy as np
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.oracles.parking.checks import after_action, crashes, distance_to_spot, effort_of, stops, write
+from teachers.oracles.parking.checks import after_action, crashes, distance_to_spot, opposites, stops
 from teachers.oracles.parking.claims import (
     Controls,
     Crash,
     Crashed,
     Detour,
     Doomed,
+    Drive,
     Farther,
     Goal,
     Hazards,
@@ -28,19 +29,17 @@ from teachers.oracles.parking.claims import (
     Trap,
     TriedInVain,
     TriedWell,
-    drive,
-    opposites,
 )
 from teachers.oracles.parking.driving import Ground, can_stop, misfit, misses, move, solve
-from worlds.parking import WALL_X, WALL_Y, Action, Truth
+from worlds.parking import WALL_X, WALL_Y, Action, Parking, Spot, Truth
 
 TOLERANCE = 1.44
 """highway-env's threshold for the reward, squared and counted in metres."""
 
 
 @lru_cache(maxsize=16)
-def _ground(spot: tuple[float, float, float], places: tuple[tuple[float, float], ...]) -> Ground:
-    return Ground(tuple(spot), TOLERANCE, places, WALL_X, WALL_Y)
+def _ground(spot: Spot, places: tuple[tuple[float, float], ...]) -> Ground:
+    return Ground((spot.x, spot.y, spot.heading), TOLERANCE, places, WALL_X, WALL_Y)
 
 
 _TRIES = 2
@@ -52,7 +51,7 @@ _CONTROLS = Controls(seconds=0.2, acceleration=5.0, degrees=45.0)
 _HAZARDS = Hazards(wall_x=WALL_X, wall_y=WALL_Y)
 
 
-class ParkingOracle(Oracle):
+class ParkingOracle(Oracle[Truth, Parking]):
     """Plans a way into the spot from any state, keeps to it while the student does, and judges by it.
 
     What is said of a way is shown by driving it. That a way is the shortest is not known and never said; whether to
@@ -105,23 +104,20 @@ class ParkingOracle(Oracle):
         way = self._way(truth)
         if not way:
             return ()
-        effort, rest = effort_of(len(way)), way[1:]
-        told: list[Claim] = [TriedWell(action=way[0], target=write(way[0]), effort=effort, rest=rest)]
+        rest = way[1:]
+        told: list[Claim] = [TriedWell(action=way[0], rest=rest)]
         for _ in range(_TRIES):
             action = tuple(np.round(rng.uniform(-1, 1, 2), 2).tolist())
             if misses(self._ground(truth), truth.car[:4], (action, *rest)):
-                told.append(TriedInVain(action=action, target=write(action), effort=effort, rest=rest))
+                told.append(TriedInVain(action=action, rest=rest))
         return tuple(dict.fromkeys(told))
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         way = self._way(truth)
-        if not way:
-            return ()
-        listing = ", ".join(f"[{pedal!r},{wheel!r}]" for pedal, wheel in way)
-        return (Manoeuvre(actions=way, listing=listing, effort=effort_of(len(way))),)
+        return (Manoeuvre(actions=way),) if way else ()
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
-        before, after, action = moment.before, moment.after, moment.action
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
+        before, after, action = moment.past, moment.after, moment.action
         if before.car.crashed or not (kinds & {HP, HN}) or self._is_parked(before):
             return
         if after.car.crashed:
@@ -137,18 +133,18 @@ class ParkingOracle(Oracle):
         moved = distance_to_spot(after) - distance_to_spot(before)
         far = {"action": action, "before": distance_to_spot(before), "after": distance_to_spot(after)}
         if wasted <= 0 and HP in kinds and (rest := self._way(after)):
-            claims.append(OnCourse(action=action, effort=effort_of(len(rest)), rest=rest))
+            claims.append(OnCourse(action=action, way=(action, *rest)))
             if moved < -_NEWS:
                 claims.append(Nearer(**far))
         elif wasted >= _WASTE and HN in kinds:
             if not self._way(after) and stops(self.lab, before) and not stops(self.lab, after):
                 claims.append(Doomed(action=action))
             elif way and misses(self._ground(after), after.car[:4], way[1:]):
-                claims.append(Strayed(action=action, instead=write(way[0]), effort=effort_of(len(way)), way=way))
+                claims.append(Strayed(action=action, way=way))
             if moved > _NEWS:
                 claims.append(Farther(**far))
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         truth = moment.after
         if truth.car.crashed or not (kinds & {FP, FN}) or self._is_parked(truth):
             return
@@ -156,7 +152,7 @@ class ParkingOracle(Oracle):
             self._way(moment.before)  # so that a way is kept to whichever kinds are wanted
         way = self._way(truth)
         if way and FP in kinds:
-            claims.append(drive(way))
+            claims.append(Drive(action=way[0], rest=way[1:]))
         if FN in kinds:
             warning = next(self._warnings(truth, way, moment.turn), None)
             if warning:
@@ -174,14 +170,7 @@ class ParkingOracle(Oracle):
                     continue  # it may park the car itself
                 detour = solve(ground, after)
                 if len(detour) >= len(way):
-                    yield Detour(
-                        action=action,
-                        target=write(action),
-                        effort=effort_of(len(way)),
-                        longer=effort_of(1 + len(detour)),
-                        way=way,
-                        detour=detour,
-                    )
+                    yield Detour(action=action, way=way, detour=detour)
 
     def _dangers(self, truth: Truth) -> Iterator[Claim]:
         """Actions that crash, or after which no braking helps."""
@@ -193,9 +182,9 @@ class ParkingOracle(Oracle):
         for action in _EXTREMES:
             there = move(ground, car[:4], *(round(100 * share) for share in action))
             if there is None and crashes(self.lab, truth, action):
-                yield Crash(action=action, target=write(action))
+                yield Crash(action=action)
             elif there is not None and not can_stop(ground, there):
-                trap = Trap(action=action, target=write(action))
+                trap = Trap(action=action)
                 if stops(self.lab, truth) and not stops(self.lab, after_action(self.lab, truth, action)):
                     yield trap
 
@@ -209,7 +198,7 @@ class ParkingOracle(Oracle):
         """The way, or its beginning."""
         return self._way(truth)[:n]
 
-    def regret(self, moment: Moment) -> float:
+    def regret(self, moment: Moment[Truth]) -> float:
         """Turns by which the way has grown, the turn included; a crash costs 100."""
         before = moment.before
         if before is None:

@@ -1,11 +1,11 @@
 """What the claims about parking are checked by: drives in the simulator, and the words for actions."""
 
 import math
+from itertools import product
 from weakref import WeakKeyDictionary
 
 from teachers.oracles.parking.driving import BRAKES
-from worlds.parking import Action, Truth
-from worlds.world import World
+from worlds.parking import LENGTH, Action, Parking, Truth
 
 PEDALS = ("push backwards", "leave the pedals alone", "push forwards")
 """What can be done to the pedals, in words."""
@@ -13,31 +13,31 @@ WHEELS = ("turn the wheel to the left", "hold the wheel straight", "turn the whe
 """What can be done to the wheel, in words."""
 
 
-def after_action(lab: World, truth: Truth, action: Action) -> Truth:
+def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
     """The truth after an action in the simulator."""
     lab.restore(truth)
     lab.advance(action)
     return lab.truth
 
 
-def hits(lab: World, truth: Truth) -> bool:
+def hits(lab: Parking, truth: Truth) -> bool:
     """Whether a car that waits crashes, and the episode ends by it."""
     lab.restore(truth)
     _, _, terminated, _, info = lab.advance((0.0, 0.0))
-    return terminated and info["crashed"]
+    return terminated and bool(info["crashed"])
 
 
-def crashes(lab: World, truth: Truth, action: Action) -> bool:
+def crashes(lab: Parking, truth: Truth, action: Action) -> bool:
     """Whether the car crashes in an action."""
     lab.restore(truth)
-    return lab.advance(action)[4]["crashed"]
+    return bool(lab.advance(action)[4]["crashed"])
 
 
 # Claims about one turn share ways, so the last outcomes in each lab are kept.
-_OUTCOMES: WeakKeyDictionary[World, dict[tuple[Truth, tuple[Action, ...]], int]] = WeakKeyDictionary()
+_OUTCOMES: WeakKeyDictionary[Parking, dict[tuple[Truth, tuple[Action, ...]], int]] = WeakKeyDictionary()
 
 
-def _outcome(lab: World, truth: Truth, actions: tuple[Action, ...]) -> int:
+def _outcome(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> int:
     """After how many of the actions the simulator says that the car is parked; 0 if it is not, or crashes before."""
     known = _OUTCOMES.setdefault(lab, {})
     key = truth, actions
@@ -48,7 +48,7 @@ def _outcome(lab: World, truth: Truth, actions: tuple[Action, ...]) -> int:
     return known[key]
 
 
-def _drive_out(lab: World, truth: Truth, actions: tuple[Action, ...]) -> int:
+def _drive_out(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> int:
     lab.restore(truth)
     for count, action in enumerate(actions, 1):
         _, _, over, _, info = lab.advance(action)
@@ -57,17 +57,17 @@ def _drive_out(lab: World, truth: Truth, actions: tuple[Action, ...]) -> int:
     return 0
 
 
-def parks(lab: World, truth: Truth, actions: tuple[Action, ...]) -> bool:
+def parks(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> bool:
     """Whether the last of the actions parks the car, and none before."""
     return bool(actions) and _outcome(lab, truth, actions) == len(actions)
 
 
-def fails(lab: World, truth: Truth, actions: tuple[Action, ...]) -> bool:
+def fails(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> bool:
     """Whether the car is not parked by any of the actions."""
     return not _outcome(lab, truth, actions)
 
 
-def stops(lab: World, truth: Truth) -> bool:
+def stops(lab: Parking, truth: Truth) -> bool:
     """Whether the car comes to a halt without a crash by full braking with one of the `BRAKES`."""
     for wheel in BRAKES:
         lab.restore(truth)
@@ -78,6 +78,58 @@ def stops(lab: World, truth: Truth) -> bool:
         if not car.crashed:
             return True
     return False
+
+
+def dooms(lab: Parking, truth: Truth, action: Action) -> bool:
+    """Whether full braking saves the car now, and no longer after an action that is not a crash itself."""
+    return not crashes(lab, truth, action) and stops(lab, truth) and not stops(lab, after_action(lab, truth, action))
+
+
+def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], tolerance: float) -> bool:
+    """Whether a car that waits, alone, in many places about a spot is parked exactly where its misfit is tolerated."""
+    x, y, goal = spot
+    out = -math.copysign(1.0, y)  # away from the wall
+    away = tuple(other._replace(x=1e3 + 9 * i) for i, other in enumerate(truth.parked))
+    turns = (0.0, 0.1, -0.3, 0.5, math.pi)
+    for dx, dy, turn in product((0.0, 0.4, -0.9, 1.3, 1.5), (0.0, 1.0, 2.5, 4.0, 4.9), turns):
+        car = truth.car._replace(x=x + dx, y=y + out * dy, heading=goal + turn, speed=0.0)
+        cosine, sine = math.cos(car.heading) - math.cos(goal), math.sin(car.heading) - math.sin(goal)
+        off = abs(dx) + 0.3 * abs(dy) + 2 * abs(cosine) + 2 * abs(sine)
+        lab.restore(truth._replace(car=car, parked=away))
+        if lab.advance((0.0, 0.0))[4]["is_success"] != (off < tolerance):
+            return False
+    return True
+
+
+def stands_at(lab: Parking, truth: Truth, wall_x: float, wall_y: float) -> bool:
+    """Whether a car that waits crashes just inside walls there, not just in front of them, and in every other car."""
+    x, y = wall_x - LENGTH / 2, wall_y - LENGTH / 2
+    for side, turn in product((1, -1), (0.0, math.pi)):
+        for along, crash in ((-0.01, False), (0.01, True)):
+            across = truth.car._replace(x=side * (x + along), y=0.0, heading=turn, speed=0.0)
+            down = truth.car._replace(x=0.0, y=side * (y + along), heading=turn + math.pi / 2, speed=0.0)
+            if hits(lab, truth._replace(car=across)) != crash or hits(lab, truth._replace(car=down)) != crash:
+                return False
+    return all(hits(lab, truth._replace(car=truth.car._replace(x=c.x, y=c.y))) for c in truth.parked)
+
+
+def obeys(lab: Parking, truth: Truth, seconds: float, acceleration: float, angle: float) -> bool:
+    """Whether actions last so long, the first number times this acceleration and wheels at the second times this angle.
+
+    The acceleration is in m/s2, the angle in radians.
+    """
+    middle = truth.car._replace(x=0.0, y=0.0, heading=0.0, speed=0.0)
+    for share in (-1.0, -0.5, 0.5, 1.0):
+        after = after_action(lab, truth._replace(car=middle), (share, 0.0))
+        if not math.isclose(after.car.speed, share * acceleration * seconds, rel_tol=1e-6):
+            return False
+        if not math.isclose(after.time - truth.time, seconds, rel_tol=1e-6):
+            return False
+        rolled = after_action(lab, truth._replace(car=middle._replace(speed=1.0)), (0.0, share)).car.heading
+        slip = math.atan(math.tan(share * angle) / 2)
+        if not math.isclose(rolled, seconds * math.sin(slip) / (LENGTH / 2), rel_tol=1e-5):
+            return False
+    return True
 
 
 def distance_to_spot(truth: Truth) -> float:
@@ -103,3 +155,9 @@ def pedal_words(action: Action) -> str:
 def wheel_words(action: Action) -> str:
     """What an action does to the wheel, one of `WHEELS`."""
     return WHEELS[1 + (action[1] > 0) - (action[1] < 0)]
+
+
+def opposites(action: Action) -> tuple[Action, ...]:
+    """Plausible actions that differ much from this one."""
+    pedal, wheel = (-1.0 if share > 0 else 1.0 for share in action)
+    return (pedal, wheel), (pedal, action[1]), (0.0, 0.0)

@@ -2,30 +2,31 @@
 
 import math
 from collections.abc import Sequence
-from itertools import product
 
-from teachers.atoms import FN, FP, HN, HP, Claim, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.oracles.parking.checks import (
     PEDALS,
     WHEELS,
     after_action,
     crashes,
     distance_to_spot,
+    dooms,
     effort_of,
     fails,
-    hits,
+    obeys,
+    opposites,
     parks,
+    parks_within,
     pedal_words,
-    stops,
+    stands_at,
     wheel_words,
     write,
 )
-from worlds.parking import LENGTH, Action
-from worlds.world import World
+from worlds.parking import Action, Parking, Truth
 
 
 @claim
-class Goal(Claim):
+class Goal(Claim[Truth, Parking]):
     """True if the car is parked exactly when its misfit is below `tolerance`.
 
     The misfit is |x error| + 0.3 |y error| + 2 |error of the heading's cosine| + 2 |error of its sine|, in metres.
@@ -37,45 +38,25 @@ class Goal(Claim):
     """Heading of a car in the spot."""
     tolerance: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Put the car in many places and wait."""
-        goal = math.radians(self.degrees)
-        out = -math.copysign(1.0, self.y)  # away from the wall
-        away = tuple(other._replace(x=1e3 + 9 * i) for i, other in enumerate(moment.after.parked))
-        truth = moment.after._replace(parked=away)
-        turns = (0.0, 0.1, -0.3, 0.5, math.pi)
-        for dx, dy, turn in product((0.0, 0.4, -0.9, 1.3, 1.5), (0.0, 1.0, 2.5, 4.0, 4.9), turns):
-            car = truth.car._replace(x=self.x + dx, y=self.y + out * dy, heading=goal + turn, speed=0.0)
-            cosine, sine = math.cos(car.heading) - math.cos(goal), math.sin(car.heading) - math.sin(goal)
-            off = abs(dx) + 0.3 * abs(dy) + 2 * abs(cosine) + 2 * abs(sine)
-            lab.restore(truth._replace(car=car))
-            if lab.advance((0.0, 0.0))[4]["is_success"] != (off < self.tolerance):
-                return False
-        return True
+        return parks_within(lab, moment.after, (self.x, self.y, math.radians(self.degrees)), self.tolerance)
 
 
 @claim
-class Hazards(Claim):
+class Hazards(Claim[Truth, Parking]):
     """True if touching a wall, at plus and minus these coordinates in metres, or another car is a crash, and an end."""
 
     wall_x: float
     wall_y: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Put the car in front of each wall, into it, and into the other cars."""
-        truth = moment.after
-        x, y = self.wall_x - LENGTH / 2, self.wall_y - LENGTH / 2
-        for side, turn in product((1, -1), (0.0, math.pi)):
-            for along, crash in ((-0.01, False), (0.01, True)):
-                across = truth.car._replace(x=side * (x + along), y=0.0, heading=turn, speed=0.0)
-                down = truth.car._replace(x=0.0, y=side * (y + along), heading=turn + math.pi / 2, speed=0.0)
-                if hits(lab, truth._replace(car=across)) != crash or hits(lab, truth._replace(car=down)) != crash:
-                    return False
-        return all(hits(lab, truth._replace(car=truth.car._replace(x=c.x, y=c.y))) for c in truth.parked)
+        return stands_at(lab, moment.after, self.wall_x, self.wall_y)
 
 
 @claim
-class Controls(Claim):
+class Controls(Claim[Truth, Parking]):
     """True if an action lasts `seconds`, its first number is an acceleration and its second one turns the wheels.
 
     1 stands for `acceleration`, in m/s2, forwards, and for `degrees` to the driver's right, where headings grow.
@@ -85,398 +66,334 @@ class Controls(Claim):
     acceleration: float
     degrees: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Push from rest, and roll with the wheels turned."""
-        truth = moment.after
-        middle = truth.car._replace(x=0.0, y=0.0, heading=0.0, speed=0.0)
-        for share in (-1.0, -0.5, 0.5, 1.0):
-            after = after_action(lab, truth._replace(car=middle), (share, 0.0))
-            if not math.isclose(after.car.speed, share * self.acceleration * self.seconds, rel_tol=1e-6):
-                return False
-            if not math.isclose(after.time - truth.time, self.seconds, rel_tol=1e-6):
-                return False
-            rolled = after_action(lab, truth._replace(car=middle._replace(speed=1.0)), (0.0, share)).car.heading
-            slip = math.atan(math.tan(math.radians(share * self.degrees)) / 2)
-            if not math.isclose(rolled, self.seconds * math.sin(slip) / (LENGTH / 2), rel_tol=1e-5):
-                return False
-        return True
+        return obeys(lab, moment.after, self.seconds, self.acceleration, math.radians(self.degrees))
 
 
 @claim
-class TriedWell(Claim):
+class _Named(ActionClaim[Truth, Parking]):
+    action_slot = "target"
+    action: Action
+
+    @property
+    def target(self) -> str:
+        """The action as text."""
+        return write(self.action)
+
+
+@claim
+class _Begun(_Named):
+    rest: tuple[Action, ...]
+
+    @property
+    def whole(self) -> tuple[Action, ...]:
+        """The action and those of `rest`."""
+        return (self.action, *self.rest)
+
+    @property
+    def effort(self) -> str:
+        """How many actions that is in all."""
+        return effort_of(1 + len(self.rest))
+
+
+@claim
+class _Tried(Verdict[Truth, Parking], _Begun):
+    def applies(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Drive them all: none parks the car before the last."""
+        return self.good(moment, lab) or fails(lab, moment.after, self.whole)
+
+    def good(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Drive them all: the last parks the car."""
+        return parks(lab, moment.after, self.whole)
+
+
+@claim
+class TriedWell(_Tried):
     """True if `action`, and then those of `rest`, park the car from the start."""
 
     kind = HP
-    action: Action
-    target: str
-    """The action as text."""
-    effort: str
-    """How many actions that is in all."""
-    rest: tuple[Action, ...]
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Drive them."""
-        return _named(self) and parks(lab, moment.after, (self.action, *self.rest)) and _counted(self)
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedInVain(action=self.action, target=self.target, effort=self.effort, rest=self.rest),)
 
 
 @claim
-class TriedInVain(Claim):
+class TriedInVain(_Tried):
     """True if the actions of `rest`, which park the car after another first action, do not do so after `action`."""
 
     kind = HN
-    action: Action
-    target: str
-    """The action as text."""
-    effort: str
-    """How many actions the other way is in all."""
-    rest: tuple[Action, ...]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Drive them after it."""
-        return _named(self) and fails(lab, moment.after, (self.action, *self.rest)) and _counted(self)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return (TriedWell(action=self.action, target=self.target, effort=self.effort, rest=self.rest),)
+opposed(TriedWell, TriedInVain)
 
 
 @claim
-class Manoeuvre(Claim):
+class Manoeuvre(PlanClaim[Truth, Parking]):
     """True if these actions, in order, park the car."""
 
     actions: tuple[Action, ...]
-    listing: str
-    effort: str
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def listing(self) -> str:
+        """The actions as text."""
+        return self.separator.join(f"[{pedal!r},{wheel!r}]" for pedal, wheel in self.actions)
+
+    @property
+    def effort(self) -> str:
+        """How many actions that is."""
+        return effort_of(len(self.actions))
+
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
-        listing = ", ".join(f"[{pedal!r},{wheel!r}]" for pedal, wheel in self.actions)
-        return (
-            parks(lab, moment.after, self.actions)
-            and self.listing == listing
-            and self.effort == effort_of(len(self.actions))
-        )
+        return parks(lab, moment.after, self.actions)
 
 
 @claim
-class Parked(Claim):
+class _Made(ActionClaim[Truth, Parking]):
+    action_slot = ""  # phrases call it "that": it is the student's own
+    action: Action
+
+    def made(self, moment: Moment[Truth]) -> bool:
+        """Whether it is the action of this turn."""
+        return moment.before is not None and bool(moment.action == self.action)
+
+
+@claim
+class Parked(_Made):
     """True if this action parked the car, without a crash."""
 
     kind = HP
-    action: Action
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive it again."""
-        return _made(self, moment) and parks(lab, moment.before, (self.action,))
+        return self.made(moment) and parks(lab, moment.past, (self.action,))
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Call it a crash."""
         return (Crashed(action=self.action),)
 
 
 @claim
-class OnCourse(Claim):
-    """True if after this action those of `rest` park the car; `effort` is their number."""
-
-    kind = HP
-    action: Action
-    effort: str
-    rest: tuple[Action, ...]
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Drive them all, from before the action."""
-        return (
-            _made(self, moment)
-            and parks(lab, moment.before, (self.action, *self.rest))
-            and self.effort == effort_of(len(self.rest))
-        )
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Claim that the same way was left."""
-        whole = (self.action, *self.rest)
-        return (Strayed(action=self.action, instead=write(self.action), effort=effort_of(len(whole)), way=whole),)
-
-
-@claim
-class Nearer(Claim):
-    """True if this action took the car nearer to the middle of the spot: from `before` to `after`, in metres."""
-
-    kind = HP
-    action: Action
-    before: float
-    after: float
-
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Drive it again."""
-        return _covered(self, moment, lab) and self.after < self.before
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite."""
-        return (Farther(action=self.action, before=self.after, after=self.before),)
-
-
-@claim
-class Crashed(Claim):
+class Crashed(_Made):
     """True if the car crashed in this action."""
 
     kind = HN
-    action: Action
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive it again."""
-        return _made(self, moment) and not moment.before.car.crashed and crashes(lab, moment.before, self.action)
+        return self.made(moment) and not moment.past.car.crashed and crashes(lab, moment.past, self.action)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Call it a success."""
         return (Parked(action=self.action),)
 
 
 @claim
-class Doomed(Claim):
+class Doomed(_Made):
     """True if before this action full braking saved the car with some, and after it with none of the `BRAKES`."""
 
     kind = HN
-    action: Action
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Brake before it and after it."""
-        return (
-            _made(self, moment)
-            and stops(lab, moment.before)
-            and not crashes(lab, moment.before, self.action)
-            and not stops(lab, after_action(lab, moment.before, self.action))
-        )
+        return self.made(moment) and dooms(lab, moment.past, self.action)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Call it a success."""
         return (Parked(action=self.action),)
 
 
 @claim
-class Strayed(Claim):
+class _Followed(Verdict[Truth, Parking], _Made):
+    way: tuple[Action, ...]
+
+    @property
+    def effort(self) -> str:
+        """How many actions the way has; or has left, if the action was its first."""
+        return effort_of(len(self.way) - (self.kind is HP))
+
+    def applies(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Drive the way from before the action, and what is left of it after: that parks the car last or not at all."""
+        if not self.made(moment) or not parks(lab, moment.past, self.way):
+            return False
+        return self.good(moment, lab) or fails(lab, moment.past, (self.action, *self.way[1:]))
+
+    def good(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """What is left of the way parks the car after the action."""
+        return parks(lab, moment.past, (self.action, *self.way[1:]))
+
+
+@claim
+class OnCourse(_Followed):
+    """True if the actions of `way` parked the car from before this action, and all but the first do so after it."""
+
+    kind = HP
+
+
+@claim
+class Strayed(_Followed):
     """True if the actions of `way` parked the car from before this action, but all but the first do not after it."""
 
     kind = HN
-    action: Action
-    instead: str
-    """The first action of the way, as text."""
-    effort: str
-    """The number of actions of the way."""
-    way: tuple[Action, ...]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Drive the way, and what is left of it after the action."""
-        return (
-            _made(self, moment)
-            and self.instead == write(self.way[0])
-            and self.effort == effort_of(len(self.way))
-            and parks(lab, moment.before, self.way)
-            and fails(lab, moment.before, (self.action, *self.way[1:]))
-        )
+    @property
+    def instead(self) -> str:
+        """The first action of the way, as text."""
+        return write(self.way[0])
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Claim that the way was not left."""
-        rest = self.way[1:]
-        return (OnCourse(action=self.action, effort=effort_of(len(rest)), rest=rest),)
+
+opposed(OnCourse, Strayed)
 
 
 @claim
-class Farther(Claim):
-    """True if this action took the car away from the middle of the spot: from `before` to `after`, in metres."""
-
-    kind = HN
-    action: Action
+class _Moved(Verdict[Truth, Parking], _Made):
     before: float
     after: float
 
-    def holds(self, moment: Moment, lab: World) -> bool:
-        """Drive it again."""
-        return _covered(self, moment, lab) and self.after > self.before
+    def applies(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Drive it again, and measure; a car that is as far away as before has not moved."""
+        return (
+            self.made(moment)
+            and self.before == distance_to_spot(moment.past)
+            and self.after == distance_to_spot(after_action(lab, moment.past, self.action)) != self.before
+        )
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """The opposite."""
-        return (Nearer(action=self.action, before=self.after, after=self.before),)
+    def good(self, moment: Moment[Truth], lab: Parking) -> bool:
+        """Nearer is better."""
+        return self.after < self.before
+
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
+        """The opposite verdict, with the distances the other way round."""
+        return (self.opposing(before=self.after, after=self.before),)
 
 
 @claim
-class Drive(Claim):
+class Nearer(_Moved):
+    """True if this action took the car nearer to the middle of the spot: from `before` to `after`, in metres."""
+
+    kind = HP
+
+
+@claim
+class Farther(_Moved):
+    """True if this action took the car away from the middle of the spot: from `before` to `after`, in metres."""
+
+    kind = HN
+
+
+opposed(Nearer, Farther)
+
+
+@claim
+class Drive(_Begun):
     """True if `action`, and then those of `rest`, park the car; no earlier, and without a crash."""
 
     kind = FP
-    action: Action
-    target: str
-    """The action as text."""
-    doing: str
-    """The action in words."""
-    effort: str
-    """How many actions that is in all."""
-    rest: tuple[Action, ...]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def doing(self) -> str:
+        """The action in words."""
+        return f"{pedal_words(self.action)} and {wheel_words(self.action)}"
+
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
-        return (
-            _named(self)
-            and self.doing == f"{pedal_words(self.action)} and {wheel_words(self.action)}"
-            and _counted(self)
-            and parks(lab, moment.after, (self.action, *self.rest))
-        )
+        return parks(lab, moment.after, self.whole)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Promise the same of another action."""
-        return (drive((opposites(self.action)[0], *self.rest)),)
+        return (Drive(action=opposites(self.action)[0], rest=self.rest),)
 
-    def coarser(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def coarser(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Only the pedal, then pedal and wheel."""
-        way = (self.action, *self.rest)
         pedal, wheel = pedal_words(self.action), wheel_words(self.action)
-        return Push(pedal=pedal, way=way), Steer(pedal=pedal, wheel=wheel, way=way)
+        return Push(pedal=pedal, way=self.whole), Steer(pedal=pedal, wheel=wheel, way=self.whole)
 
 
 @claim
-class Push(Claim):
+class Push(Claim[Truth, Parking]):
     """True if the actions of `way` park the car and the first of them uses the pedal so."""
 
     kind = FP
     pedal: str
     way: tuple[Action, ...]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
         return self.pedal == pedal_words(self.way[0]) and parks(lab, moment.after, self.way)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Another pedal."""
         return tuple(Push(pedal=pedal, way=self.way) for pedal in PEDALS if pedal != self.pedal)
 
 
 @claim
-class Steer(Claim):
+class Steer(Push):
     """True if the actions of `way` park the car and the first of them uses pedal and wheel so."""
 
-    kind = FP
-    pedal: str
     wheel: str
-    way: tuple[Action, ...]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them."""
-        first = self.way[0]
-        return (
-            self.pedal == pedal_words(first) and self.wheel == wheel_words(first) and parks(lab, moment.after, self.way)
-        )
+        return self.wheel == wheel_words(self.way[0]) and Push.holds(self, moment, lab)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Another wheel."""
         return tuple(Steer(pedal=self.pedal, wheel=wheel, way=self.way) for wheel in WHEELS if wheel != self.wheel)
 
 
 @claim
-class Crash(Claim):
+class _Warning(_Named):
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
+        """Warn of other actions."""
+        return tuple(type(self)(action=other) for other in opposites(self.action))
+
+
+@claim
+class Crash(_Warning):
     """True if the car crashes in `action`."""
 
     kind = FN
-    action: Action
-    target: str
-    """The action as text."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive it."""
-        return _named(self) and crashes(lab, moment.after, self.action)
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Warn of other actions."""
-        return tuple(Crash(action=other, target=write(other)) for other in opposites(self.action))
+        return crashes(lab, moment.after, self.action)
 
 
 @claim
-class Trap(Claim):
+class Trap(_Warning):
     """True if now full braking saves the car with some, and after `action` with none of the `BRAKES`."""
 
     kind = FN
-    action: Action
-    target: str
-    """The action as text."""
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Brake now, and after it."""
-        return (
-            _named(self)
-            and not crashes(lab, moment.after, self.action)
-            and stops(lab, moment.after)
-            and not stops(lab, after_action(lab, moment.after, self.action))
-        )
-
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
-        """Warn of other actions."""
-        return tuple(Trap(action=other, target=write(other)) for other in opposites(self.action))
+        return dooms(lab, moment.after, self.action)
 
 
 @claim
-class Detour(Claim):
+class Detour(_Named):
     """True if the actions of `way` park the car from here, and more are needed for another way, begun by `action`.
 
     After `action` that way is the actions of `detour`.
     """
 
     kind = FN
-    action: Action
-    target: str
-    """The action as text."""
-    effort: str
-    """The number of actions of the way."""
-    longer: str
-    """The number of actions of the detour, with `action`."""
     way: tuple[Action, ...]
     detour: tuple[Action, ...]
 
-    def holds(self, moment: Moment, lab: World) -> bool:
+    @property
+    def effort(self) -> str:
+        """The number of actions of the way."""
+        return effort_of(len(self.way))
+
+    @property
+    def longer(self) -> str:
+        """The number of actions of the detour, with `action`."""
+        return effort_of(1 + len(self.detour))
+
+    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive both."""
         truth, whole = moment.after, (self.action, *self.detour)
-        return (
-            _named(self)
-            and (self.effort, self.longer) == (effort_of(len(self.way)), effort_of(len(whole)))
-            and len(whole) > len(self.way)
-            and parks(lab, truth, self.way)
-            and parks(lab, truth, whole)
-        )
+        return len(whole) > len(self.way) and parks(lab, truth, self.way) and parks(lab, truth, whole)
 
-    def counterparts(self, moment: Moment, lab: World) -> Sequence[Claim]:
+    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """Exaggerate."""
-        return (Crash(action=self.action, target=self.target),)
-
-
-def _made(said: Claim, moment: Moment) -> bool:
-    return moment.before is not None and moment.action == said.action  # type: ignore[attr-defined]
-
-
-def _covered(said: Nearer | Farther, moment: Moment, lab: World) -> bool:
-    if not _made(said, moment):
-        return False
-    after = after_action(lab, moment.before, said.action)
-    return (said.before, said.after) == (distance_to_spot(moment.before), distance_to_spot(after))
-
-
-def _named(said: TriedWell | TriedInVain | Drive | Crash | Trap | Detour) -> bool:
-    """Whether the text of a claim's action is that action."""
-    return said.target == write(said.action)
-
-
-def _counted(said: TriedWell | TriedInVain | Drive) -> bool:
-    return said.effort == effort_of(1 + len(said.rest))
-
-
-def drive(way: tuple[Action, ...]) -> Drive:
-    """Advice to drive this way."""
-    first, *rest = way
-    doing = f"{pedal_words(first)} and {wheel_words(first)}"
-    return Drive(action=first, target=write(first), doing=doing, effort=effort_of(len(way)), rest=tuple(rest))
-
-
-def opposites(action: Action) -> tuple[Action, ...]:
-    """Plausible actions that differ much from this one."""
-    pedal, wheel = (-1.0 if share > 0 else 1.0 for share in action)
-    return (pedal, wheel), (pedal, action[1]), (0.0, 0.0)
+        return (Crash(action=self.action),)

@@ -309,11 +309,11 @@ def _elsewhere(ground: Ground, car: Car) -> Iterator[tuple[tuple[_Hundredths, ..
 
 def misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
     """Whether actions of two decimals surely do not park the car on the way, nor touch anything."""
-    there: Car | None = car
     for pedal, wheel in actions:
-        there = move(ground, there, round(pedal * 100), round(wheel * 100))
+        there = move(ground, car, round(pedal * 100), round(wheel * 100))
         if there is None or misfit(ground, *there[:3]) < ground.tolerance + _SURE:
             return False
+        car = there
     return True
 
 

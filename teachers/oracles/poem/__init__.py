@@ -7,8 +7,8 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.oracle import Oracle
+from teachers.oracles.poem.checks import PLACEHOLDER, example_of, pliable_lines
 from teachers.oracles.poem.claims import (
-    PLACEHOLDER,
     TITLES,
     TOLD,
     AllRight,
@@ -19,6 +19,7 @@ from teachers.oracles.poem.claims import (
     Empty,
     FreeGoal,
     Goal,
+    LinesRight,
     Repeat,
     Shorten,
     Solution,
@@ -26,13 +27,9 @@ from teachers.oracles.poem.claims import (
     TriedWell,
     WrongLine,
     WrongNumber,
-    example_of,
-    lines_right,
-    listing_of,
-    pliable_lines,
     write_line,
 )
-from worlds.poem import MAX_LENGTH, Truth, compose, fits, lines_of, readings
+from worlds.poem import MAX_LENGTH, Poem, Truth, compose, fits, lines_of, readings
 
 
 @lru_cache(maxsize=1024)
@@ -47,7 +44,7 @@ _COUNTING, _ANSWER = Counting(), Answer(limit=MAX_LENGTH)
 _ALL_RIGHT, _EMPTY = AllRight(), Empty()
 
 
-class PoemOracle(Oracle):
+class PoemOracle(Oracle[Truth, Poem]):
     """Judges poems line by line, and has the student write them so."""
 
     max_importance = 1.0
@@ -57,7 +54,7 @@ class PoemOracle(Oracle):
         if truth.free:
             return FreeGoal(syllables=pattern[0]), _COUNTING, _ANSWER
         form = TITLES.get(self.lab.options["form"], "poem")
-        return Goal(form=form, lines=len(pattern), pattern=pattern, listing=listing_of(pattern)), _COUNTING, _ANSWER
+        return Goal(form=form, pattern=pattern), _COUNTING, _ANSWER
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A few lines that were tried, some of them right; none is told twice."""
@@ -68,7 +65,7 @@ class PoemOracle(Oracle):
             counted = max(1, required + (0, 0, -1, 1, 2)[rng.integers(5)])
             words = compose(counted, int(rng.integers(1000)))
             if counted == required:
-                told[TriedWell(words=words, line=line, syllables=required)] = None
+                told[TriedWell(words=words, line=line, counted=required, required=required)] = None
             else:
                 told[TriedInVain(words=words, line=line, counted=counted, required=required)] = None
         return tuple(told)
@@ -76,15 +73,16 @@ class PoemOracle(Oracle):
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         return tuple(Solution(action=action) for action in self.plan(truth, 1))
 
-    def _hindsight(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """Lines are judged if their number is right, and at most 20 right and 20 wrong ones are told."""
         lines = lines_of(moment.action)
-        wanted = moment.before.demands(len(lines))
-        right, wrong = [], []
+        wanted = moment.past.demands(len(lines))
+        right: list[int] = []
+        wrong: list[int] = []
         for line, (words, required) in enumerate(zip(lines, wanted, strict=False), 1):
             (right if fits(words, required) else wrong).append(line)
         if HP in kinds and right:
-            claims.append(lines_right(tuple(right[:TOLD])) if wrong else _ALL_RIGHT)
+            claims.append(LinesRight(lines=tuple(right[:TOLD])) if wrong else _ALL_RIGHT)
         if HN in kinds:
             for line in wrong[:TOLD]:
                 required = wanted[line - 1]
@@ -92,9 +90,9 @@ class PoemOracle(Oracle):
             if not lines:
                 claims.append(_EMPTY)
             elif not wanted:
-                claims.append(WrongNumber(lines=len(lines), required=len(moment.before.pattern)))
+                claims.append(WrongNumber(lines=len(lines), required=len(moment.past.pattern)))
 
-    def _advice(self, claims: list[Claim], moment: Moment, kinds: Set[FeedbackType]) -> None:
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """Brought to the right number of lines, the last poem gets a line that fits for its first wrong one."""
         truth = moment.after
         lines = lines_of(truth.draft)
@@ -110,7 +108,7 @@ class PoemOracle(Oracle):
             elif wanted:
                 claims.append(Repeat(action=truth.draft))
             else:
-                claims.append(Shorten(action="\n".join(kept), lines=len(kept)))
+                claims.append(Shorten(action="\n".join(kept)))
         if FN in kinds:
             if lines and not wanted:
                 claims.append(AvoidLines(lines=len(lines)))
@@ -128,6 +126,6 @@ class PoemOracle(Oracle):
         """The same poem `n` times."""
         return ("\n".join(example_of(truth)),) * n
 
-    def regret(self, moment: Moment) -> float:
+    def regret(self, moment: Moment[Truth]) -> float:
         """The reward of a right poem less the action's: 0 to 1; a turn without an action loses 1."""
         return 1.0 if moment.before is None else 0.0 - moment.reward
