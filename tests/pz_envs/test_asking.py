@@ -1,0 +1,213 @@
+"""A student who asks, in every seating and form."""
+
+import numpy as np
+import pytest
+from gymnasium import spaces
+from gymnasium.utils.env_checker import check_env
+
+import llf_teacher
+from pz_envs.asking import ASK, asking_space, read_question
+from pz_envs.family import all_families
+from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.testing import require_aec
+from teachers.atoms import FN, FP, ParseFailure
+from teachers.common import MayAsk
+from worlds.spaces import Prose
+from worlds.testing import plain
+
+GRID = next(family for family in all_families() if "gridworld-v0" in family.environments)
+COST = 0.25
+QUESTION = 4  # of a student who has four actions
+
+
+def opened(**settings):
+    env = GRID.raw_env(ask_cost=COST, **settings)
+    env.reset(seed=3)
+    return env
+
+
+def quiet(env):
+    """Let the teacher say nothing."""
+    env.step("" if env.speech == "message" else 0)
+
+
+@pytest.mark.parametrize(
+    ("space", "asking", "plain_action"),
+    [
+        (spaces.Discrete(3), 3, 2),
+        (spaces.Discrete(3, start=2), 5, 4),
+        (Prose(), "ask", "go north"),
+        (Prose(), "Thought: hm.\nResponse: Ask!", "I ask you to go north"),
+        (spaces.Box(-1, 1, (2,)), {"action": np.zeros(2, "f4"), ASK: 1}, {"action": np.ones(2, "f4"), ASK: 0}),
+    ],
+)
+def test_how_a_question_is_put(space, asking, plain_action):
+    wide = asking_space(space)
+    assert read_question(asking, wide)[0] is True
+    asks, action = read_question(plain_action, wide)
+    assert asks is False
+    assert plain(action) == plain(plain_action["action"] if isinstance(plain_action, dict) else plain_action)
+    if not isinstance(space, Prose):
+        assert wide.contains(asking)
+
+
+@pytest.mark.parametrize("wrong", [1, None, {"action": 0}, {"action": 0, ASK: 2}, {"action": 0, ASK: 0, "why": 1}])
+def test_what_is_neither_a_question_nor_an_action(wrong):
+    with pytest.raises(
+        ValueError, match=r"must be a dict of `action` and `ask` \(0 or 1\), got .*the state is unchanged"
+    ):
+        read_question(wrong, asking_space(spaces.Box(-1, 1, (2,))))
+
+
+@pytest.mark.parametrize("speech", ["message", "kinds", "claims"])
+def test_a_question_costs_and_is_answered_and_the_world_waits(speech):
+    env = opened(speech=speech)
+    quiet(env)
+    before, turn = plain(env.world.save()), env.turn
+    env.step(QUESTION)
+    assert env.rewards == {TEACHER: 0.0, STUDENT: -COST}
+    assert env.agent_selection == TEACHER
+    assert env.infos[TEACHER]["asked"] is True
+    if speech == "message":
+        assert {atom.kind for atom in env.infos[TEACHER]["suggestion"].atoms} == {FP, FN}
+        env.step(env.infos[TEACHER]["suggestion"])
+    else:
+        assert env.observe(TEACHER)["asked"].tolist() == [1]
+        assert env.observe(TEACHER)["available"].tolist() == [0, 0, 0, 1, 1]
+        env.step(0b11000 if speech == "kinds" else 1)
+        if speech == "claims":
+            env.step(2)
+    assert {atom.kind for atom in env.observe(STUDENT)["feedback"].atoms} == {FP, FN}
+    assert env.rewards[TEACHER] < 0
+    assert env.agent_selection == STUDENT
+    assert (plain(env.world.save()), env.turn) == (before, turn)
+    env.step(0)
+    assert env.turn == turn + 1
+    if speech != "message":
+        assert env.observe(TEACHER)["asked"].tolist() == [0]
+
+
+def test_a_second_question_in_a_turn_costs_the_turn():
+    env = opened(speech="kinds", max_cycles=2)
+    quiet(env)
+    env.step(QUESTION)
+    quiet(env)
+    before = plain(env.world.save())
+    env.step(QUESTION)
+    assert type(env.moment.action) is ParseFailure
+    assert (env.turn, plain(env.world.save())) == (1, before)
+    quiet(env)
+    env.step(QUESTION)  # in the next turn it may ask again
+    assert env.turn == 1
+    quiet(env)
+    env.step(QUESTION)
+    quiet(env)
+    assert env.truncations[STUDENT]
+
+
+def test_who_may_not_ask_has_no_such_action():
+    env = GRID.raw_env(speech="kinds")
+    env.reset(seed=3)
+    quiet(env)
+    with pytest.raises(ValueError, match="action 4 is not in the action space"):
+        env.step(QUESTION)
+    assert "asked" not in env.observe(TEACHER)
+    assert not any(isinstance(atom.claim, MayAsk) for atom in env.infos[STUDENT]["atoms"])
+
+
+@pytest.mark.parametrize("wrong", [-1, float("inf"), "free", True])
+def test_bad_costs(wrong):
+    with pytest.raises(ValueError, match="ask_cost must be a finite number of at least 0, got"):
+        GRID.raw_env(ask_cost=wrong)
+
+
+def test_the_instruction_says_so_and_what_it_says_holds():
+    env = llf_teacher.make("llf-gridworld-v0", ask_cost=COST, text=True, privileged_info=True)
+    _, info = env.reset(seed=3)
+    (told,) = [atom for atom in info["atoms"] if isinstance(atom.claim, MayAsk)]
+    assert told.claim.holds(info["moment"], env.aec.world.scratch())
+    assert not MayAsk(cost=2 * COST).holds(info["moment"], env.aec.world.scratch())
+    assert told.text in env.aec.instruction
+
+
+def test_asking_through_gymnasium():
+    env = llf_teacher.make("llf-gridworld-v0", ask_cost=COST, teacher="silent")
+    check_env(env, skip_render_check=True)
+    env = llf_teacher.make("llf-gridworld-v0", ask_cost=COST, feedback_type="fp", text=True)
+    env.reset(seed=3)
+    observation, reward, terminated, truncated, info = env.step("ask")
+    assert (reward, terminated, truncated) == (-COST, False, False)
+    (advice,) = info["atoms"]
+    assert env.step(str(advice.claim.action))[1] == 0.0
+
+
+@pytest.mark.parametrize("speech", ["kinds", "claims"])
+def test_a_teacher_env_answers_a_student_who_asks(speech):
+    class Curious:
+        """Asks before each action, and goes where it is told to."""
+
+        reads = "atoms"
+
+        def reset(self, rng):
+            self.asked = False
+
+        def act(self, observation, info):
+            self.asked = not self.asked
+            return QUESTION if self.asked else info["atoms"][0].claim.action
+
+    env = llf_teacher.TeacherEnv(
+        "llf-gridworld-v0", student=Curious(), speech=speech, ask_cost=COST, until_success=True
+    )
+    observation, _ = env.reset(seed=3)
+    assert env.observation_space.contains(observation)
+    done, turns = False, 0
+    while not done:
+        advice = 0b01000 if speech == "kinds" else int(observation["claims"][:, 3].argmax()) + 1
+        asked = bool(observation["asked"][0])
+        observation, _, terminated, truncated, _ = env.step(advice if asked else 0)
+        if asked and speech == "claims" and not (terminated or truncated):
+            observation, _, terminated, truncated, _ = env.step(0)
+        done = terminated or truncated
+        turns += 1
+    assert env.aec.moment.success
+    assert turns == 2 * env.aec.turn + 1
+
+
+def test_a_class_where_one_asks():
+    env = GRID.raw_env(seating="classroom", students=3, ask_cost=COST, speech="kinds")
+    env.reset(seed=3)
+    env.step(0)
+    env.step(0)  # student_0 acts
+    assert env.agent_selection == "student_1"
+    env.step(QUESTION)
+    assert env.agent_selection == TEACHER
+    assert env.infos[TEACHER]["asking"] == 1
+    observation = env.observe(TEACHER)
+    assert observation["asking"].tolist() == [0, 1, 0]
+    assert np.flatnonzero(observation["action_mask"]).tolist() == [0, *(env.address(1, k) for k in (8, 16, 24))]
+    env.step(env.address(1, 8))
+    assert env.rewards[TEACHER] == pytest.approx(-env.attention_cost - env.purse.cost)
+    assert [atom.kind for atom in env.observe("student_1")["feedback"].atoms] == [FP]
+    assert env.agent_selection == "student_1"
+    env.step(0)
+    assert env.agent_selection == "student_2"
+
+
+def test_a_panel_is_asked_all_at_once():
+    env = GRID.raw_env(seating="panel", ask_cost=COST, speech="kinds", feedback_type="fp")
+    env.reset(seed=3)
+    quiet(env)
+    quiet(env)
+    env.step(QUESTION)
+    assert env.rewards == {"teacher_0": 0.0, "teacher_1": 0.0, STUDENT: -COST}
+    env.step(8)
+    env.step(8)
+    assert [atom.speaker for atom in env.observe(STUDENT)["feedback"].atoms] == ["teacher_0", "teacher_1"]
+    assert env.desk.turn == 0
+
+
+@pytest.mark.parametrize("seating", ["tutoring", "classroom", "panel"])
+@pytest.mark.parametrize("speech", ["kinds", "claims"])
+def test_pettingzoo_accepts_it(seating, speech):
+    more = {"students": 3} if seating == "classroom" else {}
+    require_aec(lambda: GRID.raw_env(seating=seating, speech=speech, ask_cost=COST, max_cycles=5, **more))

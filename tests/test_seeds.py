@@ -1,0 +1,89 @@
+"""One seed is one world, through every door; and no stream depends on another."""
+
+import numpy as np
+import pettingzoo
+import pytest
+from sampling import ENTRIES
+
+import llf_teacher
+from llf_teacher import compat
+from llf_teacher.registry import PREFIX
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.scripted import Frank
+from pz_envs.seats import TEACHER
+from pz_envs.subject import TUTORING, seating_names
+from teachers.seeds import STREAMS, Seeds
+from worlds.testing import plain
+
+SEED = 20_077
+
+
+def worlds(entry):
+    """What each door's world is like after `reset(seed)`, by door: its whole state, random stream included."""
+    name = entry.id.removeprefix(PREFIX)
+    short, _, version = name.rpartition("-")
+    bare = entry.family.make_world(**entry.options)
+    bare.reset(seed=SEED)
+    yield "world", bare
+    student = llf_teacher.make(entry.id, teacher="mix | delayed", instruction_type="p")
+    student.reset(seed=SEED)
+    yield "make", student.aec.world
+    teacher = llf_teacher.TeacherEnv(entry.id, student="random", episodes=2)
+    teacher.reset(seed=SEED)
+    yield "TeacherEnv", teacher.aec.world
+    old = compat.make(entry.id)
+    old.reset(seed=SEED)
+    yield "compat", old.unwrapped.aec.world
+    for seating in seating_names():
+        id = f"llf/{name}" if seating == TUTORING else f"llf/{short}-{seating}-{version}"
+        env = pettingzoo.make("aec", id)
+        env.reset(seed=SEED)
+        seats = env.unwrapped
+        desk = getattr(seats, "desk", seats)
+        yield seating, getattr(desk, "desks", (desk,))[0].world
+    alone = ParallelSeats(entry.family.raw_env(speech="kinds", **entry.options), {TEACHER: Frank()})
+    alone.reset(seed=SEED)
+    yield "parallel", alone.env.world
+
+
+@pytest.mark.parametrize("entry", ENTRIES)
+def test_one_seed_is_one_world_through_every_door(entry):
+    found = dict(worlds(entry))
+    expected = plain(found["world"].save())
+    assert len(found) >= 5 + len(seating_names())
+    assert {door: plain(world.save()) == expected for door, world in found.items()} == dict.fromkeys(found, True)
+
+
+def test_every_stream_is_its_own():
+    first, again = Seeds(7), Seeds(7)
+    drawn = {}
+    for episode in range(3):
+        for seat in range(2):
+            for name in STREAMS:
+                value = first.stream(name, seat).random()
+                assert value == again.stream(name, seat).random()
+                drawn[name, seat, episode] = value
+        first.episode += 1
+        again.episode += 1
+    assert len(set(drawn.values())) == len(drawn)
+    assert np.random.default_rng(7).random() not in drawn.values()
+
+
+def test_streams_are_apart_from_what_a_world_spawns():
+    spawned = np.random.default_rng(7).spawn(50)
+    assert not {rng.random() for rng in spawned} & {Seeds(7).stream(name).random() for name in STREAMS}
+
+
+def test_seeds_without_a_seed_differ():
+    assert Seeds().stream("voice").random() != Seeds().stream("voice").random()
+
+
+@pytest.mark.parametrize("episodes", [1, 3])
+def test_unseeded_resets_go_on_reproducibly(episodes):
+    def openings():
+        env = llf_teacher.make("llf-gridworld-v0", teacher="mix")
+        said = [env.reset(seed=3)[0]["instruction"]]
+        return said + [str(env.reset()[0]) for _ in range(episodes)]
+
+    assert openings() == openings()
+    assert len(set(openings())) == 1 + episodes
