@@ -7,7 +7,7 @@ may be given natively or as text, and the attributes and methods that LLF-Bench'
 
 import copy
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
@@ -126,12 +126,14 @@ class LLFWrapper(gymnasium.Wrapper):
 class LLFEnv(LLFWrapper):
     """What `make` returns: texts out, native actions or texts in, `None` for what is absent."""
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], dict]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode; the observation has an instruction and no feedback."""
         observation, info = self.env.reset(seed=seed, options=options)
         return self._absent(observation) | {"feedback": None}, self._expert(info)
 
-    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[dict[str, Any], SupportsFloat, bool, bool, dict[str, Any]]:
         """Act, natively or in words; the observation has feedback and no instruction.
 
         An action that is none costs a turn, and the feedback says what was expected.
@@ -153,7 +155,7 @@ class LLFEnv(LLFWrapper):
 class TextWrapper(LLFWrapper):
     """Text in; observations are texts already. It stands where LLF-Bench's users have it."""
 
-    def step(self, action: str) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+    def step(self, action: str) -> tuple[dict[str, Any], SupportsFloat, bool, bool, dict[str, Any]]:
         """Act in words."""
         return self.env.step(str(action))
 
@@ -170,7 +172,7 @@ class TerminalFreeWrapper(LLFWrapper):
         self._last: tuple[Any, dict[str, Any]] | None = None
         return self.env.reset(seed=seed, options=options)
 
-    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
         """Act; nothing ends."""
         if self._last is not None:
             observation, info = self._last
@@ -202,7 +204,7 @@ class RandomActionOrderWrapper(LLFWrapper):
         observation, info = self.env.reset(seed=seed, options=options)
         return observation, self._renumber(info)
 
-    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
         """Act by the shuffled number."""
         text = as_text(action).strip()
         known = text.isascii() and text.isdigit() and int(text) < self.action_count
@@ -228,7 +230,7 @@ class FullInformationWrapper(LLFWrapper):
         self._keys = ("observation", "reward", "terminated", "truncated", "info")
         self._count = self.action_count
 
-    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
         """Act, and see what else could have been."""
         outcomes = [
             dict(zip(self._keys, copy.deepcopy(self.env).step(other), strict=True)) for other in range(self._count)

@@ -5,11 +5,13 @@ import re
 import subprocess
 import sys
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 
 import networkx as nx
 import pytest
 
+import llf_teacher
 from llf_teacher.registry import PREFIX
 from pz_envs.family import all_families
 
@@ -244,6 +246,18 @@ def test_every_module_says_what_it_is_for(package):
 def test_front_door_is_small():
     lines = (ROOT / "llf_teacher" / "__init__.py").read_text(encoding="utf-8").splitlines()
     assert len(lines) <= 30
+
+
+def test_the_front_doors_stub_names_what_it_gives():
+    stub = ast.parse((ROOT / "llf_teacher" / "__init__.pyi").read_text(encoding="utf-8"))
+    imports = [node for node in stub.body if isinstance(node, ast.ImportFrom)]
+    modules = {alias.name: node.module for node in imports for alias in node.names}
+    assert sorted(modules) == llf_teacher.__all__
+    assert set(modules) <= set(dir(llf_teacher))
+    for name, module in modules.items():
+        assert getattr(llf_teacher, name) is getattr(import_module(module), name)
+    with pytest.raises(AttributeError, match="module 'llf_teacher' has no attribute 'mkae'"):
+        llf_teacher.mkae  # noqa: B018 (the access is what is tested)
 
 
 def test_nothing_is_executed():

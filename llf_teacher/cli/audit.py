@@ -120,7 +120,7 @@ def _voice(name: str) -> "Voice":
         load_tone(name)
         return name
     try:
-        function = pkgutil.resolve_name(name)
+        function: Callable[[str], str] = pkgutil.resolve_name(name)
     except (ImportError, AttributeError, ValueError) as error:
         raise ValueError(f"cannot load the voice {name!r}: {error}; expected `package.module:function`") from None
     if not callable(function):

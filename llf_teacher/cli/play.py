@@ -120,7 +120,7 @@ def _choose(console: Console, seat: "TeacherSeat") -> int:
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 
 
-def _worded(claim: "Claim", seat: "TeacherSeat") -> str:
+def _worded(claim: "Claim[Any]", seat: "TeacherSeat") -> str:
     """A claim in the first of its paraphrases; which one is said is drawn when it is."""
     import numpy as np
 

@@ -99,7 +99,7 @@ def lifetime_space() -> spaces.Box:
     return spaces.Box(0, 1, (len(FIELDS),), np.float32)
 
 
-def optimal(oracle: Oracle, moment: Moment) -> bool:
+def optimal(oracle: Oracle, moment: Moment[Any]) -> bool:
     """Whether the action of a moment lost nothing; False where the oracle does not know."""
     try:
         return oracle.regret(moment) <= _NEAR

@@ -59,8 +59,8 @@ class Cache:
 
     def get(self, key: str) -> str | None:
         """The answer that is there, if any."""
-        row = self._db.execute("SELECT text FROM answer WHERE key = ?", (key,)).fetchone()
-        return row and row[0]
+        row: tuple[str] | None = self._db.execute("SELECT text FROM answer WHERE key = ?", (key,)).fetchone()
+        return row[0] if row else None
 
     def add(self, key: str, request: dict[str, Any], text: str | None, usage: Usage) -> None:
         """Enter a reply into the ledger and, unless it had no answer, into the cache; both or neither."""
@@ -82,7 +82,8 @@ class Cache:
 
     def spent(self) -> float:
         """USD in the ledger."""
-        return self._db.execute("SELECT total(usd) FROM ledger").fetchone()[0]
+        row: tuple[float] = self._db.execute("SELECT total(usd) FROM ledger").fetchone()
+        return row[0]
 
     def by_model(self) -> list[dict[str, Any]]:
         """The ledger summed up: per model the number of replies, their tokens and their price in USD."""

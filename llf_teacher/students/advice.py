@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
-from llf_teacher.students.student import Policy, frozen, state_of
+from llf_teacher.students.student import Policy, S_co, frozen, state_of
 from teachers.atoms import FP, HN, HP, FeedbackType
 
 _TRIES = 30
 
 
-class AdviceTaker(Policy):
+class AdviceTaker(Policy[S_co]):
     """Remembers per state which actions were called right or wrong, and acts on it.
 
     It takes the action that was last called right in this state; without one it follows a plan that the

@@ -31,6 +31,37 @@ _EXPECTED = (
 )
 
 
+class _Policy(Policy["Agent"]):
+    """Passes on what the protocol asks for."""
+
+    def begin(self) -> None:
+        """Tell the agent that an episode begins; an instruction comes with the first turn."""
+        agent, protocol = self.spec.agent, self.spec.protocol
+        self._opening = True
+        if protocol == POLICY:
+            agent.reset(self.rng)
+        elif protocol == GYMNASIUM and hasattr(agent, "reset"):
+            agent.reset()
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """The agent's action."""
+        agent, protocol = self.spec.agent, self.spec.protocol
+        state = state_of(observation)
+        # Plain strings: the atoms that a teacher's utterance carries are for readers of atoms, in the info.
+        instruction, feedback = f"{observation['instruction']!s}", f"{observation['feedback']!s}"
+        opening, self._opening = self._opening, False
+        if protocol == LLF:
+            if opening:
+                agent.reset(instruction)
+            action = agent.act(state, None if opening and not feedback else feedback)
+        elif protocol == GYMNASIUM:
+            told = instruction if opening else ""
+            action = agent.act({"observation": state, "instruction": told, "feedback": feedback})
+        else:
+            action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
+        return as_text(action) if self.spec.text else action
+
+
 @dataclass(frozen=True)
 class Agent(Student):
     """An agent by the factory that makes it."""
@@ -42,24 +73,27 @@ class Agent(Student):
     options: tuple[tuple[str, Any], ...] = ()
     """Keyword arguments of the factory, in the order in which they were given."""
 
+    policy = _Policy
+
     def __str__(self) -> str:
         options = ", ".join(f"{name}={value!r}" for name, value in self.options)
         return f"{self.module}:{self.factory}({options})" if options else f"{self.module}:{self.factory}"
 
     @property
-    def reads(self) -> str:  # type: ignore[override]
+    def reads(self) -> str:
         """`words`, unless the factory has an attribute `reads` that says otherwise."""
         return getattr(self.make, "reads", "words")
 
     @property
-    def text(self) -> bool:  # type: ignore[override]
+    def text(self) -> bool:
         """Whether the agent plays in text mode."""
         return bool(getattr(self.agent, "text", self.protocol != POLICY))
 
     @cached_property
     def make(self) -> Callable[..., Any]:
         """The factory."""
-        return getattr(importlib.import_module(self.module), self.factory)
+        make: Callable[..., Any] = getattr(importlib.import_module(self.module), self.factory)
+        return make
 
     @cached_property
     def agent(self) -> Any:
@@ -74,36 +108,6 @@ class Agent(Student):
             ValueError: the agent speaks none of them.
         """
         return protocol_of(self.agent, f"{self}")
-
-    class Policy(Policy):
-        """Passes on what the protocol asks for."""
-
-        def begin(self) -> None:
-            """Tell the agent that an episode begins; an instruction comes with the first turn."""
-            agent, protocol = self.spec.agent, self.spec.protocol
-            self._opening = True
-            if protocol == POLICY:
-                agent.reset(self.rng)
-            elif protocol == GYMNASIUM and hasattr(agent, "reset"):
-                agent.reset()
-
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """The agent's action."""
-            agent, protocol = self.spec.agent, self.spec.protocol
-            state = state_of(observation)
-            # Plain strings: the atoms that a teacher's utterance carries are for readers of atoms, in the info.
-            instruction, feedback = f"{observation['instruction']!s}", f"{observation['feedback']!s}"
-            opening, self._opening = self._opening, False
-            if protocol == LLF:
-                if opening:
-                    agent.reset(instruction)
-                action = agent.act(state, None if opening and not feedback else feedback)
-            elif protocol == GYMNASIUM:
-                told = instruction if opening else ""
-                action = agent.act({"observation": state, "instruction": told, "feedback": feedback})
-            else:
-                action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
-            return as_text(action) if self.spec.text else action
 
 
 def is_agent(spec: Any) -> bool:
@@ -168,9 +172,12 @@ def protocol_of(agent: Any, name: str) -> str:
 
 def as_text(action: Any) -> str:
     """An action as an answer in text mode: a text as it is, anything else as JSON."""
-    if not isinstance(action, str):
-        action = json.dumps(action, default=lambda item: item.tolist() if hasattr(item, "tolist") else repr(item))
-    return action.encode("utf-8", "replace").decode()  # half a character cannot be stored
+    text = action if isinstance(action, str) else json.dumps(action, default=_plain)
+    return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
+
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else repr(value)
 
 
 def _arguments(agent: Any, method: str) -> list[str] | None:

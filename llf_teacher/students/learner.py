@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from llf_teacher.students.student import Policy, Student, action_of, frozen
 from teachers.atoms import FN, FP
@@ -24,7 +24,7 @@ class Learner(Student):
     """Whether each episode starts from nothing, as it should where each is another world."""
 
     @property
-    def reads(self) -> str:  # type: ignore[override]
+    def reads(self) -> str:
         """`reward`, or `advice` as well."""
         return "atoms and reward" if self.trust else "reward"
 
@@ -34,7 +34,10 @@ class Learner(Student):
             raise ValueError(f"forget must be True or False, got {self.forget!r}")
 
 
-class LearnerPolicy(Policy):
+L_co = TypeVar("L_co", bound=Learner, covariant=True)
+
+
+class LearnerPolicy(Policy[L_co]):
     """Chooses, acts, learns from the reward when it is next asked or when the episode ends."""
 
     _knows = False

@@ -5,7 +5,7 @@ import string
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from operator import itemgetter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late
@@ -19,7 +19,7 @@ _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?(?:e[-+]?\d+)?|inf|nan)"  # what a slot with a 
 class Heard(NamedTuple):
     """A recognised sentence."""
 
-    claim: type[Claim]
+    claim: type[Claim[Any]]
     """The class of claim that it words."""
     slots: dict[str, str]
     """The text that stands in each slot."""
@@ -92,7 +92,7 @@ class Reader:
             self._known.append(book)
             yield book
 
-    def _found(self, cls: type[Claim], match: re.Match[str], book: "_Book") -> "_Found":
+    def _found(self, cls: type[Claim[Any]], match: re.Match[str], book: "_Book") -> "_Found":
         slots = match.groupdict()
         doubtful = any(map(_SENTENCE_END.search, slots.values()))
         if self._is_action and issubclass(cls, ActionClaim) and cls.action_slot in slots:
@@ -125,7 +125,7 @@ class _Found(NamedTuple):
     in_slots: int
     """Number of characters in slots."""
     end: int
-    claim: type[Claim]
+    claim: type[Claim[Any]]
     slots: dict[str, str]
     book: _Book
 

@@ -1,14 +1,15 @@
 """Students: policies for the student's seat, named by spec strings such as `q_learning(alpha=0.5)`.
 
-A student is a frozen dataclass in a module of its name under `llf_teacher/students/shelf/`; its nested class `Policy`
+A student is a frozen dataclass in a module of its name under `llf_teacher/students/shelf/`; a `Policy` beside it
 plays. A policy knows the rules of the world (spaces, words), never its state, and reads what it says it reads.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
+from gymnasium import spaces
 
 from llf_teacher.students import shelf
 from pz_envs.learning import Learning
@@ -24,7 +25,10 @@ TAUGHT = ("words", "atoms", "atoms and reward")
 """What a student reads whom a teacher can reach."""
 
 
-class Policy(ABC):
+S_co = TypeVar("S_co", bound="Student", covariant=True)
+
+
+class Policy(ABC, Generic[S_co]):
     """Plays in the student's seat: `reset(rng)`, then `act` once a turn.
 
     Args:
@@ -33,10 +37,33 @@ class Policy(ABC):
         world: a scratch world of the environment's class and options, for its rules; it knows no episode.
     """
 
-    reads: ClassVar[str]
-
-    def __init__(self, spec: Any, family: Subject, world: World) -> None:
+    def __init__(self, spec: S_co, family: Subject, world: World) -> None:
         self.spec, self.family, self.world = spec, family, world
+        self.reads = spec.reads
+
+    @property
+    def action_count(self) -> int:
+        """How many actions there are.
+
+        Raises:
+            ValueError: they are not finitely many.
+        """
+        space = self.world.action_space
+        if not isinstance(space, spaces.Discrete):
+            raise ValueError(f"the student {self.spec} needs discrete actions; those of {self.family.name} are {space}")
+        return int(space.n)
+
+    @property
+    def action_box(self) -> spaces.Box:
+        """The box of the actions.
+
+        Raises:
+            ValueError: they are no points of a box.
+        """
+        space = self.world.action_space
+        if not isinstance(space, spaces.Box):
+            raise ValueError(f"the student {self.spec} needs actions in a box; those of {self.family.name} are {space}")
+        return space
 
     def reset(self, rng: np.random.Generator) -> None:
         """Begin an episode."""
@@ -62,23 +89,30 @@ class Policy(ABC):
         """
 
 
-class Student(Spec):
+class Student(Spec, ABC):
     """Base of all students: a frozen value that makes a `Policy` for a seat."""
 
-    shelf = shelf.__name__
-    Policy: ClassVar[type[Policy]]
-    reads: ClassVar[str]
-    """What it learns from, one of `READS`; reports show it."""
-    text: ClassVar[bool] = False
-    """Whether it plays in text mode: text in, text out."""
+    shelf: ClassVar[str] = shelf.__name__
+    policy: ClassVar[type[Policy[Any]]]
+    """What it is in a seat."""
     suits: ClassVar[type[Learning] | None] = None
     """What it can learn from rewards alone; the fields of that are parameters of the student."""
 
-    def seat(self, family: Subject, world: World) -> Policy:
+    # A subclass sets these, as in `reads = "words"`, or works them out of its parameters, as a property.
+
+    @property
+    @abstractmethod
+    def reads(self) -> str:
+        """What it learns from, one of `READS`; reports show it."""
+
+    @property
+    def text(self) -> bool:
+        """Whether it plays in text mode: text in, text out."""
+        return False
+
+    def seat(self, family: Subject, world: World) -> Policy[Any]:
         """A policy for environments like `world`; it gets a scratch copy."""
-        policy = self.Policy(self, family, world.scratch())
-        policy.reads = self.reads  # type: ignore[misc]
-        return policy
+        return self.policy(self, family, world.scratch())
 
     def check(self, environment: Mapping[str, str]) -> None:
         """Make sure, before a study begins, that it can play here; a student that needs nothing always can.

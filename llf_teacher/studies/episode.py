@@ -70,7 +70,7 @@ class Record(NamedTuple):
 class Scene(NamedTuple):
     """One turn as it was played; the first is the opening."""
 
-    moment: Moment
+    moment: Moment[Any]
     observation: dict[str, Any]
     """The student's, as `StudentEnv` gives it."""
     atoms: tuple[tuple[Atom, Label], ...]

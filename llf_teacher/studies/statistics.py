@@ -84,12 +84,13 @@ def variance_split(values: ArrayLike) -> Split | None:
     total = float((rest**2).mean())
     if total <= (_RELATIVE * np.abs(table).max()) ** 2:
         return None
-    shares = []
+    shares: list[float] = []
     for axes in ((1, 2), (0, 2), (2,)):  # each takes out what the ones before have explained
         part = rest.mean(axis=axes, keepdims=True)
         shares.append(float((part**2).mean()) / total)
         rest = rest - part
-    return Split(*shares, 1 - sum(shares))
+    teachers, students, interaction = shares
+    return Split(teachers, students, interaction, 1 - sum(shares))
 
 
 def mean_band(values: ArrayLike, resamples: int = BAND_RESAMPLES) -> Band:

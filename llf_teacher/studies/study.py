@@ -134,7 +134,8 @@ class Study:
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""
-        return json.loads(json.dumps(asdict(self)))
+        values: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        return values
 
 
 def _seed(value: Any) -> int:

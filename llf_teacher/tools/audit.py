@@ -158,13 +158,13 @@ def audit(
     return found
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy, seed: int, turns: int, instruction_type: str) -> None:
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], seed: int, turns: int, instruction_type: str) -> None:
     """Add an episode, or what is wanted of it, to the findings."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
     reveals = getattr(promise, "reveals", True)
-    offered: Counter[tuple[Claim, int]] = Counter()
-    said: Counter[tuple[Claim, int]] = Counter()
+    offered: Counter[tuple[Claim[Any], int]] = Counter()
+    said: Counter[tuple[Claim[Any], int]] = Counter()
     found.episodes += 1
     for moment, observation, atoms in itertools.islice(scenes(env, student, seed), turns + 1):
         found.turns += moment.turn > 0

@@ -2,6 +2,7 @@
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from llf_teacher.gym import make
 from llf_teacher.registry import entries
 from llf_teacher.studies.episode import to_json
 from teachers.atoms import Atom, Moment
+from worlds.world import World
 
 SEED, TURNS = 7, 6
 
@@ -45,7 +47,7 @@ def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment], lab: object) -> list[str]:
+def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment[Any]], lab: World) -> list[str]:
     lines = [f"observation: {text!r}", f"feedback: {feedback!r}"]
     for atom in atoms:
         claim = atom.claim

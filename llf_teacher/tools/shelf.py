@@ -14,7 +14,7 @@ _PLACE = re.compile(r"(<!-- llf shelf: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL
 
 def shelf() -> str:
     """A Markdown table of every personality: parameters, definition, source, honesty."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name in PERSONALITIES.names:
         cls: Any = PERSONALITIES[name]
         parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))

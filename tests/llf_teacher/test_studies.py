@@ -284,7 +284,7 @@ def test_claims_are_stored_with_whose_they_are():
 
     of_family, of_all = said("oracle"), said("verification")
     family = entry(small().ids[0]).family.name
-    assert {atom["claim"].partition(".")[0] for atom in of_family} == {family}
+    assert {atom["claim"].partition(".")[0] for atom in of_family} == {family, "common"}
     judged = [atom for atom in of_all if atom["claim"] in ("common.Right", "common.Wrong")]
     assert judged
     assert all(atom["action"] == atom["fields"]["action"] for atom in judged)

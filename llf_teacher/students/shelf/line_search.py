@@ -9,6 +9,46 @@ from pz_envs.learning import Lines, check_counts
 _SYLLABLE = "la"
 
 
+class _Policy(Policy["LineSearch"]):
+    """Holds the best pattern so far and the patterns still to try."""
+
+    def begin(self) -> None:
+        """Try every uniform pattern first."""
+        spec = self.spec
+        self._uniform = [(count,) * length for count in spec.syllables for length in spec.lengths]
+        self._best: tuple[int, ...] = ()
+        self._score = self.world.reward_range[0]
+        self._trial: tuple[int, ...] = ()
+        self._line = -1
+        self._counts: list[int] = []
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """Judge the last pattern by its score and write by the next one."""
+        if self._trial:
+            self._judge(info["reward"])
+        self._trial = self._next()
+        return "\n".join(" ".join([_SYLLABLE] * count) for count in self._trial)
+
+    def _judge(self, score: float) -> None:
+        if score > self._score:  # some line is right, or one more line than before
+            self._best, self._score = self._trial, score
+            self._counts = []
+        elif self._best and score < self._score:  # the line had been right
+            self._counts = []
+
+    def _next(self) -> tuple[int, ...]:
+        if not self._best and self._uniform:
+            return self._uniform.pop(0)
+        if not self._best or self._score >= self.world.reward_range[1]:
+            return self._best or self._trial
+        while not self._counts:
+            self._line += 1
+            if self._line == len(self._best):
+                return self._best
+            self._counts = [count for count in self.spec.syllables if count != self._best[self._line]]
+        return (*self._best[: self._line], self._counts.pop(0), *self._best[self._line + 1 :])
+
+
 @dataclass(frozen=True)
 class LineSearch(Student):
     """Coordinate search on the number of lines and of syllables in each line.
@@ -23,46 +63,8 @@ class LineSearch(Student):
     """Numbers of syllables to try, in this order."""
     reads = "reward"
     suits = Lines
+    policy = _Policy
 
     def __post_init__(self) -> None:
         for name in ("lengths", "syllables"):
             check_counts(name, getattr(self, name))
-
-    class Policy(Policy):
-        """Holds the best pattern so far and the patterns still to try."""
-
-        def begin(self) -> None:
-            """Try every uniform pattern first."""
-            spec = self.spec
-            self._uniform = [(count,) * length for count in spec.syllables for length in spec.lengths]
-            self._best: tuple[int, ...] = ()
-            self._score = self.world.reward_range[0]
-            self._trial: tuple[int, ...] = ()
-            self._line = -1
-            self._counts: list[int] = []
-
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """Judge the last pattern by its score and write by the next one."""
-            if self._trial:
-                self._judge(info["reward"])
-            self._trial = self._next()
-            return "\n".join(" ".join([_SYLLABLE] * count) for count in self._trial)
-
-        def _judge(self, score: float) -> None:
-            if score > self._score:  # some line is right, or one more line than before
-                self._best, self._score = self._trial, score
-                self._counts = []
-            elif self._best and score < self._score:  # the line had been right
-                self._counts = []
-
-        def _next(self) -> tuple[int, ...]:
-            if not self._best and self._uniform:
-                return self._uniform.pop(0)
-            if not self._best or self._score >= self.world.reward_range[1]:
-                return self._best or self._trial
-            while not self._counts:
-                self._line += 1
-                if self._line == len(self._best):
-                    return self._best
-                self._counts = [count for count in self.spec.syllables if count != self._best[self._line]]
-            return (*self._best[: self._line], self._counts.pop(0), *self._best[self._line + 1 :])

@@ -21,6 +21,41 @@ PROMPTS = Path(__file__).with_name("prompts")
 _OURS = ("model", "messages", "stream", "n")
 
 
+class _Policy(Policy["LLM"]):
+    """Keeps the conversation of an episode."""
+
+    def begin(self) -> None:
+        """Have said nothing."""
+        spec = self.spec
+        self._endpoint = connect(spec.base_url, Settings.read(spec.base_url))
+        self._system, self._turn = (_template(name) for name in ("system.j2", "turn.j2"))
+        sampling = {
+            "temperature": spec.temperature,
+            "max_tokens": spec.max_tokens,
+            "seed": int(self.rng.integers(2**31)) if spec.seed else None,
+        }
+        self._sampling = {name: value for name, value in sampling.items() if value is not None}
+        self._exchanges: list[dict[str, str]] = []
+        self._instruction = ""
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
+        """What the model answers; the seat finds the action in it."""
+        spec = self.spec
+        words = self._turn.render(
+            observation=state_of(observation),
+            feedback=observation["feedback"],
+            turn=len(self._exchanges) // 2 + 1,
+        )
+        self._instruction = self._instruction or f"{observation['instruction']!s}"
+        system = {"role": "system", "content": self._system.render(instruction=self._instruction)}
+        asked = {"role": "user", "content": words}
+        past = self._exchanges[-2 * spec.history :] if spec.history else []
+        request = {"model": spec.model, "messages": [system, *past, asked], **self._sampling, **(spec.extra or {})}
+        answer = self._endpoint.ask(request, spec.prices)
+        self._exchanges += [asked, {"role": "assistant", "content": answer}]
+        return answer
+
+
 @dataclass(frozen=True)
 class LLM(Student):
     """Asks the model of an OpenAI-compatible endpoint. See docs/bring-your-agent.md for costs, cache and key.
@@ -49,6 +84,7 @@ class LLM(Student):
 
     reads = "words"
     text = True
+    policy = _Policy
 
     def __post_init__(self) -> None:
         base_url = self.base_url or settings.default(settings.BASE_URL) or settings.OPENAI
@@ -93,44 +129,13 @@ class LLM(Student):
             }
         }
 
-    class Policy(Policy):
-        """Keeps the conversation of an episode."""
-
-        def begin(self) -> None:
-            """Have said nothing."""
-            spec = self.spec
-            self._endpoint = connect(spec.base_url, Settings.read(spec.base_url))
-            self._system, self._turn = (_template(name) for name in ("system.j2", "turn.j2"))
-            sampling = {
-                "temperature": spec.temperature,
-                "max_tokens": spec.max_tokens,
-                "seed": int(self.rng.integers(2**31)) if spec.seed else None,
-            }
-            self._sampling = {name: value for name, value in sampling.items() if value is not None}
-            self._exchanges: list[dict[str, str]] = []
-            self._instruction = ""
-
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
-            """What the model answers; the seat finds the action in it."""
-            spec = self.spec
-            words = self._turn.render(
-                observation=state_of(observation),
-                feedback=observation["feedback"],
-                turn=len(self._exchanges) // 2 + 1,
-            )
-            self._instruction = self._instruction or f"{observation['instruction']!s}"
-            system = {"role": "system", "content": self._system.render(instruction=self._instruction)}
-            asked = {"role": "user", "content": words}
-            past = self._exchanges[-2 * spec.history :] if spec.history else []
-            request = {"model": spec.model, "messages": [system, *past, asked], **self._sampling, **(spec.extra or {})}
-            answer = self._endpoint.ask(request, spec.prices)
-            self._exchanges += [asked, {"role": "assistant", "content": answer}]
-            return answer
-
 
 def _template(name: str) -> jinja2.Template:
     text = (PROMPTS / name).read_text(encoding="utf-8")
-    return jinja2.Template(text, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined)
+    template: jinja2.Template = jinja2.Template(
+        text, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    return template
 
 
 def _checked_url(url: Any) -> str:
@@ -143,7 +148,7 @@ def _checked_url(url: Any) -> str:
         raise ValueError("base_url must be an address such as http://localhost:8000/v1")
     if "@" in parts.netloc or parts.query or parts.fragment:
         raise ValueError(f"base_url must hold no user, password or query: a key goes into {settings.KEY}")
-    return url.rstrip("/")
+    return f"{url}".rstrip("/")
 
 
 def _check_extra_body(extra: Any) -> None:

@@ -14,6 +14,79 @@ from pz_envs.learning import Smooth
 from teachers.spec import check_range
 
 
+class _Policy(LearnerPolicy["NelderMead"]):
+    """Holds the simplex, best point first, the points to try next and why they are tried."""
+
+    def clear(self) -> None:
+        """Put a simplex around a random action, turned to the middle of the box."""
+        self._low, self._high = self.action_box.low, self.action_box.high
+        first = np.asarray(self.world.sample_action(self.rng), float)
+        edges = self.spec.size * (self._high - self._low)
+        edges = np.where(first > (self._low + self._high) / 2, -edges, edges)
+        self._simplex: list[tuple[float, np.ndarray]] = []
+        self._stage = "build"
+        self._next = [first, *(first + np.diag(edges))]
+
+    def choose(self, wrong: Collection[Any] = ()) -> np.ndarray:
+        """The next point to try; a warning of it is not heeded."""
+        self._own = np.asarray(np.clip(self._next[0], self._low, self._high), self._low.dtype)
+        return self._own
+
+    def take(self, action: Any) -> None:
+        """Remember the trial."""
+        self._trial = np.asarray(action, self._low.dtype)
+        self._by_advice = action is not self._own
+
+    def learn(self, reward: float, over: bool) -> None:
+        """Judge the last trial by its reward."""
+        if not self._by_advice or self._stage in ("build", "shrink"):
+            del self._next[0]
+            self._judge(reward, self._trial)
+        elif reward > self._simplex[-1][0]:
+            self._replace((reward, self._trial))
+
+    def _judge(self, reward: float, trial: np.ndarray) -> None:
+        """One step of the method; where points are still to be tried, only note the reward."""
+        simplex, tried = self._simplex, (reward, trial)
+        if self._stage in ("build", "shrink"):
+            simplex.append(tried)
+            if not self._next:
+                self._reflect()
+        elif self._stage == "reflect":
+            if reward > simplex[0][0]:
+                self._reflected = tried
+                self._try("expand", 2.0)
+            elif reward > simplex[-2][0]:
+                self._replace(tried)
+            elif reward > simplex[-1][0]:
+                self._reflected = tried
+                self._try("contract", 0.5)
+            else:
+                self._reflected = simplex[-1]
+                self._try("contract", -0.5)
+        elif self._stage == "expand":
+            self._replace(max(tried, self._reflected, key=_reward))
+        elif reward > self._reflected[0]:
+            self._replace(tried)
+        else:
+            best = simplex[0][1]
+            self._stage, self._next = "shrink", [(best + point) / 2 for _, point in simplex[1:]]
+            del simplex[1:]
+
+    def _replace(self, vertex: tuple[float, np.ndarray]) -> None:
+        self._simplex[-1] = vertex
+        self._reflect()
+
+    def _reflect(self) -> None:
+        self._simplex.sort(key=_reward, reverse=True)
+        self._try("reflect", 1.0)
+
+    def _try(self, stage: str, factor: float) -> None:
+        """Try the point beyond the centre of all vertices but the worst, so many times as far as that one."""
+        centre = np.mean([point for _, point in self._simplex[:-1]], axis=0)
+        self._stage, self._next = stage, [centre + factor * (centre - self._simplex[-1][1])]
+
+
 @dataclass(frozen=True)
 class NelderMead(Learner):
     """Nelder & Mead 1965, one point of the simplex a turn; points outside the box are moved to its edge.
@@ -24,83 +97,11 @@ class NelderMead(Learner):
     size: float = 0.2
     """Edge of the first simplex, as a share of the box's width, 0 to 1."""
     suits = Smooth
+    policy = _Policy
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_range("size", self.size, 0, 1)
-
-    class Policy(LearnerPolicy):
-        """Holds the simplex, best point first, the points to try next and why they are tried."""
-
-        def clear(self) -> None:
-            """Put a simplex around a random action, turned to the middle of the box."""
-            space = self.world.action_space
-            self._low, self._high = space.low, space.high  # type: ignore[attr-defined]
-            first = np.asarray(self.world.sample_action(self.rng), float)
-            edges = self.spec.size * (self._high - self._low)
-            edges = np.where(first > (self._low + self._high) / 2, -edges, edges)
-            self._simplex: list[tuple[float, np.ndarray]] = []
-            self._stage = "build"
-            self._next = [first, *(first + np.diag(edges))]
-
-        def choose(self, wrong: Collection[Any] = ()) -> np.ndarray:
-            """The next point to try; a warning of it is not heeded."""
-            self._own = np.clip(self._next[0], self._low, self._high).astype(self.world.action_space.dtype)
-            return self._own
-
-        def take(self, action: Any) -> None:
-            """Remember the trial."""
-            self._trial = np.asarray(action, self.world.action_space.dtype)
-            self._by_advice = action is not self._own
-
-        def learn(self, reward: float, over: bool) -> None:
-            """Judge the last trial by its reward."""
-            if not self._by_advice or self._stage in ("build", "shrink"):
-                del self._next[0]
-                self._judge(reward, self._trial)
-            elif reward > self._simplex[-1][0]:
-                self._replace((reward, self._trial))
-
-        def _judge(self, reward: float, trial: np.ndarray) -> None:
-            """One step of the method; where points are still to be tried, only note the reward."""
-            simplex, tried = self._simplex, (reward, trial)
-            if self._stage in ("build", "shrink"):
-                simplex.append(tried)
-                if not self._next:
-                    self._reflect()
-            elif self._stage == "reflect":
-                if reward > simplex[0][0]:
-                    self._reflected = tried
-                    self._try("expand", 2.0)
-                elif reward > simplex[-2][0]:
-                    self._replace(tried)
-                elif reward > simplex[-1][0]:
-                    self._reflected = tried
-                    self._try("contract", 0.5)
-                else:
-                    self._reflected = simplex[-1]
-                    self._try("contract", -0.5)
-            elif self._stage == "expand":
-                self._replace(max(tried, self._reflected, key=_reward))
-            elif reward > self._reflected[0]:
-                self._replace(tried)
-            else:
-                best = simplex[0][1]
-                self._stage, self._next = "shrink", [(best + point) / 2 for _, point in simplex[1:]]
-                del simplex[1:]
-
-        def _replace(self, vertex: tuple[float, np.ndarray]) -> None:
-            self._simplex[-1] = vertex
-            self._reflect()
-
-        def _reflect(self) -> None:
-            self._simplex.sort(key=_reward, reverse=True)
-            self._try("reflect", 1.0)
-
-        def _try(self, stage: str, factor: float) -> None:
-            """Try the point beyond the centre of all vertices but the worst, so many times as far as that one."""
-            centre = np.mean([point for _, point in self._simplex[:-1]], axis=0)
-            self._stage, self._next = stage, [centre + factor * (centre - self._simplex[-1][1])]
 
 
 def _reward(vertex: tuple[float, np.ndarray]) -> float:

@@ -8,22 +8,24 @@ from llf_teacher.students.student import Student
 from teachers.atoms import ActionClaim, PlanClaim
 
 
+class _Policy(AdviceTaker["Obedient"]):
+    """Learns from atoms."""
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """Obey."""
+        self.arrive(observation)
+        for atom in info["atoms"]:
+            claim = atom.claim
+            if isinstance(claim, ActionClaim):
+                self.hear(claim.kind, (claim.action,), atom.about_turn, endless=True)
+            elif isinstance(claim, PlanClaim):
+                self.hear(claim.kind, claim.actions, atom.about_turn)
+        return self.decide()
+
+
 @dataclass(frozen=True)
 class Obedient(Student):
     """Believes every claim about an action, and reads claims as data, so that wording does not matter."""
 
     reads = "atoms"
-
-    class Policy(AdviceTaker):
-        """Learns from atoms."""
-
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """Obey."""
-            self.arrive(observation)
-            for atom in info["atoms"]:
-                claim = atom.claim
-                if isinstance(claim, ActionClaim):
-                    self.hear(claim.kind, (claim.action,), atom.about_turn, endless=True)
-                elif isinstance(claim, PlanClaim):
-                    self.hear(claim.kind, claim.actions, atom.about_turn)
-            return self.decide()
+    policy = _Policy

@@ -10,6 +10,39 @@ from pz_envs.learning import StateValues
 from teachers.spec import check_range
 
 
+class _Policy(LearnerPolicy["QLearning"]):
+    """A table of values per state."""
+
+    def clear(self) -> None:
+        """Start with an empty table."""
+        self._actions = self.action_count
+        self._values: dict[Any, list[float]] = {}
+
+    def see(self, observation: dict[str, Any]) -> None:
+        """Find the state's values."""
+        state = frozen(state_of(observation))
+        self._here = self._values.setdefault(state, [self.spec.optimism] * self._actions)
+
+    def learn(self, reward: float, over: bool) -> None:
+        """One step of the method."""
+        spec = self.spec
+        row, action = self._last
+        row[action] += spec.alpha * (reward + spec.gamma * (0.0 if over else max(self._here)) - row[action])
+
+    def choose(self, wrong: Collection[Any] = ()) -> int:
+        """A greatest value; ties are broken at random."""
+        allowed = [action for action in range(self._actions) if action not in wrong] or list(range(self._actions))
+        if self.spec.epsilon and self.rng.random() < self.spec.epsilon:
+            return allowed[self.rng.integers(len(allowed))]
+        greatest = max(self._here[action] for action in allowed)
+        best = [action for action in allowed if self._here[action] == greatest]
+        return best[self.rng.integers(len(best))]
+
+    def take(self, action: Any) -> None:
+        """Remember where it was taken."""
+        self._last = self._here, int(action)
+
+
 @dataclass(frozen=True)
 class QLearning(Learner):
     """Watkins & Dayan 1992, greedy on optimistic initial values, so that it explores what it has not tried."""
@@ -23,41 +56,10 @@ class QLearning(Learner):
     epsilon: float = 0.0
     """Probability of a random action in place of the greedy one, 0 to 1."""
     suits = StateValues
+    policy = _Policy
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for name in ("alpha", "gamma", "epsilon"):
             check_range(name, getattr(self, name), 0, 1)
         check_range("optimism", self.optimism, -1e9, 1e9)
-
-    class Policy(LearnerPolicy):
-        """A table of values per state."""
-
-        def clear(self) -> None:
-            """Start with an empty table."""
-            self._actions = int(self.world.action_space.n)  # type: ignore[attr-defined]
-            self._values: dict[Any, list[float]] = {}
-
-        def see(self, observation: dict[str, Any]) -> None:
-            """Find the state's values."""
-            state = frozen(state_of(observation))
-            self._here = self._values.setdefault(state, [self.spec.optimism] * self._actions)
-
-        def learn(self, reward: float, over: bool) -> None:
-            """One step of the method."""
-            spec = self.spec
-            row, action = self._last
-            row[action] += spec.alpha * (reward + spec.gamma * (0.0 if over else max(self._here)) - row[action])
-
-        def choose(self, wrong: Collection[Any] = ()) -> int:
-            """A greatest value; ties are broken at random."""
-            allowed = [action for action in range(self._actions) if action not in wrong] or list(range(self._actions))
-            if self.spec.epsilon and self.rng.random() < self.spec.epsilon:
-                return allowed[self.rng.integers(len(allowed))]
-            greatest = max(self._here[action] for action in allowed)
-            best = [action for action in allowed if self._here[action] == greatest]
-            return best[self.rng.integers(len(best))]
-
-        def take(self, action: Any) -> None:
-            """Remember where it was taken."""
-            self._last = self._here, int(action)

@@ -7,17 +7,19 @@ from llf_teacher.students.student import Policy, Student
 from pz_envs.learning import NoRewards
 
 
+class _Policy(Policy["Random"]):
+    """Draws what the world offers as an untaught student's try."""
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """A random legal action; of the admissible ones, where the environment tells which they are."""
+        commands = info.get("admissible_commands")
+        return commands[self.rng.integers(len(commands))] if commands else self.world.sample_action(self.rng)
+
+
 @dataclass(frozen=True)
 class Random(Student):
     """Acts without regard to anything."""
 
     reads = "nothing"
     suits = NoRewards
-
-    class Policy(Policy):
-        """Draws what the world offers as an untaught student's try."""
-
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """A random legal action; of the admissible ones, where the environment tells which they are."""
-            commands = info.get("admissible_commands")
-            return commands[self.rng.integers(len(commands))] if commands else self.world.sample_action(self.rng)
+    policy = _Policy

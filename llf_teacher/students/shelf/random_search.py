@@ -9,6 +9,28 @@ from pz_envs.learning import BestAnswer
 from teachers.spec import check_range
 
 
+class _Policy(Policy["RandomSearch"]):
+    """Holds the best action."""
+
+    def begin(self) -> None:
+        """Nothing tried."""
+        self._best: Any = None
+        self._reward = -math.inf
+        self._last: Any = None
+        self._tried = 0
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """Another try, or the best one."""
+        if self._tried and info["reward"] > self._reward:
+            self._best, self._reward = self._last, info["reward"]
+        if self._tried < self.spec.tries and self._reward < self.world.reward_range[1]:
+            self._tried += 1
+            self._last = self.world.sample_action(self.rng)
+        else:
+            self._last = self._best
+        return self._last
+
+
 @dataclass(frozen=True)
 class RandomSearch(Student):
     """Repeats the action of the greatest reward so far, after some random ones; it stops trying at the best reward."""
@@ -17,27 +39,7 @@ class RandomSearch(Student):
     """Random actions before it settles, at least 1."""
     reads = "reward"
     suits = BestAnswer
+    policy = _Policy
 
     def __post_init__(self) -> None:
         check_range("tries", self.tries, 1, math.inf)
-
-    class Policy(Policy):
-        """Holds the best action."""
-
-        def begin(self) -> None:
-            """Nothing tried."""
-            self._best: Any = None
-            self._reward = -math.inf
-            self._last: Any = None
-            self._tried = 0
-
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """Another try, or the best one."""
-            if self._tried and info["reward"] > self._reward:
-                self._best, self._reward = self._last, info["reward"]
-            if self._tried < self.spec.tries and self._reward < self.world.reward_range[1]:
-                self._tried += 1
-                self._last = self.world.sample_action(self.rng)
-            else:
-                self._last = self._best
-            return self._last

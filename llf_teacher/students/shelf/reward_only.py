@@ -1,6 +1,7 @@
 """reward_only: the learner from rewards alone that suits the family."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from llf_teacher.students.parsing import student_for
 from llf_teacher.students.student import Policy, Student
@@ -14,6 +15,6 @@ class RewardOnly(Student):
 
     reads = "reward"
 
-    def seat(self, family: Subject, world: World) -> Policy:
+    def seat(self, family: Subject, world: World) -> Policy[Any]:
         """The named student's policy."""
         return student_for(family.learning).seat(family, world)

@@ -16,6 +16,55 @@ from teachers.voice import voice_names
 _BLANK = "..."  # a line that is yet to be written
 
 
+class _Policy(AdviceTaker["TextOnly"]):
+    """Learns from sentences."""
+
+    def begin(self) -> None:
+        """Learn to read, once; have nothing written."""
+        super().begin()
+        if not hasattr(self, "_reader"):
+            self._reader = Reader(self.family.phrasebook, voice_names(), self._is_action)
+        self._draft = ""
+        self._actions: list[Any] = []
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """Obey what is understood."""
+        turn = self.arrive(observation)
+        text = observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}"
+        for claim, slots, about in self._reader.read(text):
+            at = turn if about is None else about
+            if issubclass(claim, ActionClaim) and claim.action_slot in slots:
+                self._hear(claim, [slots[claim.action_slot]], at, endless=True)
+            elif issubclass(claim, PlanClaim) and claim.plan_slot in slots:
+                steps = slots[claim.plan_slot].split(claim.separator)
+                self._hear(claim, [_unquoted(step) for step in steps], at)
+            elif issubclass(claim, EditClaim):
+                self.learn(FP, self._correct(int(slots[claim.line_slot]), slots[claim.words_slot]), turn)
+            elif issubclass(claim, ActionClaim) and claim.kind in (HP, HN) and 0 < at <= len(self._actions):
+                self.learn(claim.kind, self._actions[at - 1], at)
+        action = self.decide()
+        self._actions.append(self.world.legal(action))
+        if isinstance(self.world.action_space, spaces.Text):
+            self._draft = action
+        return action
+
+    def _hear(self, claim: type[Claim[Any]], words: Sequence[str], turn: int, endless: bool = False) -> None:
+        """Take actions to heart that are named, if all of them are actions."""
+        actions = [parse_action(word, self.world) for word in words]
+        if not any(type(action) is ParseFailure for action in actions):
+            self.hear(claim.kind, actions, turn, endless)
+
+    def _is_action(self, text: str) -> bool:
+        return type(parse_action(text, self.world)) is not ParseFailure
+
+    def _correct(self, number: int, words: str) -> str:
+        """The last text with one line replaced."""
+        lines = [line for line in self._draft.splitlines() if line.strip()]
+        lines += [_BLANK] * (number - len(lines))
+        lines[number - 1] = words
+        return "\n".join(lines)
+
+
 @dataclass(frozen=True)
 class TextOnly(Student):
     """Believes every sentence it understands: those of the family, in all voices that have a name.
@@ -25,54 +74,7 @@ class TextOnly(Student):
     """
 
     reads = "words"
-
-    class Policy(AdviceTaker):
-        """Learns from sentences."""
-
-        def begin(self) -> None:
-            """Learn to read, once; have nothing written."""
-            super().begin()
-            if not hasattr(self, "_reader"):
-                self._reader = Reader(self.family.phrasebook, voice_names(), self._is_action)
-            self._draft = ""
-            self._actions: list[Any] = []
-
-        def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """Obey what is understood."""
-            turn = self.arrive(observation)
-            text = observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}"
-            for claim, slots, about in self._reader.read(text):
-                at = turn if about is None else about
-                if issubclass(claim, ActionClaim) and claim.action_slot in slots:
-                    self._hear(claim, [slots[claim.action_slot]], at, endless=True)
-                elif issubclass(claim, PlanClaim) and claim.plan_slot in slots:
-                    steps = slots[claim.plan_slot].split(claim.separator)
-                    self._hear(claim, [_unquoted(step) for step in steps], at)
-                elif issubclass(claim, EditClaim):
-                    self.learn(FP, self._correct(int(slots[claim.line_slot]), slots[claim.words_slot]), turn)
-                elif issubclass(claim, ActionClaim) and claim.kind in (HP, HN) and 0 < at <= len(self._actions):
-                    self.learn(claim.kind, self._actions[at - 1], at)
-            action = self.decide()
-            self._actions.append(self.world.legal(action))
-            if isinstance(self.world.action_space, spaces.Text):
-                self._draft = action
-            return action
-
-        def _hear(self, claim: type[Claim[Any]], words: Sequence[str], turn: int, endless: bool = False) -> None:
-            """Take actions to heart that are named, if all of them are actions."""
-            actions = [parse_action(word, self.world) for word in words]
-            if not any(type(action) is ParseFailure for action in actions):
-                self.hear(claim.kind, actions, turn, endless)
-
-        def _is_action(self, text: str) -> bool:
-            return type(parse_action(text, self.world)) is not ParseFailure
-
-        def _correct(self, number: int, words: str) -> str:
-            """The last text with one line replaced."""
-            lines = [line for line in self._draft.splitlines() if line.strip()]
-            lines += [_BLANK] * (number - len(lines))
-            lines[number - 1] = words
-            return "\n".join(lines)
+    policy = _Policy
 
 
 def _unquoted(text: str) -> str:

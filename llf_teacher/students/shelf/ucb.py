@@ -10,6 +10,40 @@ from pz_envs.learning import ActionValues
 from teachers.spec import check_range
 
 
+class _Policy(LearnerPolicy["Ucb"]):
+    """Counts and sums per action."""
+
+    def clear(self) -> None:
+        """Nothing tried; the order of first tries is random."""
+        arms = self.action_count
+        self._count, self._sum = [0] * arms, [0.0] * arms
+        self._untried: list[int] = self.rng.permutation(arms).tolist()
+
+    def learn(self, reward: float, over: bool) -> None:
+        """Count the reward."""
+        self._count[self._last] += 1
+        self._sum[self._last] += reward
+
+    def choose(self, wrong: Collection[Any] = ()) -> int:
+        """The next untried action, else the action of the greatest bound."""
+        untried = [arm for arm in self._untried if arm not in wrong]
+        if untried:
+            return untried[-1]
+        tried = [arm for arm, count in enumerate(self._count) if count and arm not in wrong]
+        if not tried:  # it is warned of all that there is to choose from
+            return self._untried[-1] if self._untried else self._last
+        log = 2 * math.log(sum(self._count))
+        scale = self.spec.scale
+        bounds = {arm: self._sum[arm] / n + scale * math.sqrt(log / n) for arm in tried if (n := self._count[arm])}
+        return max(bounds, key=bounds.__getitem__)
+
+    def take(self, action: Any) -> None:
+        """Remember it; an advised action is tried as well as one of its own choice."""
+        self._last: int = int(action)
+        if self._last in self._untried:
+            self._untried.remove(self._last)
+
+
 @dataclass(frozen=True)
 class Ucb(Learner):
     """UCB1 (Auer, Cesa-Bianchi & Fischer 2002): mean reward plus `scale * sqrt(2 ln t / n)`; each action once first."""
@@ -17,40 +51,8 @@ class Ucb(Learner):
     scale: float = 0.5
     """Width of the bound, in units of reward, at least 0."""
     suits = ActionValues
+    policy = _Policy
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_range("scale", self.scale, 0, math.inf)
-
-    class Policy(LearnerPolicy):
-        """Counts and sums per action."""
-
-        def clear(self) -> None:
-            """Nothing tried; the order of first tries is random."""
-            arms = int(self.world.action_space.n)  # type: ignore[attr-defined]
-            self._count, self._sum = [0] * arms, [0.0] * arms
-            self._untried = self.rng.permutation(arms).tolist()
-
-        def learn(self, reward: float, over: bool) -> None:
-            """Count the reward."""
-            self._count[self._last] += 1
-            self._sum[self._last] += reward
-
-        def choose(self, wrong: Collection[Any] = ()) -> int:
-            """The next untried action, else the action of the greatest bound."""
-            untried = [arm for arm in self._untried if arm not in wrong]
-            if untried:
-                return untried[-1]
-            tried = [arm for arm, count in enumerate(self._count) if count and arm not in wrong]
-            if not tried:  # it is warned of all that there is to choose from
-                return self._untried[-1] if self._untried else self._last
-            log = 2 * math.log(sum(self._count))
-            scale = self.spec.scale
-            bounds = {arm: self._sum[arm] / n + scale * math.sqrt(log / n) for arm in tried if (n := self._count[arm])}
-            return max(bounds, key=bounds.__getitem__)
-
-        def take(self, action: Any) -> None:
-            """Remember it; an advised action is tried as well as one of its own choice."""
-            self._last = int(action)
-            if self._last in self._untried:
-                self._untried.remove(self._last)
