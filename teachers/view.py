@@ -28,8 +28,7 @@ class View:
         """The kinds of feedback that are wanted; others are withheld whatever a personality says."""
         self.asked = False
         """Whether the student asks, and advice is all that it wants."""
-        self.words = words
-        """The number of words that saying a claim takes, on average over its paraphrases."""
+        self._words = words
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Take note of the next moment, and of the kinds that are wanted now."""
@@ -135,6 +134,10 @@ class View:
         """The truth in which the action was or will be taken that a claim is about."""
         moment = self.moment_of(claim)
         return moment.after if claim.kind in (FP, FN) or moment.before is None else moment.before
+
+    def words(self, claim: Claim[Any]) -> float:
+        """The number of words that saying a claim takes on average, but for those that say that it comes late."""
+        return self._words(_bare(claim))
 
     def holds(self, claim: Claim[Any]) -> bool:
         """Whether a claim is true."""

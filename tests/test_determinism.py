@@ -9,9 +9,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from playing import steps
+from sampling import practice
 
 import llf_teacher
-from llf_teacher.registry import PREFIX
+from llf_teacher.registry import PREFIX, entry
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.study import EpisodeSpec
 from llf_teacher.tools.golden import transcript
@@ -31,9 +33,9 @@ TEACHERS = (
 def digest():
     """A digest of many episodes, with all that was said and done."""
     records = [
-        play(EpisodeSpec(id, teacher, student, "p", "a", 12, 4, ""))
+        play(EpisodeSpec(id, teacher, student, practice(entry(id).family), "a", 12, 4, ""))
         for id in SHOWCASE
-        for teacher in TEACHERS
+        for teacher in filter(entry(id).family.serves, TEACHERS)
         for student in ("random", "text_only", "reward_only")
     ]
     return hashlib.sha256(repr(records).encode()).hexdigest()
@@ -47,7 +49,7 @@ def expected():
 @pytest.mark.parametrize("hash_seed", ["0", "4242"])
 def test_another_process_and_another_hash_seed(hash_seed):
     program = f"import runpy; print(runpy.run_path({__file__!r})['digest']())"
-    environment = os.environ | {"PYTHONHASHSEED": hash_seed}
+    environment = os.environ | {"PYTHONHASHSEED": hash_seed, "PYTHONPATH": os.pathsep.join(sys.path)}
     result = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, env=environment, check=True
     )
@@ -62,10 +64,10 @@ def test_environments_do_not_disturb_each_other(id):
 
     (alone, expected), (one, first), (two, second) = make(), make(), make()
     action = alone.aec.world.sample_action(np.random.default_rng(0))
-    expected += [alone.step(action)[0]["feedback"] for _ in range(8)]
-    for _ in range(8):
-        first.append(one.step(action)[0]["feedback"])
-        second.append(two.step(action)[0]["feedback"])
+    expected += [observation["feedback"] for observation, *_ in steps(alone, [action] * 8)]
+    for (mine, *_), (yours, *_) in zip(steps(one, [action] * 8), steps(two, [action] * 8), strict=True):
+        first.append(mine["feedback"])
+        second.append(yours["feedback"])
     assert first == second == expected
 
 

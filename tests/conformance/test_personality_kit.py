@@ -47,10 +47,14 @@ class Harmless(Liar):
 
 @dataclass(frozen=True)
 class Restless(Liar):
-    """Draws from a stream of nobody's."""
+    """Draws from a stream of nobody's at the beginning of an episode."""
 
-    def says(self, claims, view, rng):
-        return claims[: np.random.default_rng().integers(len(claims) + 1)]
+    class Stage(Stage):
+        def begin(self):
+            self.most = np.random.default_rng().integers(4)
+
+        def speak(self, claims, view):
+            return claims[: self.most]
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,26 @@ class Homesick(Liar):
         return claims if moment.before is None else (*claims, Right.on(Ground(), action=moment.action))
 
 
+class Diary(list):
+    """Is lost on the way."""
+
+    def __reduce__(self):
+        return Diary, ()
+
+
+@dataclass(frozen=True)
+class Forgetful(Liar):
+    """Says nothing twice in an episode, as far as its memory survives copying."""
+
+    class Stage(Stage):
+        def begin(self):
+            self.said = Diary()
+
+        def speak(self, claims, view):
+            self.said.append(view.turn)
+            return claims if len(self.said) < 20 else ()
+
+
 @dataclass(frozen=True)
 class Hasty(Liar):
     """Says what comes late as if it were of now."""
@@ -102,6 +126,7 @@ LIARS = {
     kit.check_draws: Restless(),
     kit.check_hands_off: Meddler(),
     kit.check_words: Homesick(),
+    kit.check_twins: Forgetful(),
     kit.check_stages: Hasty(),
 }
 

@@ -1,16 +1,19 @@
 """Every environment of the registry passes the kits that ship with the packages."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from design import sampled
 from gymnasium.utils.env_checker import check_env
-from sampling import ENTRIES, fewer
+from sampling import ENTRIES, fewer, practice
 
 import llf_teacher
 from llf_teacher.registry import PREFIX, entries
 from pz_envs import testing as seat_kit
 from pz_envs.family import all_families
 from teachers import testing as teacher_kit
+from teachers.feedback import parse_kinds
 from worlds import testing as world_kit
 
 SHOWCASE = [entries()[PREFIX + family.showcase[0]] for family in all_families()]
@@ -58,10 +61,17 @@ def test_gymnasium_check_env(entry, text):
     check_env(llf_teacher.make(entry.id, text=text), skip_render_check=True)
 
 
-@pytest.mark.parametrize("entry", SHOWCASE, ids=name)
-@pytest.mark.parametrize("instruction_type", ["b", "p", "c"])
-@pytest.mark.parametrize("feedback_type", ["a", "n", "m", "r", "hp", "hn", "fp", "fn", "r+hp+hn", ["fp", "fn"]])
-@pytest.mark.parametrize("teacher", ["oracle", "mix", "mistake"])
+def options(entry):
+    """All options that an environment's oracle supports."""
+    oracle = entry.family.oracle_class()
+    feedback = ("a", "n", "m", "r", "hp", "hn", "fp", "fn", "r+hp+hn", ["fp", "fn"])
+    given = [each for each in feedback if each in ("a", "n", "m") or parse_kinds(each) <= {*oracle.feedback_types}]
+    return product([entry], oracle.instruction_types, given, ["oracle", "mix", "mistake"])
+
+
+@pytest.mark.parametrize(
+    ("entry", "instruction_type", "feedback_type", "teacher"), [case for entry in SHOWCASE for case in options(entry)]
+)
 def test_cross_of_options(entry, instruction_type, feedback_type, teacher):
     settings = {"instruction_type": instruction_type, "feedback_type": feedback_type, "teacher": teacher}
     env = llf_teacher.make(entry.id, **settings, max_turns=fewer(entry.family, 19) + 1, privileged_info=True)
@@ -96,11 +106,12 @@ def test_what_mistake_says_with_certainty_is_false(entry):
 
 
 @pytest.mark.parametrize("entry", SHOWCASE, ids=name)
-@pytest.mark.parametrize("settings", [{"instruction_type": "p"}, {"personality": "mistake"}], ids=str)
+@pytest.mark.parametrize("settings", [{"instruction_type": practice}, {"personality": "mistake"}], ids=["p", "mistake"])
 @pytest.mark.parametrize("paraphrase", ["random", 3, lambda templates, **slots: templates[-1].format(**slots)])
 def test_the_worlds_trace_does_not_depend_on_teacher_or_voice(entry, settings, paraphrase):
     def trace(**settings):
         teacher = settings.pop("personality", "oracle")
+        settings = {key: value(entry.family) if value is practice else value for key, value in settings.items()}
         env = llf_teacher.make(entry.id, teacher=teacher, **settings)
         env.reset(seed=5)
         seen = []

@@ -1,6 +1,6 @@
 """Every personality with every family that it serves; both registries, so that new ones are checked by themselves."""
 
-import pickle
+from dataclasses import replace
 
 import gymnasium
 import lake
@@ -17,6 +17,7 @@ from pz_envs.lesson import Lesson
 from pz_envs.text_mode import parse_action
 from teachers.common import Example
 from teachers.personality import PERSONALITIES, parse_personality
+from teachers.testing import PERSONALITY_CHECKS
 from worlds.testing import plain
 
 TURNS = 60  # a pair: some worlds are slow
@@ -41,32 +42,11 @@ def said(name, spec):
     return [turn for episode in taught(name, spec, TURNS) for turn in episode]
 
 
-@sampled(lambda name, spec: {name, spec})
+@sampled(lambda name, spec, check: {(check, name), (check, spec)})
 @on_every_pair
-def test_honest_personalities_say_nothing_false(name, spec):
-    if parse_personality(spec).honest:
-        for episode in taught(name, spec, TURNS):
-            for _, atoms, _ in episode:
-                assert all(atom.claim.holds(episode[atom.about_turn][0], lab(name)) for atom in atoms)
-
-
-@sampled(lambda name, spec: {name, spec})
-@pytest.mark.parametrize(
-    ("name", "spec"), [each for each in pairs(*MORE) if not parse_personality(each[1]).honest and "|" not in each[1]]
-)
-def test_what_a_distorting_personality_says_and_the_oracle_does_not_is_false(name, spec):
-    atoms = [(atom, moment) for moment, atoms, true in said(name, spec) for atom in atoms if atom.claim not in true]
-    assert atoms
-    assert not [atom for atom, moment in atoms if atom.claim.holds(moment, lab(name))]
-
-
-@sampled(lambda name, spec: {name, spec})
-@on_every_pair
-def test_the_same_seeds_give_the_same_words(name, spec):
-    again = taught.__wrapped__(name, spec, TURNS)
-    assert [[turn[1] for turn in episode] for episode in again] == [
-        [turn[1] for turn in episode] for episode in taught(name, spec, TURNS)
-    ]
+@pytest.mark.parametrize("check", PERSONALITY_CHECKS, ids=lambda check: check.__name__)
+def test_personality(name, spec, check):
+    check(parse_personality(spec), replace(pupil(name), turns=TURNS))
 
 
 @sampled(lambda name, spec: {name, spec})
@@ -84,18 +64,6 @@ def test_the_worlds_trace_is_the_same_as_without_a_teacher(name, spec):
         return turns
 
     assert trace(spec) == trace("silent")
-
-
-@sampled(lambda name, spec: {name, spec})
-@on_every_pair
-def test_claims_said_have_words_and_survive_the_way_to_another_process(name, spec):
-    for episode in taught(name, spec, TURNS):
-        for _, atoms, _ in episode:
-            for atom in atoms:
-                twin, moment = pickle.loads(pickle.dumps(atom)), episode[atom.about_turn][0]
-                assert atom.text.strip()
-                assert twin == atom
-                assert twin.claim.holds(moment, lab(name)) == atom.claim.holds(moment, lab(name))
 
 
 @sampled(lambda name, spec: {name, spec})

@@ -3,13 +3,14 @@
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 import pytest
 
 from pz_envs.family import all_families
 from teachers import testing as kit
-from teachers.atoms import FN, Claim, claim
+from teachers.atoms import FN, ActionClaim, PlanClaim, claim
 from teachers.common import Solved
-from teachers.oracles.bandits import Among, BanditOracle, Pull
+from teachers.oracles.bandits import Among, Avoid, BanditOracle, Pull, PulledBest
 from teachers.phrasebook import Phrasebook
 from teachers.teacher import Teacher
 
@@ -19,8 +20,9 @@ from teachers.teacher import Teacher
 def pupil(oracle):
     def make_teacher(world, personality="oracle", **settings):
         voice = BANDITS.make_teacher(world).voice | Phrasebook(
-            {cls.__name__: [f"{cls.__name__} {i}: {{action}}." for i in range(4)] for cls in (Strange, Hinted)},
-            [Strange, Hinted],
+            {cls.__name__: [f"{cls.__name__} {i}: {{action}}." for i in range(4)] for cls in (Strange, Hinted)}
+            | {"Plan": [f"Plan {i}." for i in range(4)]},
+            [Strange, Hinted, Plan],
             "test",
         )
         return Teacher(oracle(world.scratch), voice, personality, **settings)
@@ -29,7 +31,7 @@ def pupil(oracle):
 
 
 @claim
-class Strange(Claim):
+class Strange(ActionClaim):
     """True always."""
 
     kind = FN
@@ -40,6 +42,16 @@ class Strange(Claim):
 
     def counterparts(self, moment, lab):
         return (Solved(),) if not moment.success else ()
+
+
+@claim
+class Plan(PlanClaim):
+    """True always."""
+
+    actions: tuple[int, ...]
+
+    def holds(self, moment, lab):
+        return True
 
 
 class Misleader(BanditOracle):
@@ -83,6 +95,13 @@ class Confused(BanditOracle):
             claims.append(Strange(action=0.5))
 
 
+class Stammerer(BanditOracle):
+    """Says the first thing twice."""
+
+    def _basics(self, truth):
+        return (*super()._basics(truth), super()._basics(truth)[0])
+
+
 class Dreamer(BanditOracle):
     """Plans what has regret."""
 
@@ -123,6 +142,7 @@ LIARS = {
     kit.check_kinds: Unordered,
     kit.check_no_meddling: Meddler,
     kit.check_claims: Confused,
+    kit.check_instructions: Stammerer,
     kit.check_plans: Dreamer,
     kit.check_determinism: Restless,
 }
@@ -147,6 +167,68 @@ class Overpromising(BanditOracle):
 def test_every_type_of_instruction_is_checked():
     with pytest.raises(AssertionError, match="does not hold of"):
         kit.check_honesty(pupil(Overpromising))
+
+
+class Lenient(BanditOracle):
+    """Does not mind a text that is no action."""
+
+    def regret(self, moment):
+        return 0.0 if moment.before is None else super().regret(moment)
+
+
+class Secretive(BanditOracle):
+    """Adds nothing to the basic instruction."""
+
+    def _solution(self, truth):
+        return ()
+
+
+class Impatient(BanditOracle):
+    """Praises in the complete instruction."""
+
+    def _solution(self, truth):
+        return (PulledBest(action=truth.best[0]),)
+
+
+class Disordered(BanditOracle):
+    """Names the types of its instructions in another order."""
+
+    instruction_types = ("c", "b", "p")
+
+
+class Numeric(BanditOracle):
+    """Has numbers of NumPy's in its claims."""
+
+    def start(self, truth):
+        super().start(truth)
+        self._avoid = tuple(Avoid(action=np.int64(arm)) for arm in self._poor)
+
+
+class Planless(BanditOracle):
+    """States a plan of nothing."""
+
+    def _solution(self, truth):
+        return (Plan(actions=()),)
+
+
+@pytest.mark.parametrize(
+    ("check", "liar", "message"),
+    [
+        (kit.check_plans, Lenient, "a text that is no action has regret 0.0, less than all"),
+        (kit.check_instructions, Secretive, "the instruction c adds nothing to that of type b"),
+        (kit.check_instructions, Impatient, "the instruction c adds claims of kinds .*'hp'.*; allowed: {None}"),
+        (kit.check_instructions, Disordered, r"instruction_types \('c', 'b', 'p'\) are not b, p, c"),
+        (
+            kit.check_claims,
+            Numeric,
+            r"the field 'action' of the claim Avoid holds \S+ of type int64; allowed: str, int",
+        ),
+        (kit.check_claims, Planless, r"Plan\(actions=\(\)\) is a plan of no action"),
+    ],
+)
+def test_what_else_is_refused(check, liar, message):
+    with pytest.raises(AssertionError, match=message):
+        check(pupil(liar))
 
 
 def test_every_check_has_a_liar():

@@ -20,6 +20,12 @@ ENTRIES = _params(entries().values())
 """Every environment, likewise."""
 
 
+def practice(family):
+    """The type of instruction with feedback in it, `p`, if there is one; else the longest that there is."""
+    types = family.oracle_class().instruction_types
+    return "p" if "p" in types else types[-1]
+
+
 def fewer(family, usual):
     """A number of turns, episodes or seeds; a slow simulator gets a thirtieth."""
     return max(usual // _SLOWER, 1) if family.slow else usual

@@ -9,15 +9,20 @@ from teachers.personality import PERSONALITIES
 
 FAMILIES = {family.name: family for family in all_families()}
 LASTING = 10  # turns
-TYPES = Oracle.instruction_types
 QUICK = [name for name, family in FAMILIES.items() if not family.slow]
 
 
+def is_complete(family):
+    """Whether all kinds of feedback and all types of instructions are given."""
+    oracle = family.oracle_class()
+    return oracle.feedback_types == KINDS and oracle.instruction_types == Oracle.instruction_types
+
+
 def is_rich(family):
-    """Whether a family has all that can be taught, and random play lasts: for what takes many claims to see."""
-    oracle, world = family.oracle_class(), family.make_world(**family.environments[family.showcase[0]])
-    if oracle.feedback_types != KINDS or oracle.instruction_types != TYPES:
+    """Whether a family is complete, and random play lasts: for what takes many claims to see."""
+    if not is_complete(family):
         return False
+    world = family.make_world(**family.environments[family.showcase[0]])
     rng = np.random.default_rng(0)
     for _ in range(5):
         world.reset(seed=int(rng.integers(2**31)))
@@ -26,13 +31,14 @@ def is_rich(family):
     return True
 
 
+COMPLETE = [name for name, family in FAMILIES.items() if is_complete(family)]
 RICH = [name for name in QUICK if is_rich(FAMILIES[name])]
 
 
-def pairs(*more):
+def pairs(*more, names=QUICK):
     """Names of families and specs of personalities that they serve: all on the shelf, and more.
 
     Personalities know no family: slow ones are left to the audit and to the cross of options.
     """
     specs = (*PERSONALITIES.names, *more)
-    return [(name, spec) for name in QUICK for spec in specs if FAMILIES[name].serves(spec)]
+    return [(name, spec) for name in names for spec in specs if FAMILIES[name].serves(spec)]

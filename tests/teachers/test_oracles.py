@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sampling import fewer
 
 from pz_envs.family import all_families
-from teachers.atoms import FN, FP, HN, HP, KINDS, Claim, Moment, ParseFailure
+from teachers.atoms import FN, FP, HN, HP, KINDS, Claim, Moment, ParseFailure, R
 from teachers.oracle import claims_of
 from teachers.oracles import bandits, gridworld
 from teachers.oracles.poem import PoemOracle
@@ -112,7 +112,7 @@ def test_an_action_that_was_not_executed_loses_all(name):
     oracle.start(world.truth)
     failure = Moment(None, ParseFailure("?", ""), world.failure_reward, world.truth, False, 1, False)
     assert oracle.regret(failure) >= oracle.importance(world.truth) - 1e-9
-    assert oracle.importance(world.truth) > 0
+    assert oracle.importance(world.truth) > 0 or "importance" not in oracle.abilities()
 
 
 @on_every_environment
@@ -160,6 +160,10 @@ def test_instructions_hold(name, instruction_type):
     family, _ = ENVIRONMENTS[name]
     world = pupil(name).make_world()
     lab = world.scratch()
+    if instruction_type not in family.oracle_class().instruction_types:
+        with pytest.raises(ValueError, match=f"instruction type '{instruction_type}' is not supported"):
+            family.make_teacher(world, instruction_type=instruction_type)
+        return
     for seed in range(fewer(family, 15)):
         world.reset(seed=seed)
         oracle = family.make_teacher(world).oracle
@@ -352,11 +356,10 @@ def test_false_counterparts_are_of_the_same_turn_and_false(name):
 
 
 @on_every_environment
-def test_oracles_define_their_claims_and_instruction_types(name):
+def test_oracles_define_their_claims(name):
     cls = ENVIRONMENTS[name][0].oracle_class()
-    assert cls.instruction_types == ("b", "p", "c")
     assert all(claim.__module__ in (cls.__module__, f"{cls.__module__}.claims") for claim in cls.claims())
-    assert len(cls.claims()) > 5
+    assert {each.kind for each in cls.claims()} >= {None, *cls.feedback_types} - {R}
 
 
 def test_a_package_has_claims_of_its_own_and_of_its_module_of_claims(monkeypatch):

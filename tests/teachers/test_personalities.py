@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from design import sampled
 from scipy.stats import binomtest, chisquare
-from shelf import QUICK, pairs
+from shelf import RICH, pairs
 
 from pz_envs.family import all_families
 from teachers.atoms import KINDS, Moment, ParseFailure
@@ -84,7 +84,7 @@ def texts(name, personality, **settings):
     return [[str(said) for said in utterances] for utterances in heard(name, personality, **settings)]
 
 
-on_every_family = pytest.mark.parametrize("name", QUICK)
+on_every_family = pytest.mark.parametrize("name", RICH)
 
 
 @on_every_family
@@ -280,7 +280,7 @@ def test_stages_are_asked_from_left_to_right(personality, said):
 
 @sampled(lambda name, personality, feedback_type: {name, personality, feedback_type})
 @pytest.mark.parametrize("feedback_type", ["n", "r", "hp+fn", "m"])
-@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=1) | delayed(turns=1)"))
+@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=1) | delayed(turns=1)", names=RICH))
 def test_the_feedback_type_bounds_what_any_personality_says(name, personality, feedback_type):
     allowed = set(KINDS) if feedback_type == "m" else {kind for kind in KINDS if kind in feedback_type.split("+")}
     for _, said in turns(name, personality, feedback_type=feedback_type, turns=FEW):

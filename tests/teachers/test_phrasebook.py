@@ -79,7 +79,8 @@ def real_claims(name):
         for oracle, moment in pupil.judged():
             claims = oracle.judge(moment)
             if moment.turn == 0:
-                claims += oracle.brief(moment.after, "p", np.random.default_rng(0)) + oracle.brief(moment.after, "c")
+                for type_ in oracle.instruction_types:
+                    claims += oracle.brief(moment.after, type_, np.random.default_rng(0))
             for each in claims:
                 for one in (each, *each.counterparts(moment, lab), *each.coarser(moment, lab)):
                     found.setdefault(type(one), {})[one] = None

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 from design import sampled
-from shelf import pairs
+from shelf import COMPLETE, RICH, pairs
 
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, KINDS, SILENCE, Moment, ParseFailure, Utterance
@@ -15,6 +15,7 @@ from teachers.testing import Pupil
 
 FAMILIES = {family.name: family for family in all_families()}
 on_every_family = pytest.mark.parametrize("name", FAMILIES)
+on_complete_families = pytest.mark.parametrize("name", COMPLETE)
 
 
 def make(name, personality="oracle", **settings):
@@ -52,7 +53,7 @@ def claims(said):
     return [atom.claim for atom in said.atoms]
 
 
-@on_every_family
+@on_complete_families
 def test_the_opening_is_the_instruction_and_then_advice(name):
     _, said, _ = begun(name)
     kinds = [atom.kind for atom in said.atoms]
@@ -71,7 +72,7 @@ def test_open_gives_the_instruction_alone(name):
     assert {atom.kind for atom in teacher.open(moments[0]).atoms} == {None}
 
 
-@on_every_family
+@on_complete_families
 def test_later_turns_are_feedback_in_speaking_order(name):
     teacher, _, moments = begun(name)
     for moment in moments[:5]:
@@ -113,7 +114,7 @@ def test_after_the_last_text_that_is_no_action_there_is_no_advice(name):
     assert [type(claim) for claim in claims(said)] == [NotUnderstood]
 
 
-@on_every_family
+@on_complete_families
 def test_instruction_types_add_to_the_basic_one(name):
     basic, practice, complete = [claims(begun(name, instruction_type=each, feedback_type="n")[1]) for each in "bpc"]
     assert all(claim.kind is None for claim in basic)
@@ -173,7 +174,7 @@ def test_the_feedback_type_reads_as_files_hold_it(value, text):
     assert teacher.feedback_type == text
 
 
-@on_every_family
+@on_complete_families
 @pytest.mark.parametrize("personality", ["oracle", "mistake"])
 @pytest.mark.parametrize(("value", "kinds"), [("r+fp", {"r", FP}), ("n", set()), ("m", set(KINDS))])
 def test_a_feedback_type_takes_effect_within_an_episode(name, personality, value, kinds):
@@ -183,7 +184,7 @@ def test_a_feedback_type_takes_effect_within_an_episode(name, personality, value
         assert {claim.kind for claim in claims(teacher.speak(moment))} <= kinds
 
 
-@on_every_family
+@on_complete_families
 @pytest.mark.parametrize("personality", ["oracle", "only(kinds='r+hp+hn+fp+fn')"])
 def test_feedback_type_m_draws_the_kinds_of_each_turn(name, personality):
     teacher, _, moments = begun(name, personality, feedback_type="m")
@@ -221,7 +222,7 @@ def test_in_the_seat_it_says_what_it_says_of_the_moment(name):
 
 
 @sampled(lambda name, personality, settings: {name, personality, str(settings)})
-@pytest.mark.parametrize(("name", "personality"), pairs())
+@pytest.mark.parametrize(("name", "personality"), pairs(names=RICH))
 @pytest.mark.parametrize("settings", [{}, {"instruction_type": "p", "feedback_type": "m"}], ids=["plain", "drawn"])
 def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
     teacher, moments = make(name, personality, **settings)
@@ -231,7 +232,7 @@ def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
 
 
 @sampled(lambda name, personality, copied: {name, personality, copied})
-@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=0.5) | delayed(turns=3) | mix"))
+@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=0.5) | delayed(turns=3) | mix", names=RICH))
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda teacher: pickle.loads(pickle.dumps(teacher))])
 def test_copies_within_an_episode_go_on_like_the_original(name, personality, copied):
     teacher, _, moments = begun(name, personality, feedback_type="m", instruction_type="p")

@@ -7,7 +7,7 @@ import string
 import numpy as np
 import pytest
 from lessons import episodes, pupil
-from shelf import FAMILIES, QUICK
+from shelf import COMPLETE, FAMILIES, RICH
 
 from teachers.atoms import HN, HP, Claim, claim
 from teachers.common import Reward, Right, Solved, TryAgain
@@ -46,7 +46,7 @@ def test_the_voices_of_the_shelf():
 
 
 @pytest.mark.parametrize("voice", [*VOICES, shout], ids=lambda voice: getattr(voice, "__name__", voice))
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", RICH)
 def test_a_voice_never_changes_which_claims_are_made(name, voice):
     for said, plain in zip(heard(name, voice), heard(name, "plain"), strict=True):
         assert [(a.claim, a.about_turn) for a in said.atoms] == [(a.claim, a.about_turn) for a in plain.atoms]
@@ -70,7 +70,7 @@ def names(template):
     return {field for _, field, _, _ in string.Formatter().parse(template.source) if field}
 
 
-@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("name", COMPLETE)
 def test_voices_sound_as_they_are_called(name):
     words = {voice: np.mean([len(said.split()) for said in heard(name, voice, "oracle")[1:]]) for voice in VOICES}
     assert words["curt"] < 0.95 * words["plain"] < words["warm"]

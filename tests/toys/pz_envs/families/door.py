@@ -11,6 +11,6 @@ FAMILY = Family(
     showcase=("door-v0",),
     max_cycles=8,
     regret_unit="turns before a shut door",
-    reward_only="random_search",
+    reward_only="random",
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

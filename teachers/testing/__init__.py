@@ -1,0 +1,52 @@
+"""Conformance kits: `check_oracle` for an oracle with its phrases, `check_personality` for a personality."""
+
+from teachers.testing.oracles import (
+    CHECKS,
+    check_claims,
+    check_determinism,
+    check_distortion,
+    check_hints,
+    check_honesty,
+    check_instructions,
+    check_kinds,
+    check_no_meddling,
+    check_oracle,
+    check_plans,
+)
+from teachers.testing.personalities import (
+    PERSONALITY_CHECKS,
+    check_draws,
+    check_hands_off,
+    check_personality,
+    check_promise,
+    check_spec,
+    check_stages,
+    check_twins,
+    check_words,
+)
+from teachers.testing.pupil import Heard, Pupil
+
+__all__ = [
+    "CHECKS",
+    "PERSONALITY_CHECKS",
+    "Heard",
+    "Pupil",
+    "check_claims",
+    "check_determinism",
+    "check_distortion",
+    "check_draws",
+    "check_hands_off",
+    "check_hints",
+    "check_honesty",
+    "check_instructions",
+    "check_kinds",
+    "check_no_meddling",
+    "check_oracle",
+    "check_personality",
+    "check_plans",
+    "check_promise",
+    "check_spec",
+    "check_stages",
+    "check_twins",
+    "check_words",
+]

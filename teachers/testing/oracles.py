@@ -1,0 +1,213 @@
+"""The conformance kit for oracles and their phrases.
+
+Each check takes a `Pupil`, which plays random actions under the oracle's eyes, and raises an AssertionError that says
+what is wrong.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from teachers.atoms import HN, HP, KINDS, ActionClaim, Claim, EditClaim, Moment, ParseFailure, PlanClaim
+from teachers.oracle import Oracle, RefusalError
+from teachers.testing.pupil import Pupil
+from worlds.testing import plain, require
+
+_JSON = (str, int, float, bool, type(None))
+
+
+def check_oracle(pupil: Pupil) -> None:
+    """Run every check."""
+    for check in CHECKS:
+        check(pupil)
+
+
+def check_honesty(pupil: Pupil) -> None:
+    """All that is said without a distorting personality holds, whatever the type of the instruction."""
+    types = _teaching(pupil).instruction_types
+    for said in pupil.said(*({"instruction_type": type_} for type_ in types)):
+        # Most is said with every instruction, and some of it takes long to check.
+        for (claim, _), (moment, lab) in {(atom.claim, atom.about_turn): about for atom, *about in said}.items():
+            require(claim.holds(moment, lab), f"{claim} does not hold of {moment}")
+
+
+def check_distortion(pupil: Pupil) -> None:
+    """A distorted claim is false, and there is one for every kind of feedback that the oracle gives."""
+    rng = np.random.default_rng(0)
+    lab = pupil.make_world().scratch()
+    distorted = set()
+    for oracle, moment in pupil.judged():
+        for claim in oracle.judge(moment):
+            false = oracle.distort(claim, moment, rng)
+            if false is not None:
+                require(not false.holds(moment, lab), f"{false}, distorted from {claim}, holds of {moment}")
+                distorted.add(claim.kind)
+    missing = set(_teaching(pupil).feedback_types) - distorted
+    require(not missing, f"no false counterpart was found for {missing}")
+
+
+def check_hints(pupil: Pupil) -> None:
+    """What a claim says coarser is of its kind, can be worded, and holds, too."""
+    lab = pupil.make_world().scratch()
+    voice = pupil.make_teacher(pupil.make_world()).voice
+    for oracle, moment in pupil.judged():
+        for claim in oracle.judge(moment):
+            for hint in claim.coarser(moment, lab) if claim.holds(moment, lab) else ():
+                require(hint.kind is claim.kind, f"{hint}, coarser than {claim}, is of kind {hint.kind}")
+                require(hint.holds(moment, lab), f"{hint}, coarser than {claim}, does not hold of {moment}")
+                voice.words(hint)
+
+
+def check_kinds(pupil: Pupil) -> None:
+    """All kinds that the oracle gives occur, in speaking order; asking for fewer gives just those of these claims."""
+    seen = set()
+    order = list(KINDS).index
+    for oracle, moment in pupil.judged():
+        claims = oracle.judge(moment)
+        kinds = [claim.kind for claim in claims]
+        require(kinds == sorted(kinds, key=order), f"kinds {kinds} are not in speaking order")
+        seen.update(kinds)
+        for kind in KINDS:
+            wanted = tuple(claim for claim in claims if claim.kind == kind)
+            got = oracle.judge(moment, frozenset((kind,)))
+            require(got == wanted, f"asked for {kind}, the oracle says {got} instead of {wanted}")
+    given = set(_teaching(pupil).feedback_types)
+    require(not given - seen, f"{given - seen} never occur in {pupil.turns} random turns")
+    require(not seen - given, f"{seen - given} occur, but are not among the oracle's feedback_types")
+
+
+def check_no_meddling(pupil: Pupil) -> None:
+    """Judging leaves the taught world as it is."""
+    world = pupil.make_world()
+    oracle = pupil.make_teacher(world).oracle
+    for moment in pupil.moments(world):
+        before = plain(world.save())
+        if moment.turn == 0:
+            oracle.start(moment.after)
+            for instruction_type in oracle.instruction_types:
+                oracle.brief(moment.after, instruction_type, np.random.default_rng(0))
+        oracle.judge(moment)
+        oracle.importance(moment.after)
+        oracle.plan(moment.after, 3)
+        require(plain(world.save()) == before, f"the oracle changed the world while judging {moment}")
+
+
+def check_claims(pupil: Pupil) -> None:
+    """Claims are hashable values of JSON's types; the actions that they name are legal and canonical."""
+    world = pupil.make_world()
+    for instruction_type in _teaching(pupil).instruction_types:
+        for atom, _, _ in pupil.atoms(instruction_type=instruction_type):
+            claim: Claim = atom.claim
+            for field in dataclasses.fields(claim):  # type: ignore[arg-type]  # a dataclass
+                _require_json(claim, field.name, getattr(claim, field.name))
+            hash(claim)
+            actions = (claim.action,) if isinstance(claim, ActionClaim) else ()
+            if isinstance(claim, PlanClaim):
+                require(claim.actions, f"{claim} is a plan of no action")
+                actions += claim.actions
+            for action in actions:
+                require(
+                    plain(world.legal(action)) == plain(action), f"the action {action!r} in {claim} is not canonical"
+                )
+            if isinstance(claim, EditClaim):
+                require(claim.line >= 1, f"the line of {claim} is not counted from 1")
+
+
+def _require_json(claim: Claim, name: str, value: Any) -> None:
+    """A number of NumPy's is written in another way than Python's, or not at all."""
+    if isinstance(value, tuple):
+        for item in value:
+            _require_json(claim, name, item)
+    else:
+        require(
+            type(value) in _JSON or isinstance(value, Enum),
+            f"the field {name!r} of the claim {type(claim).__name__} holds {value!r} of type {type(value).__name__}; "
+            "allowed: str, int, float, bool, None, enumerations, and tuples of these; convert it, as in x.item()",
+        )
+
+
+def check_instructions(pupil: Pupil) -> None:
+    """Instructions repeat nothing; `b` is always given, to which `p` adds hindsight and `c` parts of no kind."""
+    types = _teaching(pupil).instruction_types
+    require(
+        types == tuple(t for t in "bpc" if t in types) and "b" in types, f"instruction_types {types} are not b, p, c"
+    )
+    world = pupil.make_world()
+    for seed in range(5):
+        world.reset(seed=seed)
+        oracle = pupil.make_teacher(world).oracle
+        oracle.start(world.truth)
+        basic = oracle.brief(world.truth, "b")
+        for type_ in types:
+            claims = oracle.brief(world.truth, type_, np.random.default_rng(seed))
+            require(
+                len(set(claims)) == len(claims) > 0, f"the instruction {type_} is empty, or repeats itself: {claims}"
+            )
+            more = claims[len(basic) :]
+            require(
+                claims[: len(basic)] == basic, f"the instruction {type_} does not begin with that of type b: {claims}"
+            )
+            require(more or type_ == "b", f"the instruction {type_} adds nothing to that of type b")
+            kinds = {claim.kind for claim in more}
+            allowed = {HP, HN} if type_ == "p" else {None}
+            require(kinds <= allowed, f"the instruction {type_} adds claims of kinds {kinds}; allowed: {allowed}")
+
+
+def check_plans(pupil: Pupil) -> None:
+    """Following the plan has no regret; importance lies between 0 and `max_importance`; regret is never negative.
+
+    An oracle that plans nothing may refuse to tell regrets.
+    """
+    world = pupil.make_world()
+    oracle = pupil.make_teacher(world).oracle
+    planned = False
+    for seed in range(10):
+        world.reset(seed=seed)
+        oracle.start(world.truth)
+        for turn, action in enumerate(oracle.plan(world.truth, pupil.max_turns), 1):
+            before = world.truth
+            _, reward, _, _, info = world.advance(world.legal(action))
+            planned = True
+            moment = Moment(before, action, reward, world.truth, info["success"], turn, False)
+            require(
+                abs(oracle.regret(moment)) < 1e-9, f"the plan's action has regret {oracle.regret(moment)}: {moment}"
+            )
+    for oracle, moment in pupil.judged():
+        importance = oracle.importance(moment.after)
+        require(0 <= importance <= oracle.max_importance, f"importance {importance} exceeds {oracle.max_importance}")
+        unread = Moment.unread(moment.after, ParseFailure("?", ""), 0.0, False, moment.turn, False)
+        try:
+            regret, most = oracle.regret(moment), oracle.regret(unread)
+        except RefusalError:
+            require(not planned, "the oracle plans, but refuses to tell regrets")
+            return
+        require(regret >= 0, f"negative regret {regret}: {moment}")
+        require(most >= importance - 1e-9, f"a text that is no action has regret {most}, less than all: {importance}")
+
+
+def check_determinism(pupil: Pupil) -> None:
+    """The same seeds give the same words."""
+    for instruction_type in _teaching(pupil).instruction_types:
+        first, again = ([atom.text for atom, _, _ in pupil.atoms(instruction_type=instruction_type)] for _ in range(2))
+        require(first == again, "two teachers with the same seed say different things")
+
+
+def _teaching(pupil: Pupil) -> Oracle:
+    return pupil.make_teacher(pupil.make_world()).oracle
+
+
+CHECKS: tuple[Callable[[Pupil], None], ...] = (
+    check_honesty,
+    check_distortion,
+    check_hints,
+    check_kinds,
+    check_no_meddling,
+    check_claims,
+    check_instructions,
+    check_plans,
+    check_determinism,
+)
+"""Every check of an oracle."""

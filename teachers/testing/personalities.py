@@ -1,0 +1,132 @@
+"""The conformance kit for personalities.
+
+Each check takes a personality and a `Pupil` whom it teaches, and raises an AssertionError that says what is wrong.
+"""
+
+import copy
+import itertools
+import pickle
+import sys
+from collections.abc import Callable
+
+import numpy as np
+
+from teachers.oracle import ABILITIES
+from teachers.personalities.delayed import Delayed
+from teachers.personality import Personality, parse_personality, stages_of
+from teachers.spec import read_call, read_expression
+from teachers.testing.pupil import Pupil
+from worlds.testing import plain, require
+
+
+def check_personality(personality: str | Personality, pupil: Pupil) -> None:
+    """Run every check of a personality.
+
+    Args:
+        personality: one, or its spec.
+        pupil: whom it teaches; of a family that has what the personality needs.
+    """
+    for check in PERSONALITY_CHECKS:
+        check(parse_personality(personality), pupil)
+
+
+def check_spec(personality: Personality, pupil: Pupil) -> None:
+    """It is a frozen value with defaults that its spec string gives back, and it says where it comes from."""
+    for stage in stages_of(personality):
+        cls = type(stage)
+        require(cls.__doc__ and stage.source, f"{stage} has no docstring of its own, or no source")
+        require(cls() and hash(stage) is not None, f"{stage} needs a default for each parameter")
+        call = read_call(read_expression(str(stage)))
+        require(call is not None and cls(**call[1]) == stage, f"the spec {stage} does not give back its value")
+        require(stage.needs <= set(ABILITIES), f"{stage} needs {set(stage.needs)}, not of {ABILITIES}")
+        definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")[2]
+        require(definition, f"the module of {stage} must begin with a docstring such as 'name: what it does.'")
+
+
+def check_promise(personality: Personality, pupil: Pupil) -> None:
+    """An honest one says nothing false; of another one all that the oracle would not have said is false, and occurs."""
+    lab = pupil.make_world().scratch()
+    invented = 0
+    for episode in pupil.taught(personality, pupil.turns):
+        for _, atoms, true in episode:
+            for atom in atoms:
+                moment = episode[atom.about_turn].moment
+                if personality.honest:
+                    require(atom.claim.holds(moment, lab), f"{personality}: {atom.claim} does not hold of {moment}")
+                elif atom.claim not in true:
+                    require(not atom.claim.holds(moment, lab), f"{personality}: {atom.claim} holds of {moment}")
+                    invented += 1
+    require(
+        personality.honest or invented, f"{personality} is not honest, but says nothing false in {pupil.turns} turns"
+    )
+
+
+def check_draws(personality: Personality, pupil: Pupil) -> None:
+    """The same seeds give the same words."""
+    first, again = (
+        [[heard.atoms for heard in episode] for episode in pupil.taught(personality, pupil.turns)] for _ in range(2)
+    )
+    require(first == again, f"with the same seed {personality} says different things")
+
+
+def check_hands_off(personality: Personality, pupil: Pupil) -> None:
+    """Speaking leaves the taught world as it is."""
+    world = pupil.make_world()
+    teacher = pupil.make_teacher(world, personality)
+    for moment in pupil.moments(world):
+        if moment.turn == 0:
+            teacher.reset(np.random.default_rng(0))
+        before = plain(world.save())
+        teacher.speak(moment)
+        require(plain(world.save()) == before, f"{personality} changed the world")
+
+
+def check_words(personality: Personality, pupil: Pupil) -> None:
+    """What is said has words, and means the same in another process."""
+    lab = pupil.make_world().scratch()
+    for episode in pupil.taught(personality, pupil.turns):
+        for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
+            twin, moment = pickle.loads(pickle.dumps(atom)), episode[atom.about_turn].moment  # noqa: S301  # its own
+            require(atom.text.strip(), f"{personality} has no words for {atom.claim}")
+            require(
+                twin == atom and twin.claim.holds(moment, lab) == atom.claim.holds(moment, lab),
+                f"{atom.claim} of {personality} is another claim after pickling",
+            )
+
+
+def check_twins(personality: Personality, pupil: Pupil) -> None:
+    """Copies of a teacher within an episode, by `deepcopy` or pickle, go on like the original."""
+    teacher = pupil.make_teacher(pupil.make_world(), personality)
+    for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
+        teacher.reset(np.random.default_rng(number))
+        half = len(episode) // 2
+        for moment in episode[:half]:
+            teacher.speak(moment)
+        twins = [copy.deepcopy(teacher), pickle.loads(pickle.dumps(teacher))]  # noqa: S301  # its own
+        expected = [teacher.speak(moment).atoms for moment in episode[half:]]
+        for twin in twins:
+            said = [twin.speak(moment).atoms for moment in episode[half:]]
+            require(said == expected, f"a copy of a teacher that is {personality} does not go on like the original")
+
+
+def check_stages(personality: Personality, pupil: Pupil) -> None:
+    """It works after and before others: what it is given late is said late, and what it says can come late."""
+    for pipeline in (Delayed() | personality, personality | Delayed()):
+        lab = pupil.make_world().scratch()
+        for episode in pupil.taught(pipeline, pupil.turns):
+            for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
+                moment = episode[atom.about_turn].moment
+                holds = atom.claim.holds(moment, lab)
+                require(holds or not personality.honest, f"{pipeline}: {atom.claim} does not hold of {moment}")
+
+
+PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
+    check_spec,
+    check_promise,
+    check_draws,
+    check_hands_off,
+    check_words,
+    check_twins,
+    check_stages,
+)
+"""Every check of a personality."""
