@@ -2,23 +2,18 @@
 
 import re
 import runpy
-from pathlib import Path
 
 import pytest
+from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
 from llf_teacher.tools.shelf import matrix, update
 from teachers.personality import PERSONALITIES
 
-ROOT = Path(__file__).parents[1]
-DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
 LEARN = "# Needs the extra `learn`"
-BLOCK = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 BLOCKS = [
-    pytest.param(code, id=f"{path.name}-{number}", marks=[pytest.mark.full] if code.startswith(LEARN) else [])
-    for path in DOCUMENTS
-    for number, (language, code) in enumerate(BLOCK.findall(path.read_text(encoding="utf-8")))
-    if language == "python"
+    pytest.param(code, id=name, marks=[pytest.mark.full] if code.startswith(LEARN) else [])
+    for name, code in python_blocks().items()
 ]
 
 

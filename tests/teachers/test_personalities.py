@@ -96,6 +96,7 @@ def test_oracle_says_all_that_its_oracle_knows(name):
         assert said == oracle.judge(moment)
 
 
+@sampled(lambda name, kinds: {name, kinds})
 @on_every_family
 @pytest.mark.parametrize("kinds", ["r", "hp", "hn", "fp", "fn", "hp+fn", "r+hp+hn", "r+hp+hn+fp+fn"])
 def test_only_says_the_oracles_claims_of_its_kinds(name, kinds):
@@ -113,6 +114,7 @@ def test_mix_says_all_claims_of_some_kinds(name):
         assert said == tuple(claim for claim in true if claim.kind in kinds)
 
 
+@sampled(lambda name, wanted: {name, wanted})
 @on_every_family
 @pytest.mark.parametrize("wanted", ["a", "r+fp"])
 def test_mix_draws_every_non_empty_subset_equally_often(name, wanted):
@@ -202,6 +204,7 @@ def test_placebo_speaks_as_long_as_the_oracle(name):
     assert len(set(texts(name, "placebo")[0])) > 10  # not the same sentence every turn
 
 
+@sampled(lambda name, eps: {name, eps})
 @on_every_family
 @pytest.mark.parametrize("eps", [0.1, 0.5, 0.9])
 def test_mistake_errs_at_its_rate(name, eps):
@@ -222,6 +225,7 @@ def test_mistake_errs_in_every_claim_at_one_and_in_none_at_zero(name):
     assert not [atom for atom, moment in wrong if holds(name, atom.claim, moment)]
 
 
+@sampled(lambda name, late: {name, late})
 @on_every_family
 @pytest.mark.parametrize("late", [1, 3])
 def test_delayed_says_what_would_have_been_said_earlier(name, late):
@@ -241,6 +245,7 @@ def test_what_is_not_late_needs_no_frame(name):
     assert texts(name, "delayed(turns=0)") == texts(name, "oracle")
 
 
+@sampled(lambda name, personality: {name, personality})
 @on_every_family
 @pytest.mark.parametrize("personality", ["delayed(turns=2)", "delayed(turns=1) | delayed(turns=1)"])
 def test_late_claims_hold_of_their_turn(name, personality):
@@ -250,6 +255,7 @@ def test_late_claims_hold_of_their_turn(name, personality):
     assert {atom.about_turn for atom, _ in atoms} == set(range(FAMILIES[name].max_turns - 1))
 
 
+@sampled(lambda name, personality: {name, personality})
 @on_every_family
 @pytest.mark.parametrize("personality", ["mistake(eps=1) | delayed(turns=2)", "delayed(turns=2) | mistake(eps=1)"])
 def test_mistakes_may_come_late_or_be_made_late(name, personality):
@@ -297,6 +303,7 @@ def test_the_bound_is_applied_after_the_last_stage(name):
     assert not [said for _, said in turns(name, personality, feedback_type="r+hn+fp+fn", turns=FEW) if said]
 
 
+@sampled(lambda name, one, other: {name, (one, other)})
 @on_every_family
 @pytest.mark.parametrize(
     ("one", "other"),

@@ -1,0 +1,66 @@
+"""The default tests are sampled by a design: no value is left out, each version draws anew, `full` is the whole."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from design import cover
+from shelf import FAMILIES, pairs
+
+from teachers.personality import PERSONALITIES
+
+TESTS = Path(__file__).parent
+PAIRS = [{name, spec} for name, spec in pairs()]
+FAST = [False] * len(PAIRS)
+SIZES = """
+import json, pytest, sys
+
+class Sizes:
+    def pytest_collection_finish(self, session):
+        sizes = {item.nodeid: [mark.name for mark in item.iter_markers()] for item in session.items}
+        with open(sys.argv[1], "w") as file:
+            json.dump(sizes, file)
+
+sys.exit(pytest.main(["--collect-only", "-n", "0", "-m", "", *sys.argv[2:]], plugins=[Sizes()]))
+"""
+
+
+def test_a_cover_shows_every_family_and_every_personality():
+    chosen = cover(PAIRS, FAST, "any")
+    shown = set().union(*(PAIRS[place] for place in chosen))
+    assert shown == {name for name in FAMILIES if not FAMILIES[name].slow} | set(PERSONALITIES.names)
+    assert len(chosen) <= len(shown)
+
+
+def test_it_is_drawn_anew_for_each_version():
+    first, again, other = (cover(PAIRS, FAST, version) for version in ("0.1.0", "0.1.0", "0.2.0"))
+    assert first == again != other
+
+
+def test_it_grows_with_the_sum_and_not_the_product():
+    many = [{("family", i), ("personality", j)} for i in range(50) for j in range(200)]
+    assert 200 <= len(cover(many, [False] * len(many), "any")) <= 250
+
+
+def test_of_what_is_slow_it_has_what_nothing_faster_shows():
+    rows = [(family, number) for family in "abc" for number in range(9)]
+    slow = [family == "c" or number == 8 for family, number in rows]
+    chosen = [rows[place] for place in cover(rows, slow, "any")]
+    assert {number for _, number in chosen} == set(range(9))
+    assert 1 <= sum(family == "c" or number == 8 for family, number in chosen) <= 2
+
+
+def test_sizes_are_within_each_other_and_full_is_the_whole(tmp_path):
+    where = [TESTS / "conformance" / "test_shelf.py", TESTS / "teachers" / "test_parking_oracle.py"]
+    command = [sys.executable, "-c", SIZES, tmp_path / "sizes", *where]
+    result = subprocess.run(command, cwd=TESTS.parent, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
+    marks = json.loads((tmp_path / "sizes").read_text())
+    smoke, quick, full = ({case for case in marks if size in marks[case]} for size in ("smoke", "quick", "full"))
+    assert smoke < quick < full == marks.keys()
+    tests, by_default = ({case.partition("[")[0] for case in cases} for cases in (full, quick))
+    assert tests > by_default  # some are marked by hand
+    for test in (test for test in tests if "test_shelf.py" in test):
+        shown = {name for case in quick for name in FAMILIES if case.startswith(f"{test}[{name}-")}
+        assert shown == {name for case in full for name in FAMILIES if case.startswith(f"{test}[{name}-")}
