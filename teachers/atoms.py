@@ -11,7 +11,7 @@ from worlds.world import World
 
 TruthT = TypeVar("TruthT", default=Any)
 """The type of a world's truth; any, where none is named."""
-WorldT = TypeVar("WorldT", bound=World, default=Any)
+WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of a world; any, where none is named."""
 
 
@@ -270,7 +270,7 @@ class Atom(NamedTuple):
         """The claim's kind."""
         return self.claim.kind
 
-    def label(self, moments: Sequence[Moment], lab: World) -> Label:
+    def label(self, moments: Sequence[Moment], lab: World[Any]) -> Label:
         """What the simulator says of it, given the moments of the episode up to the one in which it was said."""
         if not self.claim.holds(moments[self.about_turn], lab):
             return Label.DISTORTED

@@ -31,11 +31,11 @@ class Reward(Claim[Any]):
     kind = R
     reward: float
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""
         return moment.before is not None and self.reward == moment.reward
 
-    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """Another reward that the world might pay."""
         low, high = lab.reward_range
         others = (1.0 - self.reward, 0.5 * self.reward, low, high)
@@ -47,11 +47,11 @@ class _Outcome(Verdict[Any]):
 
     __slots__ = ()
 
-    def applies(self, moment: Moment[Any], lab: World) -> bool:
+    def applies(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Any action, or text that is none."""
         return moment.action is not None
 
-    def good(self, moment: Moment[Any], lab: World) -> bool:
+    def good(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Ask the record."""
         return moment.success
 
@@ -82,11 +82,11 @@ class Truism(Claim[Any]):
     placebo = True
     fact: str
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Look the fact up."""
         return self.fact in FACTS
 
-    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """A fact turned into its opposite."""
         return (Truism(kind=self.kind, fact=f"it is wrong that {self.fact}"),)
 
@@ -98,11 +98,11 @@ class _Judged(Grounded[Any], ActionClaim[Any]):
     action_slot = ""
     opposite: ClassVar[type["_Judged"]]
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the ground."""
         return _acted(self.action, moment) and self.stands(moment, lab) == (self._ground.kind is self.kind)
 
-    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """The opposite verdict."""
         return (self.opposite.on(self._ground, action=self.action),)
 
@@ -144,7 +144,7 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
     """Greatest value of another action."""
     margin: float
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the verdict, and that the values agree with it."""
         praised = (self._ground.kind is HP) == self.stands(moment, lab)
         return (
@@ -153,7 +153,7 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
             and praised == (self.mine >= self.other)
         )
 
-    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """Claim that it does matter: the opposite verdict."""
         cls = Wrong if self.mine >= self.other else Right
         return (cls.on(self._ground, action=self.action),)
@@ -166,11 +166,11 @@ class Paid(Claim[Any]):
     kind = R
     sign: str
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""
         return moment.before is not None and self.sign == sign_of(moment.reward)
 
-    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """The other signs that a reward of the world can have."""
         low, high = lab.reward_range
         signs = {"positive": high > 0, "negative": low < 0, "zero": low <= 0 <= high}
@@ -183,7 +183,7 @@ class Chance(Grounded[Any]):
 
     kind = FP
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the advice."""
         return self.stands(moment, lab)
 
@@ -194,7 +194,7 @@ class Trap(Grounded[Any]):
 
     kind = FN
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the warning."""
         return self.stands(moment, lab)
 
@@ -220,7 +220,7 @@ class Example(Grounded[Any], PlanClaim[Any]):
         """The actions as a student writes them."""
         return self.separator.join(f'"{action}"' if isinstance(action, str) else f"{action}" for action in self.actions)
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Take the actions, and check the advice on the way."""
         truth = moment.after
         for action, advice in zip(self.actions, self._ground, strict=True):
@@ -233,7 +233,7 @@ class Example(Grounded[Any], PlanClaim[Any]):
             truth = lab.truth
         return True
 
-    def counterparts(self, moment: Moment[Any], lab: World) -> Sequence[Claim[Any]]:
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """Begin with another action."""
         first, *rest = self._ground
         if first is None:
@@ -254,7 +254,7 @@ class NotUnderstood(Claim[Any]):
     got: str
     expected: str
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the turn's parse failure."""
         return moment.action == (self.got, self.expected) and self.expected == lab.action_syntax
 
@@ -265,7 +265,7 @@ class MayAsk(Claim[Any]):
 
     cost: float
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Ask the seat, which notes it at the opening."""
         return moment.ask_cost == self.cost
 
@@ -274,7 +274,7 @@ class MayAsk(Claim[Any]):
 class Maximize(Claim[Any]):
     """True of every world, if nothing but its rewards counts: how reinforcement learning is put as an instruction."""
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """By definition."""
         return True
 
@@ -285,7 +285,7 @@ class Syntax(Claim[Any]):
 
     expected: str
 
-    def holds(self, moment: Moment[Any], lab: World) -> bool:
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Ask the world."""
         return self.expected == lab.action_syntax
 

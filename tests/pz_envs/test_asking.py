@@ -135,7 +135,7 @@ def test_asking_through_gymnasium():
     check_env(env, skip_render_check=True)
     env = llf_teacher.make("llf-gridworld-v0", ask_cost=COST, feedback_type="fp", text=True)
     env.reset(seed=3)
-    observation, reward, terminated, truncated, info = env.step("ask")
+    _, reward, terminated, truncated, info = env.step("ask")
     assert (reward, terminated, truncated) == (-COST, False, False)
     (advice,) = info["atoms"]
     assert env.step(str(advice.claim.action))[1] == 0.0

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from sampling import fewer
 
 from pz_envs.family import all_families
-from teachers.atoms import FN, FP, HN, HP, KINDS, Claim, Moment, ParseFailure, R
+from pz_envs.text_mode import parse_action
+from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, Moment, ParseFailure, PlanClaim, R
 from teachers.oracle import claims_of
 from teachers.oracles import bandits, gridworld
 from teachers.oracles.poem import PoemOracle
@@ -171,6 +172,26 @@ def test_instructions_hold(name, instruction_type):
         claims = oracle.brief(world.truth, instruction_type, np.random.default_rng(seed))
         assert len(set(claims)) == len(claims)
         assert [claim for claim in claims if not claim.holds(opening(world.truth), lab)] == []
+
+
+@on_every_environment
+def test_what_phrases_tell_of_actions_can_be_read_as_these(name):
+    """Where a claim names the slot in which they stand."""
+    world = pupil(name).make_world()
+    told = []
+    for oracle, moment in islice(pupil(name).judged(), 40):
+        claims = oracle.judge(moment)
+        if moment.turn == 0:
+            claims += oracle.brief(moment.after, "p", np.random.default_rng(0)) + oracle.brief(moment.after, "c")
+        world.restore(moment.after)
+        for claim in claims:
+            if isinstance(claim, ActionClaim) and claim.action_slot:
+                told.append((claim.action, parse_action(f"{getattr(claim, claim.action_slot)}", world)))
+            if isinstance(claim, PlanClaim) and claim.plan_slot:
+                words = getattr(claim, claim.plan_slot).split(claim.separator)
+                told += zip(claim.actions, (parse_action(word, world) for word in words), strict=True)
+    assert told
+    assert [(action, read) for action, read in told if action != read] == []
 
 
 @on_every_environment
