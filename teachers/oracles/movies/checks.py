@@ -1,7 +1,7 @@
 """What the claims about titles are checked by: SQL on the catalogue, and offers to users with given wishes."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from difflib import SequenceMatcher
 from functools import lru_cache
 from typing import Any
@@ -73,6 +73,20 @@ def pays_by_age(lab: Movies, groups: Sequence[Sequence[str]]) -> bool:
                 if pays(lab, Profile(bool(series), age=age), label) != (certificate in group):
                     return False
     return True
+
+
+def takes_lists(lab: Movies, limit: int) -> bool:
+    """Whether the world takes lists of strings and of objects, of so many titles and no more."""
+    item = next(item for item in lab.catalogue.items if item.named)
+    forms = ([item.label], [{"title": item.title, "year": item.first}])
+    try:
+        lab.legal(json.dumps(["x"] * (limit + 1)))
+    except ValueError:
+        lab.restore(user_with(Profile(item.series)))
+        return len(titles_of(lab.legal(json.dumps(["x"] * limit)))) == limit and all(
+            lab.step(json.dumps(form))[4]["success"] for form in forms
+        )
+    return False
 
 
 def said_at(moment: Moment[Truth], item: int) -> str:
@@ -218,6 +232,18 @@ def traits_wished(profile: Profile) -> list[tuple[str, str]]:
     wished = [(TYPE, TYPE_NAMES[profile.series])]
     wished += [(YEAR, PERIOD_NAMES[period]) for period in profile.periods]
     return wished + [(AGE, certificate) for certificate in (AGES[profile.age] if profile.age >= 0 else ())]
+
+
+def faults_of(lab: Movies, title: str, profile: Profile) -> list[tuple[str, str, str]]:
+    """Per attribute with a wish what could be found wrong: the attribute, what the title is, and the wish, in words."""
+    item = item_of(lab, title)
+    return [(attribute, found_words(item, attribute), wanted) for attribute, wanted in wish_words(profile)]
+
+
+def unfit(lab: Movies, profile: Profile) -> Iterator[str]:
+    """The labels of titles that do not meet all wishes."""
+    wishes = profile.wishes.values()
+    return (item.label for item in lab.catalogue.items if item.named and not all(item.bits & w for w in wishes))
 
 
 def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:

@@ -2,32 +2,13 @@
 
 import json
 from collections.abc import Sequence
+from itertools import islice
 
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, claim
-from teachers.oracles.movies.checks import (
-    NAMES,
-    could_be,
-    earns,
-    found_words,
-    is_rated,
-    is_unknown,
-    is_useless,
-    is_wished,
-    item_of,
-    means,
-    pays_by_age,
-    pays_by_rules,
-    row_of,
-    said_at,
-    suits,
-    traits_wished,
-    user_with,
-    wish_met,
-    wish_words,
-)
-from worlds.movies import AGE, AGE_NAMES, ATTRIBUTES, Movies, Profile, Truth, answer_of, titles_of
+from teachers.oracles.movies import checks
+from worlds.movies import AGE, AGE_NAMES, ATTRIBUTES, Movies, Truth, answer_of
 from worlds.movies.catalogue import AGES
 
 LISTED = 3
@@ -52,7 +33,7 @@ class Rules(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer shows of several periods and titles of several genres to users who wish for each of these alone."""
-        return pays_by_rules(lab)
+        return checks.pays_by_rules(lab)
 
 
 @claim
@@ -78,7 +59,7 @@ class AgeGroups(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer a title of each certificate to a user of each kind."""
-        return pays_by_age(lab, self.groups)
+        return checks.pays_by_age(lab, self.groups)
 
 
 @claim
@@ -89,16 +70,7 @@ class Answer(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer lists of strings and of objects, and lists about the limit."""
-        item = next(item for item in lab.catalogue.items if item.named)
-        forms = ([item.label], [{"title": item.title, "year": item.first}])
-        try:
-            lab.legal(json.dumps(["x"] * (self.limit + 1)))
-        except ValueError:
-            lab.restore(user_with(Profile(item.series)))
-            return len(titles_of(lab.legal(json.dumps(["x"] * self.limit)))) == self.limit and all(
-                lab.step(json.dumps(form))[4]["success"] for form in forms
-            )
-        return False
+        return checks.takes_lists(lab, self.limit)
 
 
 @claim
@@ -108,7 +80,7 @@ class _Wished(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Read the words, and compare what SQL finds for them with what the world pays for this wish alone."""
-        return is_wished(lab, moment.after, self.attribute, self.wish)
+        return checks.is_wished(lab, moment.after, self.attribute, self.wish)
 
 
 @claim
@@ -124,7 +96,7 @@ class Solution(ActionClaim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer it."""
-        return earns(lab, moment.after, self.action) == 0.0
+        return checks.earns(lab, moment.after, self.action) == 0.0
 
 
 @claim
@@ -136,14 +108,13 @@ class TriedWell(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look each wish up by SQL."""
-        return suits(lab, moment.after.profile, self.title)
+        return checks.suits(lab, moment.after.profile, self.title)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """The opposite verdict."""
-        item = item_of(lab, self.title)
         return tuple(
-            TriedInVain(title=self.title, attribute=attribute, found=found_words(item, attribute), wanted=wanted)
-            for attribute, wanted in wish_words(moment.after.profile)
+            TriedInVain(title=self.title, attribute=attribute, found=found, wanted=wanted)
+            for attribute, found, wanted in checks.faults_of(lab, self.title, moment.after.profile)
         )
 
 
@@ -160,7 +131,7 @@ class TriedInVain(Claim[Truth, Movies]):
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the attribute up by SQL."""
         profile = moment.after.profile
-        met = wish_met(lab, profile, self.title, self.attribute, self.found)
+        met = checks.wish_met(lab, profile, self.title, self.attribute, self.found)
         return met is False and self.wanted == profile.words(self.attribute)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
@@ -176,7 +147,7 @@ class AllFit(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer the list again."""
-        return moment.before is not None and earns(lab, moment.before, moment.action) == 0.0
+        return moment.before is not None and checks.earns(lab, moment.before, moment.action) == 0.0
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Find fault with the first title."""
@@ -188,6 +159,12 @@ class _Entry(Claim[Truth, Movies]):
     item: int
     said: str
 
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """Take it for something else."""
+        labels = (item.label for item in lab.catalogue.items[: _COUNTERPARTS + 1])
+        taken = (TakenFor(item=self.item, said=self.said, title=label) for label in labels)
+        return tuple(other for other in taken if other != self)
+
 
 @claim
 class TakenFor(_Entry):
@@ -198,11 +175,7 @@ class TakenFor(_Entry):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the title up by SQL, compare the spellings, and let the world pay for what was said."""
-        return said_at(moment, self.item) == self.said and means(lab, self.said, self.title)
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Take it for something else."""
-        return _taken(lab, self, self.title)
+        return checks.said_at(moment, self.item) == self.said and checks.means(lab, self.said, self.title)
 
 
 @claim
@@ -212,8 +185,8 @@ class _Title(Claim[Truth, Movies]):
 
     def meant(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Whether title `item` of the last list stands for `title`."""
-        said = said_at(moment, self.item)
-        return said != "" and means(lab, said, self.title)
+        said = checks.said_at(moment, self.item)
+        return said != "" and checks.means(lab, said, self.title)
 
 
 @claim
@@ -224,7 +197,7 @@ class Fits(_Title):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look each wish up by SQL."""
-        return self.meant(moment, lab) and suits(lab, moment.past.profile, self.title)
+        return self.meant(moment, lab) and checks.suits(lab, moment.past.profile, self.title)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Find fault with it."""
@@ -239,7 +212,7 @@ class _Attribute(_Title):
     def met(self, moment: Moment[Truth], lab: Movies) -> bool | None:
         """Look the attribute up by SQL: whether it meets the user's wish; None if it is another one."""
         known = self.meant(moment, lab)
-        return wish_met(lab, moment.past.profile, self.title, self.attribute, self.found) if known else None
+        return checks.wish_met(lab, moment.past.profile, self.title, self.attribute, self.found) if known else None
 
 
 @claim
@@ -283,7 +256,7 @@ class Unrated(_Title):
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the certificate up by SQL."""
         wanted = self.meant(moment, lab) and moment.past.profile.words(AGE) == self.wanted != ""
-        return wanted and not is_rated(lab, self.title)
+        return wanted and not checks.is_rated(lab, self.title)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Make a certificate up."""
@@ -299,11 +272,7 @@ class NotInCatalogue(_Entry):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Go through all titles, and let the world refuse this one."""
-        return said_at(moment, self.item) == self.said and is_unknown(lab, self.said)
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Take it for something."""
-        return _taken(lab, self, "")
+        return checks.said_at(moment, self.item) == self.said and checks.is_unknown(lab, self.said)
 
 
 @claim
@@ -323,10 +292,10 @@ class Ambiguous(_Entry):
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the works up by SQL, compare the spellings, and let the world refuse what was said."""
         return (
-            said_at(moment, self.item) == self.said
+            checks.said_at(moment, self.item) == self.said
             and self.count >= 2
             and len(self.works) == min(self.count, LISTED)
-            and could_be(lab, self.said, self.works)
+            and checks.could_be(lab, self.said, self.works)
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
@@ -357,7 +326,7 @@ class Seek(_Wished):
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Another wish."""
-        names = NAMES[self.attribute]
+        names = checks.NAMES[self.attribute]
         return tuple(Seek(attribute=self.attribute, wish=name) for name in names if name != self.wish)
 
 
@@ -372,11 +341,11 @@ class Recommend(ActionClaim[Truth, Movies]):
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the title up by SQL, and offer both lists."""
         truth = moment.after
-        before = earns(lab, truth, truth.answer) if truth.answer else -1.0
+        before = checks.earns(lab, truth, truth.answer) if truth.answer else -1.0
         return (
             self.title in json.loads(self.action)
-            and suits(lab, truth.profile, self.title)
-            and earns(lab, truth, self.action) > before
+            and checks.suits(lab, truth.profile, self.title)
+            and checks.earns(lab, truth, self.action) > before
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
@@ -385,7 +354,8 @@ class Recommend(ActionClaim[Truth, Movies]):
 
     def coarser(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """The wishes that the title meets."""
-        return tuple(Seek(attribute=attribute, wish=wish) for attribute, wish in wish_words(moment.after.profile))
+        wishes = checks.wish_words(moment.after.profile)
+        return tuple(Seek(attribute=attribute, wish=wish) for attribute, wish in wishes)
 
 
 @claim
@@ -397,7 +367,7 @@ class Repeat(ActionClaim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer it again."""
-        return self.action == moment.after.answer and earns(lab, moment.after, self.action) == 0.0
+        return self.action == moment.after.answer and checks.earns(lab, moment.after, self.action) == 0.0
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Name a title that does not fit."""
@@ -414,7 +384,7 @@ class AvoidTitle(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look each wish up by SQL."""
-        return row_of(lab, self.title) is not None and not suits(lab, moment.after.profile, self.title)
+        return checks.row_of(lab, self.title) is not None and not checks.suits(lab, moment.after.profile, self.title)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Warn of titles that fit."""
@@ -432,39 +402,29 @@ class AvoidTrait(Claim[Truth, Movies]):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the titles that have it, and those that meet all wishes, up by SQL."""
-        return is_useless(lab, moment.after.profile, self.attribute, self.trait)
+        return checks.is_useless(lab, moment.after.profile, self.attribute, self.trait)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Warn of what is wished."""
-        wished = traits_wished(moment.after.profile)
+        wished = checks.traits_wished(moment.after.profile)
         return tuple(AvoidTrait(attribute=attribute, trait=trait) for attribute, trait in wished)
 
 
 def _faults(moment: Moment[Truth], lab: Movies, place: int) -> tuple[AttributeMisses, ...]:
     """Faults that could be found with a title of the last list."""
-    item = item_of(lab, said_at(moment, place))
+    title = checks.item_of(lab, checks.said_at(moment, place)).label
     return tuple(
-        AttributeMisses(
-            item=place, title=item.label, attribute=attribute, found=found_words(item, attribute), wanted=wanted
-        )
-        for attribute, wanted in wish_words(moment.past.profile)
+        AttributeMisses(item=place, title=title, attribute=attribute, found=found, wanted=wanted)
+        for attribute, found, wanted in checks.faults_of(lab, title, moment.past.profile)
     )
-
-
-def _taken(lab: Movies, entry: _Entry, title: str) -> tuple[TakenFor, ...]:
-    """What an entry of the last list could be taken for, other than this title."""
-    labels = (item.label for item in lab.catalogue.items[: _COUNTERPARTS + 1])
-    return tuple(TakenFor(item=entry.item, said=entry.said, title=label) for label in labels if label != title)
 
 
 def _unfit(moment: Moment[Truth], lab: Movies, titles: list[str], title: str) -> tuple[Claim, ...]:
     """Recommendations of titles that do not fit in place of one that does."""
-    wishes = moment.after.profile.wishes.values()
-    unfit = (item.label for item in lab.catalogue.items if item.named and not all(item.bits & w for w in wishes))
     place = titles.index(title)
     return tuple(
         Recommend(action=answer_of([*titles[:place], label, *titles[place + 1 :]]), title=label)
-        for label, _ in zip(unfit, range(_COUNTERPARTS), strict=False)
+        for label in islice(checks.unfit(lab, moment.after.profile), _COUNTERPARTS)
     )
 
 

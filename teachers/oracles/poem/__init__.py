@@ -7,7 +7,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.oracle import Oracle
-from teachers.oracles.poem.checks import PLACEHOLDER, example_of, pliable_lines
+from teachers.oracles.poem.checks import PLACEHOLDER, editable, example_of
 from teachers.oracles.poem.claims import (
     TITLES,
     TOLD,
@@ -102,7 +102,7 @@ class PoemOracle(Oracle[Truth, Poem]):
         line = next((i for i, words in enumerate(kept, 1) if not fits(words, pattern[i - 1])), 0)
         if FP in kinds:
             if line:
-                pliable = pliable_lines(kept, truth)
+                pliable = editable(kept, truth)
                 place = line if line <= len(pliable) else 1
                 claims.append(write_line(pliable, place, pattern[place - 1], pattern[place - 1]))
             elif wanted:

@@ -64,7 +64,7 @@ def example_of(truth: Truth) -> tuple[str, ...]:
     return tuple(compose(number, line) for line, number in enumerate(pattern, 1))
 
 
-def pliable_lines(lines: tuple[str, ...], truth: Truth) -> tuple[str, ...]:
+def editable(lines: tuple[str, ...], truth: Truth) -> tuple[str, ...]:
     """The lines of the last poem, if there is room to edit it; else those of a poem that is right."""
     return lines if len(truth.draft) <= MAX_LENGTH - _ROOM else example_of(truth)
 

@@ -3,17 +3,7 @@
 from collections.abc import Sequence
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, EditClaim, Grounded, Moment, Verdict, claim, opposed
-from teachers.oracles.poem.checks import (
-    drum,
-    judged,
-    line_of,
-    listing_of,
-    pays,
-    plays,
-    pliable_lines,
-    required_of,
-    solves,
-)
+from teachers.oracles.poem.checks import drum, editable, judged, line_of, listing_of, pays, plays, required_of, solves
 from worlds.poem import HAIKU, TANKA, Poem, Truth, compose, lines_of
 
 TITLES = {HAIKU: "haiku", TANKA: "tanka"}
@@ -351,7 +341,7 @@ class Repeat(ActionClaim[Truth, Poem]):
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Put a line in it that does not fit."""
         required = required_of(moment.after, 1)
-        lines = pliable_lines(lines_of(self.action), moment.after)
+        lines = editable(lines_of(self.action), moment.after)
         return tuple(write_line(lines, 1, required, wrong) for wrong in _near(required) if wrong)
 
 
