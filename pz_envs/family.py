@@ -88,22 +88,23 @@ class Family(Subject):
                 name=error.name,
             ) from error
 
-    def make_world(self, **options: Any) -> "World":
+    def make_world(self, **options: Any) -> "World[Any]":
         """A world.
 
         Raises:
             ValueError: an option is unknown or its value is not allowed.
             ModuleNotFoundError: an extra is not installed; the message has the pip line.
         """
-        cls = self._load(self.world, "worlds")
+        cls: type[World[Any]] = self._load(self.world, "worlds")
         try:
             return cls(**options)
         except TypeError as error:
             raise ValueError(f"{cls.__name__} does not take these options: {error}") from None
 
-    def oracle_class(self) -> "type[Oracle]":
+    def oracle_class(self) -> "type[Oracle[Any, Any]]":
         """The class of the family's oracles; errors as in `make_world`."""
-        return self._load(self.oracle, "teachers.oracles")
+        cls: type[Oracle[Any, Any]] = self._load(self.oracle, "teachers.oracles")
+        return cls
 
     def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the family's teachers."""

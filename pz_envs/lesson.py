@@ -43,7 +43,7 @@ class Lesson(Subject):
     def __init__(
         self,
         env: gymnasium.Env | Callable[[], gymnasium.Env],
-        oracle: Callable[[Callable[[], World]], Oracle] | None = None,
+        oracle: Callable[[Callable[[], World[Any]]], Oracle] | None = None,
         *,
         phrases: Phrases | None = None,
         look: Callable[[gymnasium.Env], Any] | None = None,
@@ -93,7 +93,7 @@ class Lesson(Subject):
         world, self._world = self._world, None
         return world or other
 
-    def oracle_class(self) -> Callable[[Callable[[], World]], Oracle]:
+    def oracle_class(self) -> Callable[[Callable[[], World[Any]]], Oracle]:
         """What makes oracles."""
         return self._oracle
 

@@ -40,13 +40,15 @@ class ParallelSeats(ParallelEnv):
         self.render_mode = env.render_mode
         self._seeds = Seeds()
 
-    def observation_space(self, agent: str) -> spaces.Space:
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's observation space, the same object each time."""
-        return self.env.observation_space(agent)
+        space: spaces.Space[Any] = self.env.observation_space(agent)
+        return space
 
-    def action_space(self, agent: str) -> spaces.Space:
+    def action_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's action space, the same object each time."""
-        return self.env.action_space(agent)
+        space: spaces.Space[Any] = self.env.action_space(agent)
+        return space
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -77,10 +79,13 @@ class ParallelSeats(ParallelEnv):
                 results[agent] = env.observe(agent), rewards, False, False, env.infos[agent]
         ordered = {agent: results[agent] for agent in self.agents}
         self.agents = [agent for agent in self.agents if agent in env.agents]
-        observations, rewards, terminations, truncations, infos = (
-            {agent: result[part] for agent, result in ordered.items()} for part in range(5)
+        return (
+            {agent: result[0] for agent, result in ordered.items()},
+            {agent: result[1] for agent, result in ordered.items()},
+            {agent: result[2] for agent, result in ordered.items()},
+            {agent: result[3] for agent, result in ordered.items()},
+            {agent: result[4] for agent, result in ordered.items()},
         )
-        return observations, rewards, terminations, truncations, infos
 
     def render(self) -> Any:
         """What the environment renders."""

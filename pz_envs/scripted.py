@@ -51,7 +51,8 @@ class Attention:
         self._clock += 1
         student = max(waiting, key=lambda i: (self._rank(self, observation, i), -i))
         self._heard[student] = self._clock
-        return (SUBSETS - 1) * student + subset_of(observation["available"][student])  # ClassroomEnv.address
+        chosen: int = (SUBSETS - 1) * student + subset_of(observation["available"][student])
+        return chosen  # as in ClassroomEnv.address
 
     def _waited(self, observation: dict[str, Any], student: int) -> float:
         return -self._heard.get(student, 0)

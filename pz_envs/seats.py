@@ -7,6 +7,7 @@ from gymnasium import spaces
 from pettingzoo import AECEnv
 
 TEACHER, STUDENT = "teacher_0", "student_0"
+_RENDER_MODES = (None, "ansi", "human")
 SPEECHES = ("message", "kinds", "claims")
 """What a teacher's action can be: its own words, kinds of feedback to voice, or one claim after the other."""
 
@@ -33,19 +34,19 @@ class SeatsEnv(AECEnv):
     def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
         if speech not in SPEECHES:
             raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
-        if render_mode not in (None, *self.metadata["render_modes"]):
+        if render_mode not in _RENDER_MODES:
             raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, ansi, human")
         self.metadata = {**self.metadata, "name": f"{name}_v0"}
         self.speech, self.render_mode = speech, render_mode
         self.agents: list[str] = []
-        self.observation_spaces: dict[str, spaces.Space] = {}
-        self.action_spaces: dict[str, spaces.Space] = {}
+        self.observation_spaces: dict[str, spaces.Space[Any]] = {}
+        self.action_spaces: dict[str, spaces.Space[Any]] = {}
 
-    def observation_space(self, agent: str) -> spaces.Space:
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's observation space, the same object each time."""
         return self.observation_spaces[agent]
 
-    def action_space(self, agent: str) -> spaces.Space:
+    def action_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's action space, the same object each time."""
         return self.action_spaces[agent]
 

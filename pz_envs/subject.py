@@ -5,7 +5,7 @@ import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from pettingzoo.utils import wrappers
 
@@ -61,9 +61,9 @@ class Subject(ABC):
         """Whether the oracle can do what a personality needs."""
         from teachers.personality import parse_personality
 
-        oracle = self.oracle_class()
-        able = oracle if isinstance(oracle, type) else oracle(self.make_world().scratch)
-        return parse_personality(personality).needs <= able.abilities()
+        make = self.oracle_class()
+        able = make.abilities() if _is_oracle(make) else make(self.make_world().scratch).abilities()
+        return parse_personality(personality).needs <= able
 
     def make_teacher(
         self,
@@ -106,6 +106,10 @@ class Subject(ABC):
     def parallel_env(self, *, seating: str = TUTORING, **settings: Any) -> "ParallelEnv":
         """The parallel form, as the seating has it; arguments as in `raw_env`."""
         return find_seating(seating).parallel_env(self, **settings)
+
+
+def _is_oracle(make: Any) -> "TypeGuard[type[Oracle[Any, Any]]]":
+    return isinstance(make, type)
 
 
 class Seating(ABC):

@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from numbers import Integral, Real
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from gymnasium import spaces
@@ -12,6 +11,7 @@ from teachers.atoms import (
     KINDS,
     SILENCE,
     ActionClaim,
+    Atom,
     Claim,
     EditClaim,
     FeedbackType,
@@ -22,6 +22,7 @@ from teachers.atoms import (
 from teachers.common import Late
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
+from worlds.world import is_number
 
 SUBSETS = 2 ** len(KINDS)
 """Number of subsets of the kinds: bit i of a subset's number is kind i in the order r, hp, hn, fp, fn."""
@@ -43,9 +44,9 @@ _BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faste
 _BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
 
 
-def is_count(value: Any, most: float = math.inf) -> bool:
+def is_count(value: Any, most: float = math.inf) -> TypeGuard[int]:
     """Whether a value is an integer, numpy's included, from 1 to `most`."""
-    return isinstance(value, Integral) and not isinstance(value, bool) and 1 <= value <= most
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and 1 <= int(value) <= most
 
 
 def check_cost(name: str, value: Any) -> None:
@@ -54,7 +55,7 @@ def check_cost(name: str, value: Any) -> None:
     Raises:
         ValueError: it is not a finite number of at least 0.
     """
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 <= value < math.inf:
+    if not is_number(value) or not 0 <= value < math.inf:
         raise ValueError(f"{name} must be a finite number of at least 0, got {value!r}")
 
 
@@ -329,5 +330,5 @@ def within(left: int, items: Sequence[Any], kind: Callable[[Any], FeedbackType |
     return kept
 
 
-def _kind(item: Any) -> FeedbackType | None:
+def _kind(item: Claim[Any] | Atom) -> FeedbackType | None:
     return item.kind

@@ -8,6 +8,7 @@ import importlib
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib import metadata
 from itertools import pairwise, product
 from typing import Any
@@ -189,7 +190,7 @@ def check_family(family: Family) -> None:
     require(isinstance(oracle, type) and issubclass(oracle, Oracle), f"{family.oracle} is no Oracle")
     _named(family, "phrases", family.phrasebook)
     for environment, options in family.environments.items():
-        world = _named(family, environment, lambda options=options: family.make_world(**options))
+        world = _named(family, environment, partial(family.make_world, **options))
         require(isinstance(world, World), f"{family.world} is no World")
         world.close()
     named = {*family.showcase, *family.sampled, *family.aliases.values()}

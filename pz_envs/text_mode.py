@@ -21,7 +21,7 @@ _LONGEST = 1000  # characters of an answer that is not itself a text
 _EXCERPT = 80
 
 
-def parse_action(text: str, world: World) -> Any:
+def parse_action(text: str, world: World[Any]) -> Any:
     """The action that a text stands for, in canonical form, or a `ParseFailure`."""
     start = 0
     for marker in _MARKER.finditer(text):
@@ -38,7 +38,7 @@ def parse_action(text: str, world: World) -> Any:
         return failure(text, world)
 
 
-def legal_text(text: str, world: World) -> Any:
+def legal_text(text: str, world: World[Any]) -> Any:
     """The text as an action of a world whose actions are texts, or a `ParseFailure`."""
     try:
         return world.legal(text)
@@ -46,13 +46,13 @@ def legal_text(text: str, world: World) -> Any:
         return failure(text, world)
 
 
-def failure(text: str, world: World) -> ParseFailure:
+def failure(text: str, world: World[Any]) -> ParseFailure:
     """The failure to read a text, with a printable excerpt."""
     excerpt = text[:_EXCERPT] if len(text) <= _EXCERPT else text[: _EXCERPT - 3] + "..."
     return ParseFailure("".join(c if c.isprintable() else " " for c in excerpt), world.action_syntax)
 
 
-def _value(answer: str, world: World) -> Any:
+def _value(answer: str, world: World[Any]) -> Any:
     if answer.startswith("(") and answer.endswith(")"):
         answer = f"[{answer[1:-1]}]"
     # Objects become tuples of pairs, which shows a key that comes twice.

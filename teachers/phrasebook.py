@@ -42,7 +42,8 @@ class Template:
 
     def format(self, claim: Any) -> str:
         """The sentence for a claim."""
-        return self.pattern % self.values(claim)
+        text: str = self.pattern % self.values(claim)
+        return text
 
 
 def _no_values(claim: Any) -> tuple[()]:

@@ -110,11 +110,12 @@ class Teacher:
         """
         self._seeds, self._seat = seeds, seat
         self._draws = Draws(self._stream("voice"))
-        self._mix_rng = None
-        transparent = self.personality.transparent
-        self._view = None if transparent else View(self.oracle, self.voice.words)
-        # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
-        self._stage = None if transparent else Pipeline(stages_of(self.personality)).start(self._stream("personality"))
+        self._mix_rng: np.random.Generator | None = None
+        self._stage = None
+        if not self.personality.transparent:
+            self._view = View(self.oracle, self.voice.words)
+            # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
+            self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
 
     def _stream(self, name: str) -> np.random.Generator:
         """One of the episode's random streams from its beginning; made when it is needed, which takes a while."""

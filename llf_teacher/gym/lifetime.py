@@ -126,7 +126,7 @@ def drawn(student: Student, vary: Mapping[str, Any], rng: np.random.Generator) -
         low, high = vary[name]
         whole = isinstance(low, int) and isinstance(high, int)
         values[name] = int(rng.integers(low, high + 1)) if whole else float(rng.uniform(low, high))
-    return dataclasses.replace(student, **values)  # type: ignore[type-var]
+    return dataclasses.replace(student, **values)
 
 
 def check_vary(student: Any, vary: Mapping[str, Any]) -> None:
@@ -137,7 +137,7 @@ def check_vary(student: Any, vary: Mapping[str, Any]) -> None:
     """
     if not isinstance(student, Student):
         raise ValueError(f"vary needs a student given by its spec, got {student!r}")
-    names = [field.name for field in dataclasses.fields(student)]  # type: ignore[arg-type]
+    names = [field.name for field in dataclasses.fields(student)]
     for name, ends in vary.items():
         if name not in names:
             raise ValueError(unknown(f"parameter of {student.name}", name, names))
@@ -145,4 +145,4 @@ def check_vary(student: Any, vary: Mapping[str, Any]) -> None:
         if not numbers or len(ends) != 2 or ends[0] > ends[1]:
             raise ValueError(f"vary[{name!r}] must be the least and the greatest value, got {ends!r}")
         for end in ends:
-            dataclasses.replace(student, **{name: end})  # type: ignore[type-var]
+            dataclasses.replace(student, **{name: end})

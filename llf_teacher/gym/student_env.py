@@ -85,7 +85,7 @@ class StudentEnv(SeatEnv):
         self.teacher = self.aec.teacher if policy is None else policy
         """Who speaks: the seat's own teacher, or the policy that was given."""
         self.privileged_info = privileged_info
-        seat = self.aec.observation_space(STUDENT)
+        seat = self.aec.student_space
         self.observation_space = spaces.Dict(
             {"observation": seat["state"], "instruction": seat["instruction"], "feedback": seat["feedback"]}
         )

@@ -192,7 +192,8 @@ class TeacherEnv(SeatEnv):
             raise ValueError(
                 f"action_masks() needs speech='kinds'; with speech={self.aec.speech!r} any text can be said"
             )
-        return self.aec.observe(TEACHER)["action_mask"].astype(bool)
+        mask: np.ndarray = self.aec.observe(TEACHER)["action_mask"]
+        return mask.astype(bool)
 
 
 def _is_policy(student: Any) -> bool:

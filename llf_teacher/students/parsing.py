@@ -8,7 +8,7 @@ from llf_teacher.students.student import Student
 from pz_envs.learning import Learning
 from teachers.spec import Shelf
 
-STUDENTS = Shelf("student", Student, shelf)
+STUDENTS = Shelf[Student]("student", Student, shelf)  # type: ignore[type-abstract]  # the shelf makes none itself
 """Every student by its name."""
 
 

@@ -37,7 +37,7 @@ class Policy(ABC, Generic[S_co]):
         world: a scratch world of the environment's class and options, for its rules; it knows no episode.
     """
 
-    def __init__(self, spec: S_co, family: Subject, world: World) -> None:
+    def __init__(self, spec: S_co, family: Subject, world: World[Any]) -> None:
         self.spec, self.family, self.world = spec, family, world
         self.reads = spec.reads
 
@@ -110,7 +110,7 @@ class Student(Spec, ABC):
         """Whether it plays in text mode: text in, text out."""
         return False
 
-    def seat(self, family: Subject, world: World) -> Policy[Any]:
+    def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
         """A policy for environments like `world`; it gets a scratch copy."""
         return self.policy(self, family, world.scratch())
 

@@ -181,7 +181,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], seed: int, turns
             kind = None if atom in getattr(observation["instruction"], "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
             names = isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
-            leak = kind is not None and kind not in env.kinds
+            leak = kind is not None and kind not in env.aec.teacher.kinds
             leak |= names and (not reveals if kind is FP else kind is None and instruction_type == "b")
             found.leaks += leak
             for fault in ["leak"] * leak + ["false"] * (label is Label.DISTORTED and found.honest):

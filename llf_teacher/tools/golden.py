@@ -47,7 +47,7 @@ def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment[Any]], lab: World) -> list[str]:
+def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment[Any]], lab: World[Any]) -> list[str]:
     lines = [f"observation: {text!r}", f"feedback: {feedback!r}"]
     for atom in atoms:
         claim = atom.claim

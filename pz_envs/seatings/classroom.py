@@ -116,11 +116,13 @@ class ClassroomEnv(SeatsEnv):
         super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
         self.desks = tuple(desks)
         self.purse = desks[0].purse
-        self._sayings = CHOICES.get(speech, 1) - 1
+        self._sayings: int = CHOICES.get(speech, 1) - 1
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}
         self.possible_agents = [TEACHER, *self.students]
+        self._asking: int | None = None
+        self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self.seeds = Seeds()
         """The streams of this environment's episodes, beside those of the desks."""
         self.observation_spaces[TEACHER] = self._teachers_view()
@@ -129,7 +131,7 @@ class ClassroomEnv(SeatsEnv):
             self.observation_spaces[student] = desk.observation_space(STUDENT)
             self.action_spaces[student] = desk.action_space(STUDENT)
 
-    def _teachers_view(self) -> spaces.Space:
+    def _teachers_view(self) -> spaces.Space[Any]:
         count = len(self.desks)
         if self.speech == "message":
             return spaces.Dict({student: words_space() for student in self.students})
@@ -150,7 +152,7 @@ class ClassroomEnv(SeatsEnv):
             }
         )
 
-    def _teachers_choice(self) -> spaces.Space:
+    def _teachers_choice(self) -> spaces.Space[Any]:
         count = len(self.desks)
         if self.speech == "message":
             return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(PROSE)})
@@ -242,8 +244,7 @@ class ClassroomEnv(SeatsEnv):
     def _begin_round(self) -> None:
         self._unheard = dict.fromkeys(self._class)  # in the order of the numbers
         self._left = min(self.attention, len(self._class))
-        self._asking: int | None = None
-        self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+        self._asking = self._rows = None
         self._moments: tuple[Moment, ...] = tuple(desk.moment for desk in self.desks)
         self._suggestions = tuple(
             desk.seat.suggestion() if self.speech == "message" and i in self._unheard else SILENCE

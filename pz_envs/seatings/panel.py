@@ -214,7 +214,8 @@ class PanelEnv(SeatsEnv):
             elif self.speech == "claims":
                 info["claims"] = tuple(seat.listed())
             self.infos[teacher] = info
-        self.agent_selection, *self._waiting = order
+        self.agent_selection, *waiting = order
+        self._waiting: list[str] = waiting
 
     def _with_speaker(self, teacher: str, said: str) -> Utterance:
         """Words whose atoms tell who says them; a notice that has been given in this round is left out."""

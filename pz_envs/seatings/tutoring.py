@@ -12,7 +12,7 @@ from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
 from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
 from pz_envs.text_mode import failure, legal_text, parse_action
-from teachers.atoms import FN, FP, SILENCE, Moment, ParseFailure, Utterance
+from teachers.atoms import FN, FP, SILENCE, Atom, Moment, ParseFailure, Utterance
 from teachers.personality import Personality
 from teachers.phrasebook import Paraphrase
 from teachers.seeds import Seeds
@@ -131,13 +131,15 @@ class TutoringEnv(SeatsEnv):
         self._own_reward = self.teacher_reward is not student_reward
         self.possible_agents = [TEACHER, STUDENT]
         self._texts = text or isinstance(world.action_space, spaces.Text)
-        self.observation_spaces[STUDENT] = spaces.Dict(
+        self.student_space = spaces.Dict(
             {
                 "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
                 "instruction": Prose(PROSE),
                 "feedback": Prose(PROSE),
             }
         )
+        """What the student observes."""
+        self.observation_spaces[STUDENT] = self.student_space
         acts = Prose(PROSE) if text else copy.deepcopy(world.action_space)
         self.action_spaces[STUDENT] = acts if ask_cost is None else asking_space(acts)
         if speech == "message":
@@ -289,8 +291,9 @@ class TutoringEnv(SeatsEnv):
         atoms = said.atoms if type(said) is Utterance else ()
         info = self.infos[STUDENT]
         if self.turn == 0 and not self._asked and self.speech == "message":
-            self.instruction, self.feedback = _split(said, atoms)
-            cost = len(self.feedback.atoms) if atoms else 0
+            self.instruction, advice = _split(said, atoms)
+            self.feedback = advice
+            cost = len(advice.atoms)
         else:
             self.feedback = said
             # After an executed action nothing but feedback is said.
@@ -421,7 +424,7 @@ def words_space() -> spaces.Dict:
     return spaces.Dict({"state": Prose(PROSE), "action": Prose(PROSE)})
 
 
-def _split(said: str, atoms: tuple[Any, ...]) -> tuple[str, Any]:
+def _split(said: str, atoms: tuple[Atom, ...]) -> tuple[str, Utterance]:
     """An opening utterance as instruction and feedback: advice for the first action is feedback."""
     advice = [atom for atom in atoms if atom.kind in (FP, FN)]
     if not advice:

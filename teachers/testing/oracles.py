@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import HN, HP, KINDS, ActionClaim, Claim, EditClaim, Moment, ParseFailure, PlanClaim
+from teachers.atoms import HN, HP, KINDS, ActionClaim, Claim, EditClaim, FeedbackType, Moment, ParseFailure, PlanClaim
 from teachers.oracle import Oracle, RefusalError
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
@@ -30,7 +30,8 @@ def check_honesty(pupil: Pupil) -> None:
     types = _teaching(pupil).instruction_types
     for said in pupil.said(*({"instruction_type": type_} for type_ in types)):
         # Most is said with every instruction, and some of it takes long to check.
-        for (claim, _), (moment, lab) in {(atom.claim, atom.about_turn): about for atom, *about in said}.items():
+        once = {(atom.claim, atom.about_turn): (moment, lab) for atom, moment, lab in said}
+        for (claim, _), (moment, lab) in once.items():
             require(claim.holds(moment, lab), f"{claim} does not hold of {moment}")
 
 
@@ -64,11 +65,11 @@ def check_hints(pupil: Pupil) -> None:
 def check_kinds(pupil: Pupil) -> None:
     """All kinds that the oracle gives occur, in speaking order; asking for fewer gives just those of these claims."""
     seen = set()
-    order = list(KINDS).index
+    order: list[FeedbackType | None] = list(KINDS)
     for oracle, moment in pupil.judged():
         claims = oracle.judge(moment)
         kinds = [claim.kind for claim in claims]
-        require(kinds == sorted(kinds, key=order), f"kinds {kinds} are not in speaking order")
+        require(kinds == sorted(kinds, key=order.index), f"kinds {kinds} are not in speaking order")
         seen.update(kinds)
         for kind in KINDS:
             wanted = tuple(claim for claim in claims if claim.kind == kind)

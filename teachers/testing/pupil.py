@@ -27,14 +27,14 @@ class Heard(NamedTuple):
 class Pupil:
     """A world with the means to teach it."""
 
-    make_world: Callable[[], World]
+    make_world: Callable[[], World[Any]]
     make_teacher: Callable[..., Teacher]
     """Takes a world and the keyword arguments of `Teacher`."""
     max_turns: int = 20
     turns: int = 100
     """Turns that a check plays."""
 
-    def moments(self, world: World, seed: int = 0) -> Iterator[Moment]:
+    def moments(self, world: World[Any], seed: int = 0) -> Iterator[Moment]:
         """Random play, episode after episode; each opens with an opening moment."""
         rng = np.random.default_rng(seed)
         played = 0
@@ -91,12 +91,12 @@ class Pupil:
                 heard[-1].append(Heard(moment, atoms, teacher.oracle.judge(moment)))
         return heard
 
-    def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World]]:
+    def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World[Any]]]:
         """All that a teacher says of random play, each atom with the moment that it is about and a lab."""
         for said in self.said(settings, seed=seed):
             yield from said
 
-    def said(self, *teachers: Mapping[str, Any], seed: int = 0) -> Iterator[list[tuple[Atom, Moment, World]]]:
+    def said(self, *teachers: Mapping[str, Any], seed: int = 0) -> Iterator[list[tuple[Atom, Moment, World[Any]]]]:
         """The same, turn by turn, of teachers with different settings who watch the same play."""
         world = self.make_world()
         lab = world.scratch()

@@ -24,7 +24,7 @@ _ADVICE, _WARNING, _VERDICT = range(3)  # what a teacher may be good at: fp, fn,
 class _Policy(Policy["Bayesian"]):
     """Infers anew each turn; the posterior is `best`, the skills are `skill`."""
 
-    def __init__(self, spec: "Bayesian", family: Subject, world: World) -> None:
+    def __init__(self, spec: "Bayesian", family: Subject, world: World[Any]) -> None:
         super().__init__(spec, family, world)
         if not isinstance(world.action_space, spaces.Discrete) or world.action_space.n < 2:
             raise ValueError(
