@@ -21,6 +21,8 @@ from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 from pz_envs.family import Family
 from pz_envs.seats import SPEECHES, STUDENT, TEACHER
 from pz_envs.teacher_seat import SUBSETS
+from pz_envs.text_mode import parse_action
+from teachers.atoms import ActionClaim, Atom, EditClaim, PlanClaim
 from teachers.oracle import Oracle
 from worlds.testing import plain, require
 from worlds.world import World
@@ -165,6 +167,45 @@ def check_budget(make: Make) -> None:
         else:
             env.step(_act(env, STUDENT))
     require(spent == 5, f"the teacher said {spent} atoms with a budget of 5")
+
+
+def check_roles(make: Make) -> None:
+    """What claims declare to be written in their sentences as a student has to write it is written there, and is so."""
+    for type_ in make().unwrapped.teacher.oracle.instruction_types:
+        env = make(speech="kinds", instruction_type=type_, max_cycles=12)
+        env.reset(seed=0)
+        for agent in env.agent_iter():
+            _, _, terminated, truncated, _ = env.last()
+            env.step(None if terminated or truncated else _act(env, agent))
+            if agent == TEACHER and env.agents:
+                heard = env.observe(STUDENT)
+                for said in (heard["instruction"], heard["feedback"]):
+                    for atom in getattr(said, "atoms", ()):
+                        require_role(atom, env.unwrapped.world)
+
+
+def require_role(atom: Atom, world: World) -> None:
+    """The action, the plan or the edit of a claim stands in its sentence, if its class says so, and can be read."""
+    claim = atom.claim
+    written: list[tuple[str, tuple[Any, ...], str]] = []
+    if isinstance(claim, ActionClaim) and claim.action_slot:
+        written.append((claim.action_slot, (claim.action,), ""))
+    if isinstance(claim, PlanClaim) and claim.plan_slot:
+        written.append((claim.plan_slot, claim.actions, claim.separator))
+    for slot, actions, separator in written:
+        text = f"{getattr(claim, slot)}"
+        where = f"the slot {slot!r} of {type(claim).__name__} is {text!r}, in {atom.text!r}"
+        require(
+            text in atom.text, f"{where}: it is not there; phrase it, or declare that there is none by an empty slot"
+        )
+        parts = text.split(separator) if separator else [text]
+        read = [parse_action(part.strip('"'), world) for part in parts]
+        require(plain(read) == plain(list(actions)), f"{where}: a student reads {read}, not {list(actions)}")
+    if isinstance(claim, EditClaim):
+        for slot, value in ((claim.line_slot, claim.line), (claim.words_slot, claim.words)):
+            text = f"{getattr(claim, slot)}"
+            right = text == f"{value}" and text in atom.text
+            require(right, f"the slot {slot!r} of {type(claim).__name__} is {text!r}, not {value!r} in {atom.text!r}")
 
 
 def _act(env: AECEnv, agent: str) -> Any:

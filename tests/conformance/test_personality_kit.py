@@ -1,4 +1,4 @@
-"""The kit for personalities accepts good ones, and each of its checks rejects a liar that the others let pass."""
+"""Liars: the kit for personalities accepts good ones; each of its checks rejects a liar that the others let pass."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from shelf import FAMILIES, RICH
 from teachers import testing as kit
 from teachers.atoms import HP
 from teachers.common import Late, Right
-from teachers.personality import Personality, Stage
+from teachers.personality import Personality, Stage, personality
 
 
 def pupil():
@@ -17,55 +17,76 @@ def pupil():
     return kit.Pupil(family.make_world, family.make_teacher, max_turns=family.max_turns)
 
 
-class Liar(Personality):
-    """Says what it should not."""
+class Frank(Stage):
+    """Says everything."""
 
-    def says(self, claims, view, rng):
+    def speak(self, claims, view):
         return claims
-
-    class Stage(Stage):
-        def speak(self, claims, view):
-            return self.spec.says(claims, view, self.rng)
 
 
 @dataclass(frozen=True)
-class Unwritten(Liar):
+class Unwritten(Personality):
     """Has a parameter that its spec string does not give back."""
 
     rate: float = np.float64(0.5)
+    stage = Frank
 
     def __str__(self):
         return f"unwritten(rate={self.rate!r})"
 
 
-@dataclass(frozen=True)
-class Harmless(Liar):
+@personality(honest=False)
+def harmless(claims, view):
     """Claims to err, and does not."""
+    return claims
 
-    honest = False
+
+class Memory(Stage):
+    """Speaks until it has said enough."""
+
+    def begin(self):
+        self.most = self.spec.most()
+        self.said = Diary()
+
+    def speak(self, claims, view):
+        self.said.append(view.turn)
+        return claims if len(self.said) < self.most else ()
+
+
+class Diary(list):
+    """Is lost on the way."""
+
+    def __reduce__(self):
+        return Diary, ()
 
 
 @dataclass(frozen=True)
-class Restless(Liar):
-    """Draws from a stream of nobody's at the beginning of an episode."""
+class Restless(Personality):
+    """Draws from a stream of nobody's, at the beginning of an episode."""
 
-    class Stage(Stage):
-        def begin(self):
-            self.most = np.random.default_rng().integers(4)
+    stage = Memory
 
-        def speak(self, claims, view):
-            return claims[: self.most]
+    def most(self):
+        return 100 * np.random.default_rng().integers(2)
 
 
 @dataclass(frozen=True)
-class Meddler(Liar):
+class Forgetful(Personality):
+    """Has a memory that copies do not have."""
+
+    stage = Memory
+
+    def most(self):
+        return 20
+
+
+@personality()
+def meddler(claims, view):
     """Draws from the taught world's stream."""
-
-    def says(self, claims, view, rng):
-        world = view._oracle._scratch.__self__
-        if world.np_random_seed is not None:
-            world.np_random.random()
-        return claims
+    world = view._oracle._scratch.__self__
+    if world.np_random_seed is not None:
+        world.np_random.random()
+    return claims
 
 
 class Ground:
@@ -83,51 +104,27 @@ class Ground:
         return Ground, (False,)
 
 
-@dataclass(frozen=True)
-class Homesick(Liar):
+@personality()
+def homesick(claims, view):
     """Says what does not survive the way to another process."""
-
-    def says(self, claims, view, rng):
-        moment = view.moment
-        return claims if moment.before is None else (*claims, Right.on(Ground(), action=moment.action))
+    moment = view.moment
+    return claims if moment.before is None else (*claims, Right.on(Ground(), action=moment.action))
 
 
-class Diary(list):
-    """Is lost on the way."""
-
-    def __reduce__(self):
-        return Diary, ()
-
-
-@dataclass(frozen=True)
-class Forgetful(Liar):
-    """Says nothing twice in an episode, as far as its memory survives copying."""
-
-    class Stage(Stage):
-        def begin(self):
-            self.said = Diary()
-
-        def speak(self, claims, view):
-            self.said.append(view.turn)
-            return claims if len(self.said) < 20 else ()
-
-
-@dataclass(frozen=True)
-class Hasty(Liar):
+@personality()
+def hasty(claims, view):
     """Says what comes late as if it were of now."""
-
-    def says(self, claims, view, rng):
-        return [claim.claim if isinstance(claim, Late) else claim for claim in claims]
+    return [claim.claim if isinstance(claim, Late) else claim for claim in claims]
 
 
 LIARS = {
     kit.check_spec: Unwritten(),
-    kit.check_promise: Harmless(),
+    kit.check_promise: harmless(),
     kit.check_draws: Restless(),
-    kit.check_hands_off: Meddler(),
-    kit.check_words: Homesick(),
+    kit.check_hands_off: meddler(),
+    kit.check_words: homesick(),
     kit.check_twins: Forgetful(),
-    kit.check_stages: Hasty(),
+    kit.check_stages: hasty(),
 }
 
 
@@ -145,36 +142,31 @@ def test_a_liar_is_rejected_by_its_own_check_only(check, liar, rejects):
     assert rejects(kit.PERSONALITY_CHECKS, liar, pupil()) == [check.__name__]
 
 
-@dataclass(frozen=True)
-class Mistaken(Liar):
+@personality()
+def mistaken(claims, view, rng):
     """Errs, and does not say so."""
-
-    def says(self, claims, view, rng):
-        return [view.distort(claim, rng) or claim for claim in claims]
+    return [view.distort(claim, rng) or claim for claim in claims]
 
 
-@dataclass(frozen=True)
-class Inventive(Liar):
+@personality(honest=False)
+def inventive(claims, view):
     """Says what is true, but not what its oracle said, and calls that a lie."""
-
-    honest = False
-
-    def says(self, claims, view, rng):
-        return [view.vague(claim) for claim in claims]
+    return [view.vague(claim) for claim in claims]
 
 
 @dataclass(frozen=True)
-class Needy(Liar):
+class Needy(Personality):
     """Needs what no oracle has."""
 
     needs = frozenset({"telepathy"})
+    stage = Frank
 
 
 @pytest.mark.parametrize(
     ("check", "liar", "message"),
     [
-        (kit.check_promise, Mistaken(), "Mistaken: .* does not hold of"),
-        (kit.check_promise, Inventive(), "Inventive: .* holds of"),
+        (kit.check_promise, mistaken(), "mistaken: .* does not hold of"),
+        (kit.check_promise, inventive(), "inventive: .* holds of"),
         (kit.check_spec, Needy(), "Needy needs .*telepathy.*, not of"),
     ],
     ids=str,

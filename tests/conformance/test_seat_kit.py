@@ -2,14 +2,18 @@
 
 import numpy as np
 import pytest
+from gymnasium import spaces
 
 from pz_envs import testing as kit
 from pz_envs.family import all_families
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT
-from teachers.atoms import ParseFailure
+from teachers.atoms import ActionClaim, Atom, EditClaim, ParseFailure, PlanClaim, Utterance, claim
 
 FAMILY = next(family for family in all_families() if not family.repeated)
+WORLD = next(
+    world for family in all_families() if isinstance((world := family.make_world()).action_space, spaces.Discrete)
+)
 
 
 def maker(cls):
@@ -17,7 +21,8 @@ def maker(cls):
         budget, cost = settings.pop("budget", None), settings.pop("cost", 0.01)
         max_cycles = settings.pop("max_cycles", FAMILY.max_turns)
         world = FAMILY.make_world()
-        return cls(world, FAMILY.make_teacher(world), budget=budget, cost=cost, max_cycles=max_cycles, **settings)
+        teacher = FAMILY.make_teacher(world, instruction_type=settings.pop("instruction_type", "b"))
+        return cls(world, teacher, budget=budget, cost=cost, max_cycles=max_cycles, **settings)
 
     return make
 
@@ -63,6 +68,13 @@ class Spendthrift(TutoringEnv):
         self.purse.spent -= self.purse.left == 0
 
 
+class Mumbler(TutoringEnv):
+    def teacher_turn(self, action):
+        super().teacher_turn(action)
+        if isinstance(self.feedback, Utterance):
+            self.feedback = Utterance.of([atom._replace(text="Do that.") for atom in self.feedback.atoms])
+
+
 LIARS = {
     kit.check_pettingzoo: Unseeded,
     kit.check_turns: NoLastWord,
@@ -70,6 +82,7 @@ LIARS = {
     kit.check_privilege: Indiscreet,
     kit.check_parse_failure: Patient,
     kit.check_budget: Spendthrift,
+    kit.check_roles: Mumbler,
 }
 
 
@@ -84,3 +97,68 @@ def test_every_check_has_a_liar():
 @pytest.mark.parametrize(("check", "liar"), LIARS.items(), ids=lambda value: value.__name__)
 def test_a_liar_is_rejected_by_its_own_check_only(check, liar, rejects):
     assert rejects(kit.CHECKS, maker(liar)) == [check.__name__]
+
+
+@claim
+class Go(ActionClaim):
+    action: int
+
+    @property
+    def action_in_words(self):
+        return f"number {self.action}"
+
+
+class GoInWords(Go):
+    action_slot = "action_in_words"
+
+
+class GoSomewhere(Go):
+    action_slot = ""
+
+
+@claim
+class Way(PlanClaim):
+    actions: tuple[int, ...]
+
+    @property
+    def listing(self):
+        return ", ".join(str(action) for action in self.actions[:2])
+
+
+@claim
+class Write(EditClaim):
+    line: int
+    words: str
+    ordinal: str
+    line_slot = "ordinal"
+
+
+@pytest.mark.parametrize(
+    ("claim", "text", "message"),
+    [
+        (Go(action=1), "Go 1.", None),
+        (GoSomewhere(action=1), "Go there.", None),
+        (Way(actions=(0, 1)), "The way: 0, 1.", None),
+        (Write(line=2, words="two words", ordinal="2"), "Line 2: two words.", None),
+        (Go(action=1), "Go there.", "the slot 'action' of Go is '1', in 'Go there.': it is not there"),
+        (
+            GoInWords(action=1),
+            "Go number 1.",
+            "'action_in_words' of GoInWords .* a student reads .*ParseFailure.*, not .1.",
+        ),
+        (Way(actions=(0, 1, 0)), "The way: 0, 1.", r"'listing' of Way .* a student reads \[0, 1\], not \[0, 1, 0\]"),
+        (Write(line=2, words="two words", ordinal="two"), "Line two: two words.", "'ordinal' of Write is 'two', not 2"),
+        (
+            Write(line=2, words="two words", ordinal="2"),
+            "Line 2.",
+            "'words' of Write is 'two words', not 'two words' in",
+        ),
+    ],
+)
+def test_what_declares_a_slot_has_it(claim, text, message):
+    atom, world = Atom(claim, text, 0), WORLD
+    if message is None:
+        kit.require_role(atom, world)
+    else:
+        with pytest.raises(AssertionError, match=message):
+            kit.require_role(atom, world)

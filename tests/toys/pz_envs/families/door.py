@@ -1,6 +1,7 @@
 """A door with a lock of two dials."""
 
 from pz_envs.family import Family
+from pz_envs.learning import NoRewards
 
 FAMILY = Family(
     name="door",
@@ -9,8 +10,8 @@ FAMILY = Family(
     oracle="DoorOracle",
     environments={"door-v0": {}},
     showcase=("door-v0",),
-    max_cycles=8,
+    max_turns=8,
     regret_unit="turns before a shut door",
-    reward_only="random",
+    learning=NoRewards(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

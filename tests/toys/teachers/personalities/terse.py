@@ -1,19 +1,9 @@
-"""Terse: says only the first claim of each turn."""
+"""terse: says only the first claim of each turn."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
-from teachers.atoms import Claim
-from teachers.personality import Personality, Stage, View
+from teachers.personality import Claims, View, personality
 
 
-@dataclass(frozen=True)
-class Terse(Personality):
+@personality(source="folk")
+def terse(claims: Claims, view: View) -> Claims:
     """Says one thing at a time."""
-
-    class Stage(Stage):
-        """Has nothing to remember."""
-
-        def speak(self, claims: tuple[Claim, ...], view: View) -> Sequence[Claim]:
-            """The first claim."""
-            return claims[:1]
+    return claims[:1]
