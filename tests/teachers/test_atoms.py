@@ -10,7 +10,21 @@ from hypothesis import strategies as st
 
 from pz_envs.family import all_families
 from teachers import common
-from teachers.atoms import KINDS, SILENCE, Atom, Claim, FeedbackType, Moment, R, Utterance
+from teachers.atoms import (
+    HN,
+    HP,
+    KINDS,
+    SILENCE,
+    Atom,
+    Claim,
+    FeedbackType,
+    Moment,
+    R,
+    Utterance,
+    Verdict,
+    claim,
+    opposed,
+)
 from teachers.common import Late, Reward, Solved, TryAgain
 from teachers.oracle import claims_of
 
@@ -135,3 +149,65 @@ def test_a_late_claim_has_the_kind_of_what_it_says():
 def test_a_claim_that_does_not_say_when_it_holds_cannot_be_checked():
     with pytest.raises(TypeError, match=r"Claim does not say when it holds; implement holds\(moment, lab\)"):
         Claim().holds(Moment.opening(None), None)
+
+
+@claim
+class _Counted(Verdict):
+    before: int
+    after: int
+
+    def applies(self, moment, lab):
+        return self.before != self.after
+
+    def good(self, moment, lab):
+        return self.before < self.after
+
+
+@claim
+class More(_Counted):
+    """True if there are more than before."""
+
+    kind = HP
+
+
+@claim
+class Fewer(_Counted):
+    """True if there are fewer than before."""
+
+    kind = HN
+
+
+opposed(More, Fewer)
+OPENING = Moment.opening(None)
+
+
+def test_of_opposite_verdicts_one_holds_if_they_apply():
+    assert More(before=1, after=2).holds(OPENING, None)
+    assert not Fewer(before=1, after=2).holds(OPENING, None)
+    assert Fewer(before=2, after=1).holds(OPENING, None)
+    assert not More(before=2, after=1).holds(OPENING, None)
+    assert not any(cls(before=1, after=1).holds(OPENING, None) for cls in (More, Fewer))
+
+
+def test_the_counterpart_of_a_verdict_is_the_opposite_one():
+    assert More(before=1, after=2).counterparts(OPENING, None) == (Fewer(before=1, after=2),)
+    assert Fewer(before=2, after=1).counterparts(OPENING, None) == (More(before=2, after=1),)
+    assert More(before=1, after=2).opposing(after=0) == Fewer(before=1, after=0)
+
+
+@pytest.mark.parametrize(
+    ("method", "message"),
+    [
+        ("applies", r"Verdict does not say what it is about; implement applies\(moment, lab\)"),
+        ("good", r"Verdict does not say what is good; implement good\(moment, lab\)"),
+    ],
+)
+def test_a_verdict_says_what_it_is_about_and_what_is_good(method, message):
+    with pytest.raises(TypeError, match=message):
+        getattr(Verdict(), method)(OPENING, None)
+
+
+def test_there_is_no_past_where_no_action_was_executed():
+    with pytest.raises(ValueError, match="no action was executed in turn 3; ask only where `before` is not None"):
+        _ = Moment.opening("here", 3).past
+    assert OPENING._replace(before="there").past == "there"
