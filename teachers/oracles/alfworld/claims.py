@@ -122,7 +122,7 @@ class Done(_Command):
         """Carry it out again."""
         if not _made(self.action, moment):
             return False
-        lab.restore(moment.before)
+        lab.restore(moment.past)
         return bool(lab.advance(self.action)[4]["success"])
 
     def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
