@@ -55,6 +55,8 @@ class Family(Subject):
     """Whether the simulator is so slow that what is done with every family should be done less with this one."""
     sampled: tuple[str, ...] = ()
     """The environments of which there are golden transcripts, and which the default tests play; none stands for all."""
+    rules: int = 1
+    """Version of the family's rules: it goes up when the same seed and actions no longer give the same episode."""
     regret_unit: str
     """What regret counts, as in "extra moves"."""
     learning: Learning

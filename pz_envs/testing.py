@@ -184,7 +184,7 @@ def check_roles(make: Make) -> None:
                         require_role(atom, env.unwrapped.world)
 
 
-def require_role(atom: Atom, world: World) -> None:
+def require_role(atom: Atom, world: World[Any]) -> None:
     """The action, the plan or the edit of a claim stands in its sentence, if its class says so, and can be read."""
     claim = atom.claim
     written: list[tuple[str, tuple[Any, ...], str]] = []

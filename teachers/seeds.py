@@ -8,6 +8,8 @@ STREAMS: Final = ("oracle", "personality", "mixing", "voice", "teacher", "studen
 """What has a stream of its own, beside the world: the parts of a teacher, policies in the seats of teacher and student,
 the order of a panel's teachers, and who the students are: the seeds of a class, parameters that are drawn.
 """
+TREE: Final = 2
+"""Version of this tree: it goes up when a seed no longer gives the same streams. 1 was before a seed was one world."""
 _BESIDE = 0x5EA75  # apart from what a world may spawn from the same seed
 _NUMBER = {name: number for number, name in enumerate(STREAMS)}
 

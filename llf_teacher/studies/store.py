@@ -9,7 +9,7 @@ from typing import Any
 from llf_teacher.studies.episode import EpisodeRow, Record, TurnRow
 from llf_teacher.studies.study import EpisodeSpec
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
 _TYPES = {str: "TEXT NOT NULL", int: "INTEGER NOT NULL", float: "REAL NOT NULL", bool: "INTEGER NOT NULL"}
 
@@ -92,7 +92,7 @@ class Store:
 
     def episodes(self, keys: set[str] | None = None) -> list[sqlite3.Row]:
         """Episodes in a fixed order: all, or those of the given keys."""
-        order = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version"
+        order = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version, rules"
         rows = self._db.execute(f"SELECT * FROM episode ORDER BY {order}")  # noqa: S608
         return [row for row in rows if keys is None or row["key"] in keys]
 

@@ -16,6 +16,7 @@ from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
 from teachers.feedback import format_kinds
 from teachers.personality import parse_personality
+from teachers.seeds import TREE
 from teachers.spec import unknown
 
 
@@ -31,6 +32,8 @@ class EpisodeSpec(NamedTuple):
     seed: int
     version: str
     """Version of this package, and of the one that brings the family along: another version may play otherwise."""
+    rules: str = ""
+    """Versions of the tree of seeds and of the family's rules, as in `2.1`: what differs in it is not comparable."""
 
     @property
     def key(self) -> str:
@@ -126,11 +129,13 @@ class Study:
         ):
             family = entry(id).family
             max_turns = self.max_turns or family.max_turns
-            version = llf_teacher.__version__
+            version, rules = llf_teacher.__version__, f"{TREE}.{family.rules}"
             if family.version:
                 version = f"{version}+{family.distribution}-{family.version}"
             for teacher, student, seed in itertools.product(*self.grid(id)):
-                yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version)
+                yield EpisodeSpec(
+                    id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules
+                )
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""
