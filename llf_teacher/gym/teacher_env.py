@@ -1,7 +1,8 @@
 """Gymnasium's view of the teacher's seat."""
 
-from collections.abc import Mapping
-from typing import Any
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -10,8 +11,14 @@ from llf_teacher.gym.lifetime import Lifetime, check_vary, drawn, lifetime_space
 from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student, entitled
+from pz_envs.rewards import TeacherReward
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.subject import Subject
+from teachers.atoms import Moment
+from teachers.oracle import Oracle
+
+LifetimeReward = Callable[[Moment[Any], Oracle[Any, Any], Lifetime], float]
+"""The teacher's reward of a student's turn, given what the lifetime was like before it."""
 
 
 class TeacherEnv(SeatEnv):
@@ -52,8 +59,10 @@ class TeacherEnv(SeatEnv):
             value, such as `{"alpha": (0.1, 0.9)}`; between two integers an integer: `{"trust": (0, 1)}` gives 0 or 1.
         announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
         render_mode: None, `ansi` or `human`.
-        options: those of `pz_envs.subject.Subject.raw_env` (`cost`, `budget`, `teacher_reward`, `until_success`, ...)
-            and the world's. In a lifetime `until_success` is True unless it is given.
+        teacher_reward: as in `pz_envs.rewards`, or a function of three arguments, `Moment`, `Oracle` and the student's
+            `Lifetime` as it was before the turn.
+        options: those of `pz_envs.seatings.tutoring.Tutoring.raw_env` (`cost`, `budget`, `until_success`, `ask_cost`,
+            ...) and the world's. In a lifetime `until_success` is True unless it is given.
 
     Raises:
         ValueError: an argument is not supported.
@@ -70,6 +79,7 @@ class TeacherEnv(SeatEnv):
         same_world: bool = True,
         vary: Mapping[str, Any] | None = None,
         announce: bool = False,
+        teacher_reward: str | TeacherReward | LifetimeReward = "student_reward",
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
@@ -80,7 +90,9 @@ class TeacherEnv(SeatEnv):
             options.setdefault("text", student.text)
         if episodes > 1:
             options.setdefault("until_success", True)
-        super().__init__(TEACHER, env_id, max_turns, render_mode, speech=speech, **options)
+        self._life: Lifetime | None = None
+        paid = self._paid_by(teacher_reward)
+        super().__init__(TEACHER, env_id, max_turns, render_mode, speech=speech, teacher_reward=paid, **options)
         self.episodes, self.same_world, self.announce = episodes, same_world, announce
         self._spec, self._vary = student, dict(vary or {})
         if self._vary:
@@ -91,7 +103,6 @@ class TeacherEnv(SeatEnv):
         self._remembers = given and not getattr(student, "forget", True)
         if announce and (given or _is_policy(student)) and not hasattr(self.student, "intend"):
             raise ValueError(f"the student {student!s} cannot announce its actions; announce must be False")
-        self._life: Lifetime | None = None
         self.observation_space = self.aec.observation_space(TEACHER)
         if episodes > 1:
             seat = self.observation_space
@@ -106,7 +117,7 @@ class TeacherEnv(SeatEnv):
         self._start: Any = None
         if self._renews or (self._remembers and seed is not None):
             self.student = self._enrol(seeds.stream("class"))
-        if self.episodes > 1:
+        if self.episodes > 1 or self._sees_life:
             self._options = options
             self._life = Lifetime(self.aec, self.episodes)
             self._life.arrive()
@@ -133,7 +144,7 @@ class TeacherEnv(SeatEnv):
         if life is not None:
             life.said()
         if terminated or truncated:
-            self._running = life is not None and self._next_episode(life, terminated)
+            self._running = life is not None and self.episodes > 1 and self._next_episode(life, terminated)
             if self._running:
                 terminated = truncated = False
         else:
@@ -146,6 +157,17 @@ class TeacherEnv(SeatEnv):
                 self.render()
         observation, info = self._observe()
         return observation, reward, terminated, truncated, info
+
+    def _paid_by(self, reward: str | TeacherReward | LifetimeReward) -> str | TeacherReward:
+        """A reward that sees the lifetime as one of moment and oracle."""
+        self._sees_life = callable(reward) and len(inspect.signature(reward).parameters) == 3
+        if not self._sees_life:
+            return cast("str | TeacherReward", reward)
+        self._reward = cast(LifetimeReward, reward)
+        return self._reward_of_life
+
+    def _reward_of_life(self, moment: Moment[Any], oracle: Oracle[Any, Any]) -> float:
+        return self._reward(moment, oracle, cast(Lifetime, self._life))
 
     def _enrol(self, rng: np.random.Generator) -> Any:
         """A new student."""
@@ -178,7 +200,7 @@ class TeacherEnv(SeatEnv):
             intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
         info["intention"] = intention
         info["student"] = self._drawn if isinstance(self._spec, Student) else None
-        if life is not None:
+        if life is not None and self.episodes > 1:
             observation["lifetime"] = life.features(intention)
         return observation, info
 

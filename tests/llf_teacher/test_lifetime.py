@@ -1,5 +1,7 @@
 """Lifetimes: learners that take advice, many episodes of one student, drawn parameters, and what the teacher sees."""
 
+import copy
+
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
@@ -304,3 +306,28 @@ def test_intentions_are_announced_in_a_single_episode():
 def test_bad_arguments(settings, match):
     with pytest.raises(ValueError, match=match):
         llf_teacher.TeacherEnv(ARMS, **settings)
+
+
+def test_a_reward_may_see_the_lifetime():
+    seen = []
+
+    def newcomer(moment, oracle, life):
+        """Pays for success in the first episodes."""
+        seen.append(life.episode)
+        return float(moment.success and life.episode < 2)
+
+    settings = {"student": "obedient", "teacher_reward": newcomer, "cost": 0.0}
+    env = copy.deepcopy(llf_teacher.TeacherEnv(GRID, episodes=4, **settings))
+    env.reset(seed=3)
+    total, done = 0.0, False
+    while not done:
+        _, reward, terminated, truncated, _ = env.step(0b01000)
+        total += reward
+        done = terminated or truncated
+    assert total == 2
+    assert sorted(set(seen)) == [0, 1, 2, 3]
+    once = llf_teacher.TeacherEnv(GRID, until_success=True, **settings)
+    observation, _ = once.reset(seed=3)
+    assert "lifetime" not in observation
+    once.step(0b01000)
+    assert seen[-1] == 0
