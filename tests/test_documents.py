@@ -7,7 +7,8 @@ import pytest
 from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
-from llf_teacher.tools.shelf import matrix, update
+from llf_teacher.tools.shelf import documents, families, matrix, update
+from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
 
 LEARN = "# Needs the extra `learn`"
@@ -39,17 +40,15 @@ def test_the_study_file_of_the_readme_is_a_study(tmp_path):
     assert len(list(load_study(tmp_path / "study.toml").episodes())) == 210
 
 
-def test_the_readme_names_every_personality():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert all(f"`{name}" in readme for name in PERSONALITIES.names)
-
-
-def test_the_tables_of_personalities_are_those_of_the_code():
-    """If not, run `llf shelf docs/personalities.md`."""
-    document = (ROOT / "docs" / "personalities.md").read_text(encoding="utf-8")
-    assert update(document) == document
+def test_the_tables_of_families_and_personalities_are_those_of_the_code():
+    """If not, run `llf shelf`."""
+    texts = {path.name: path.read_text(encoding="utf-8") for path in documents(ROOT)}
+    assert {"README.md", "personalities.md"} <= texts.keys()
+    assert {name: update(text) for name, text in texts.items()} == texts
     for name in PERSONALITIES.names:
         assert f"| `{name}` |" in matrix()
+    for family in all_families():
+        assert f"| {family.name} |" in families()
 
 
 @pytest.mark.parametrize("text", ["no place", "<!-- llf shelf: shelves -->\n<!-- end -->"])

@@ -1,4 +1,4 @@
-"""`llf shelf`: the tables of personalities."""
+"""`llf shelf`: the tables of families and personalities."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,10 +14,14 @@ def add_to(app: typer.Typer) -> None:
 def shelf(
     file: Annotated[Path | None, typer.Argument(help="A Markdown file whose tables are to be made anew.")] = None,
 ) -> None:
-    """Print every personality, and which family serves which; or update these tables in a document."""
-    from llf_teacher.tools.shelf import TABLES, write
+    """Make the tables of families and personalities anew: in a file, or in all documents of this folder that have
+    places for them, `*.md` and `docs/*.md`; where there are none, print them.
+    """  # noqa: D205
+    from llf_teacher.tools.shelf import TABLES, documents, write
 
-    if file is not None:
-        write(file)
-    else:
+    found = documents(Path()) if file is None else [file]
+    for path in found:
+        write(path)
+        typer.echo(path)
+    if not found:
         typer.echo("\n".join(table() for table in TABLES.values()))

@@ -1,15 +1,29 @@
-"""The shelf of personalities as tables for documents, made of the code."""
+"""Families and personalities as tables for documents, made of the code."""
 
 import dataclasses
+import inspect
 import re
 import sys
 from pathlib import Path
 from typing import Any
 
-from pz_envs.family import all_families
+from pz_envs.family import Family, all_families
 from teachers.personality import PERSONALITIES
 
 _PLACE = re.compile(r"(<!-- llf shelf: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+def families() -> str:
+    """A Markdown table of every family: environments, what is taught, turns, and by what it is judged."""
+    rows = []
+    for family in _own_families():
+        names = [f"`llf-{name}`" for name in family.showcase[:1]]
+        more = len(family.environments) - len(names)
+        doc = inspect.getdoc(family.oracle_class()) or ""
+        oracle = " ".join(doc.partition("\n\n")[0].split())
+        ids = f"{names[0]} and {more} more" if more else names[0]
+        rows.append((family.name, ids, family.summary, str(family.max_turns), oracle))
+    return _table(("family", "environments", "task", "turns", "oracle"), rows)
 
 
 def shelf() -> str:
@@ -26,7 +40,7 @@ def shelf() -> str:
 
 def matrix() -> str:
     """A Markdown table of which family serves which personality, with what the personality needs of an oracle."""
-    families = [family for family in all_families() if not family.version]  # those of this distribution
+    families = _own_families()
     rows = []
     for name in PERSONALITIES.names:
         served = ["yes" if family.serves(name) else "-" for family in families]
@@ -34,7 +48,12 @@ def matrix() -> str:
     return _table(("personality", "needs", *(family.name for family in families)), rows)
 
 
-TABLES = {"shelf": shelf, "matrix": matrix}
+def _own_families() -> list[Family]:
+    """Those of this distribution."""
+    return [family for family in all_families() if not family.version]
+
+
+TABLES = {"families": families, "shelf": shelf, "matrix": matrix}
 
 
 def update(text: str) -> str:
@@ -50,6 +69,12 @@ def update(text: str) -> str:
             f"{', '.join(TABLES)}; got: {', '.join(names) or 'none'}"
         )
     return _PLACE.sub(lambda match: f"{match.group(1)}{TABLES[match.group(2)]()}{match.group(3)}", text)
+
+
+def documents(folder: Path) -> list[Path]:
+    """The documents in a folder, `*.md` and `docs/*.md`, that have places for tables."""
+    paths = sorted([*folder.glob("*.md"), *folder.glob("docs/*.md")])
+    return [path for path in paths if _PLACE.search(path.read_text(encoding="utf-8"))]
 
 
 def write(path: Path) -> None:

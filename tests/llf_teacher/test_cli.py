@@ -201,12 +201,22 @@ def test_shelf(tmp_path):
     path = tmp_path / "page.md"
     path.write_text("# Page\n<!-- llf shelf: matrix -->\nold\n<!-- end -->\nrest\n", encoding="utf-8")
     assert llf("shelf", str(path), cwd=tmp_path).returncode == 0
-    printed = llf("shelf", cwd=tmp_path).stdout
+    (tmp_path / "docs").mkdir()
+    printed = llf("shelf", cwd=tmp_path / "docs").stdout
     page = path.read_text(encoding="utf-8")
     table = page.partition("-->\n")[2].partition("<!--")[0]
     assert table in printed
     assert page == f"# Page\n<!-- llf shelf: matrix -->\n{table}<!-- end -->\nrest\n"
     assert "| `oracle` |  | yes |" in table
+    path.write_text(page.replace(table, "old\n"), encoding="utf-8")
+    twin = tmp_path / "docs" / "twin.md"
+    twin.write_text("<!-- llf shelf: families -->\n<!-- end -->\n", encoding="utf-8")
+    (tmp_path / "docs" / "other.md").write_text("no place", encoding="utf-8")
+    assert llf("shelf", cwd=tmp_path).stdout.split() == ["docs/twin.md", "page.md"]
+    assert path.read_text(encoding="utf-8") == page
+    assert (
+        twin.read_text(encoding="utf-8").removeprefix("<!-- llf shelf: families -->\n").partition("<!--")[0] in printed
+    )
 
 
 def test_golden(tmp_path):
