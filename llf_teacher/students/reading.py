@@ -15,6 +15,8 @@ from teachers.voice import PLAIN
 _SENTENCE_END = re.compile(r"[.!?:]\s+")
 _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?(?:e[-+]?\d+)?|inf|nan)"  # what a slot with a format for numbers can hold
 
+_TEXT = r'(?:".+?"|.+?)'  # what opens with a quotation mark closes with one, whatever sentences are in it
+
 
 class Heard(NamedTuple):
     """A recognised sentence."""
@@ -140,6 +142,6 @@ def _pattern(template: str, end: str = "") -> re.Pattern[str]:
     for literal, slot, spec, _ in string.Formatter().parse(template):
         parts.append(re.escape(literal))
         if slot is not None:
-            parts.append(f"(?P={slot})" if slot in seen else f"(?P<{slot}>{_NUMBER if spec else '.+?'})")
+            parts.append(f"(?P={slot})" if slot in seen else f"(?P<{slot}>{_NUMBER if spec else _TEXT})")
             seen.add(slot)
     return re.compile("".join(parts) + end, re.DOTALL)
