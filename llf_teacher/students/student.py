@@ -37,3 +37,127 @@ class Policy(ABC, Generic[S_co]):
         world: a scratch world of the environment's class and options, for its rules; it knows no episode.
     """
 
+    def __init__(self, spec: S_co, family: Subject, world: World[Any]) -> None:
+        self.spec, self.family, self.world = spec, family, world
+        self.reads = spec.reads
+
+    @property
+    def action_count(self) -> int:
+        """How many actions there are.
+
+        Raises:
+            ValueError: they are not finitely many.
+        """
+        space = self.world.action_space
+        if not isinstance(space, spaces.Discrete):
+            raise ValueError(f"the student {self.spec} needs discrete actions; those of {self.family.name} are {space}")
+        return int(space.n)
+
+    @property
+    def action_box(self) -> spaces.Box:
+        """The box of the actions.
+
+        Raises:
+            ValueError: they are no points of a box.
+        """
+        space = self.world.action_space
+        if not isinstance(space, spaces.Box):
+            raise ValueError(f"the student {self.spec} needs actions in a box; those of {self.family.name} are {space}")
+        return space
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+        self.rng = rng
+        self.begin()
+
+    def begin(self) -> None:
+        """Set up what is to be remembered within the episode."""
+
+    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
+        """Take the end of an episode to heart, before the next one; arguments as in `act`.
+
+        It is called where a student has more than one episode.
+        """
+
+    @abstractmethod
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """The next action.
+
+        Args:
+            observation: what the student's seat observes: `state` (or `observation`), `instruction`, `feedback`.
+            info: what `entitled` gives.
+        """
+
+
+class Student(Spec, ABC):
+    """Base of all students: a frozen value that makes a `Policy` for a seat."""
+
+    shelf: ClassVar[str] = shelf.__name__
+    policy: ClassVar[type[Policy[Any]]]
+    """What it is in a seat."""
+    suits: ClassVar[type[Learning] | None] = None
+    """What it can learn from rewards alone; the fields of that are parameters of the student."""
+
+    # A subclass sets these, as in `reads = "words"`, or works them out of its parameters, as a property.
+
+    @property
+    @abstractmethod
+    def reads(self) -> str:
+        """What it learns from, one of `READS`; reports show it."""
+
+    @property
+    def text(self) -> bool:
+        """Whether it plays in text mode: text in, text out."""
+        return False
+
+    def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
+        """A policy for environments like `world`; it gets a scratch copy."""
+        return self.policy(self, family, world.scratch())
+
+    def check(self, environment: Mapping[str, str]) -> None:
+        """Make sure, before a study begins, that it can play here; a student that needs nothing always can.
+
+        Raises:
+            ValueError: a setting is missing or not allowed.
+            ModuleNotFoundError: an extra is not installed; the message has the pip line.
+        """
+
+    def facts(self) -> dict[str, Any]:
+        """What a study's manifest has to say of it beside its spec, as JSON values."""
+        return {}
+
+
+def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
+    """The info that a policy may see: the seat's own, less the atoms for a reader of words, and with `reward` (of
+    its last turn; with the atoms for a reader of advice) or the privileged `moment` for one that learns from these.
+    """  # noqa: D205
+    info = dict(aec.infos[STUDENT])
+    reads = getattr(policy, "reads", "atoms")
+    if reads in ("nothing", "reward", "words"):
+        info.pop("atoms", None)  # there are none before the teacher has spoken
+    if reads in ("reward", "atoms and reward"):
+        info["reward"] = aec.moment.reward
+    elif reads == "truth":
+        info["moment"] = aec.moment
+    return info
+
+
+def action_of(claim: Claim[Any]) -> Any:
+    """The action that a claim is about, of a plan the first one; None if it is about none."""
+    if isinstance(claim, ActionClaim):
+        return claim.action
+    return claim.actions[0] if isinstance(claim, PlanClaim) else None
+
+
+def state_of(observation: dict[str, Any]) -> Any:
+    """The world's part of an observation, whichever adapter it came through."""
+    return observation["state"] if "state" in observation else observation["observation"]
+
+
+def frozen(value: Any) -> Any:
+    """A hashable stand-in that is equal for equal observations or actions."""
+    if isinstance(value, dict):
+        return tuple((key, frozen(item)) for key, item in value.items())
+    if isinstance(value, np.ndarray):
+        return value.shape, value.tobytes()
+    return tuple(map(frozen, value)) if isinstance(value, list | tuple) else value

@@ -47,3 +47,22 @@ def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment[Any]], lab: World[Any]) -> list[str]:
+    lines = [f"observation: {text!r}", f"feedback: {feedback!r}"]
+    for atom in atoms:
+        claim = atom.claim
+        said = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+        held = "holds" if claim.holds(moments[atom.about_turn], lab) else "FALSE"
+        lines.append(f"  {atom.kind or '-':2} {type(claim).__name__} {to_json(said)} {held}")
+    return lines
+
+
+def write(folder: Path, which: tuple[str, ...] = ()) -> list[Path]:
+    """Write transcripts of the given environments, or of all that are sampled; the files written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for id in which or [entry.id for entry in entries().values() if entry.sampled]:
+        path = folder / f"{id}.txt"
+        path.write_text(transcript(id), encoding="utf-8")
+        paths.append(path)
+    return paths

@@ -15,3 +15,6 @@ class RewardOnly(Student):
 
     reads = "reward"
 
+    def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
+        """The named student's policy."""
+        return student_for(family.learning).seat(family, world)
