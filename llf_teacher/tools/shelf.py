@@ -15,7 +15,7 @@ _PLACE = re.compile(r"(<!-- llf shelf: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL
 
 def families() -> str:
     """A Markdown table of every family: environments, what is taught, turns, and by what it is judged."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for family in _own_families():
         names = [f"`llf-{name}`" for name in family.showcase[:1]]
         more = len(family.environments) - len(names)
