@@ -15,9 +15,9 @@ class Random(Student):
     suits = NoRewards
 
     class Policy(Policy):
-        """Draws what the world offers as an untaught student's try."""
+        """Draws from the actions that the info lists, or else from those that the world would try."""
 
         def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-            """A random legal action; of the admissible ones, where the environment tells which they are."""
-            commands = info.get("admissible_commands")
-            return commands[self.rng.integers(len(commands))] if commands else self.world.sample_action(self.rng)
+            """A random legal action; of those that come to something now, where the world tells which they are."""
+            listed = info.get(self.world.actions_key)
+            return listed[self.rng.integers(len(listed))] if listed else self.world.sample_action(self.rng)
