@@ -216,6 +216,16 @@ def test_a_circle_is_found(tmp_path, statement):
     assert set(circle.split(" -> ")) == {"worlds.one", "worlds.other"}
 
 
+@pytest.mark.parametrize("package", PACKAGES[:-1])
+def test_lower_layers_do_not_name_upper_ones(package):
+    """Not in a string either: no class, no command; the group of entry points is a name of its own."""
+    upper = "|".join(PACKAGES[PACKAGES.index(package) + 1 :])
+    names = re.compile(rf"\b({upper})\b(?!\.families\b)|`llf ")
+    for path in (ROOT / package).rglob("*.py"):
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            assert not names.search(line), f"{path}:{number}: {line.strip()}"
+
+
 @pytest.mark.parametrize("arguments", [("check", "."), ("format", "--check", ".")], ids=" ".join)
 def test_ruff(arguments):
     result = run(sys.executable, "-m", "ruff", *arguments)

@@ -15,6 +15,18 @@ from gymnasium import spaces
 
 from worlds.world import World, illegal
 
+__all__ = [
+    "DIRECTIONS",
+    "NO_DOOR",
+    "OBJECTS",
+    "ROOM_TYPES",
+    "Direction",
+    "Gridworld",
+    "Layout",
+    "Truth",
+    "distances_from",
+]
+
 
 class Direction(IntEnum):
     """The four actions, numbered as in LLF-Bench; formatted as their names."""

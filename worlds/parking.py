@@ -15,14 +15,15 @@ from highway_env.vehicle.objects import RoadObject
 
 from worlds.world import World, illegal, is_number
 
+__all__ = ["LENGTH", "WALL_X", "WALL_Y", "WIDTH", "Action", "Car", "Parking", "Spot", "Truth"]
+
 Action = tuple[float, float]
 
 LENGTH, WIDTH = Vehicle.LENGTH, Vehicle.WIDTH
 """Size of every car, in metres."""
 WALL_X, WALL_Y = 34.5, 20.5
 """The walls' inner faces lie at x = -34.5 and 34.5, y = -20.5 and 20.5, in metres."""
-SPOTS = 28
-"""Parking spots, in two rows."""
+_SPOTS = 28  # in two rows
 _MARGIN = 0.1  # m; things that are farther apart than this cannot touch
 _OPEN_X, _OPEN_Y = (wall - math.hypot(LENGTH, WIDTH) / 2 for wall in (WALL_X, WALL_Y))  # no wall is near inside
 _FAILURE = -1.0
@@ -86,7 +87,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
 
     def __init__(self, vehicles_count: int = 0, *, render_mode: str | None = None) -> None:
         super().__init__(render_mode=render_mode, vehicles_count=vehicles_count)
-        count, most = vehicles_count, SPOTS - 2
+        count, most = vehicles_count, _SPOTS - 2
         if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= most:
             raise ValueError(f"vehicles_count must be an integer from 0 to {most}, got {count!r}")
         self._lot = _Lot({"vehicles_count": count})

@@ -18,6 +18,22 @@ from gymnasium import spaces
 from worlds.spaces import Prose
 from worlds.world import World, illegal
 
+__all__ = [
+    "FORMS",
+    "HAIKU",
+    "LINE_PATTERN",
+    "MAX_LENGTH",
+    "MOST",
+    "ONE_NUMBER",
+    "TANKA",
+    "Poem",
+    "Truth",
+    "compose",
+    "fits",
+    "lines_of",
+    "readings",
+]
+
 MAX_LENGTH = 10_000
 """Greatest number of characters of a poem."""
 MOST = 40

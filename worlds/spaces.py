@@ -7,6 +7,8 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector.utils import create_shared_memory, read_from_shared_memory, write_to_shared_memory
 
+__all__ = ["Prose"]
+
 _PRINTABLE = "".join(map(chr, range(32, 127)))
 
 

@@ -43,7 +43,7 @@ def trace(world: World[Any], actions: list[Any]) -> list[Any]:
 
 
 def some_actions(world: World[Any], count: int = _STEPS, seed: int = 1) -> list[Any]:
-    """Actions that an untaught student might take."""
+    """Actions that one might take who knows nothing of the task."""
     rng = np.random.default_rng(seed)
     return [world.sample_action(rng) for _ in range(count)]
 
@@ -58,7 +58,7 @@ def plain(value: Any) -> Any:
 
 
 def check_spaces(make: Make) -> None:
-    """Observations lie in the observation space; actions that students try are legal, in canonical form."""
+    """Observations lie in their space; sampled actions lie in theirs and are legal, also in canonical form."""
     world = make()
     observation, _ = world.reset(seed=0)
     for action in some_actions(world):
@@ -79,6 +79,20 @@ def check_info(make: Make) -> None:
         require(type(info.get("success")) is bool, f"info['success'] must be a bool, got {info.get('success')!r}")
         require(type(terminated) is bool and type(truncated) is bool, "terminated and truncated must be bools")
         require(isinstance(reward, float), f"the reward must be a float, got {reward!r}")
+
+
+def check_listed_actions(make: Make) -> None:
+    """Where a world says that its info lists actions, it does so in a list, at reset too, and they are legal."""
+    world = make()
+    if not world.actions_key:
+        return
+    _, info = world.reset(seed=0)
+    for action in some_actions(world):
+        listed = info.get(world.actions_key)
+        require(isinstance(listed, list), f"info[{world.actions_key!r}] must be a list of actions, got {listed!r}")
+        for each in listed or ():
+            world.legal(each)
+        info = world.step(action)[4]
 
 
 def check_reward_range(make: Make) -> None:

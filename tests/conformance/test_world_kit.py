@@ -69,6 +69,10 @@ class VagueSuccess(Counter):
         return observation, reward, terminated, truncated, {"success": np.bool_(self.count > 3)}
 
 
+class Taciturn(Counter):
+    actions_key = "possible"
+
+
 class Generous(Counter):
     failure_reward = 3.0
 
@@ -176,6 +180,7 @@ class Stale(Counter):
 LIARS = {
     kit.check_spaces: OutOfSpace,
     kit.check_info: VagueSuccess,
+    kit.check_listed_actions: Taciturn,
     kit.check_reward_range: Generous,
     kit.check_seeding: Unseeded,
     kit.check_truth: LivingTruth,

@@ -12,6 +12,8 @@ from typing import Any
 from worlds.alfworld.games import Fact, Game
 from worlds.alfworld.house import House
 
+__all__ = ["AGENT", "NOTHING", "USES", "ExactEngine"]
+
 _Do = tuple[Callable[..., str], tuple[str, ...]]  # what a command does, and to what
 
 AGENT = "agent1"
@@ -23,7 +25,7 @@ USES = {
     "cool": ("fridgetype", "coolable", "iscool", "heat"),
 }
 """Per verb the type of appliance, what it is able to change, the fact that it brings about, the verb it undoes."""
-KNIVES = ("knifetype", "butterknifetype")
+_KNIVES = ("knifetype", "butterknifetype")
 _HELP = (
     "Available commands:\n"
     "  look:                             look around your current location\n"
@@ -159,7 +161,7 @@ class ExactEngine:
                         offers[f"{verb} {name[hand]} with {there}"] = self._treat, (verb, hand, receptacle)
         if hand:
             offers[f"examine {name[hand]}"] = self._examine_object, (hand,)
-            if house.type.get(hand) in KNIVES:
+            if house.type.get(hand) in _KNIVES:
                 sliceable = house.able_to("sliceable")
                 for each in self._near.get(location, ()):
                     if each in sliceable:

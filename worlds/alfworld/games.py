@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 from worlds.alfworld.shipped import goals
 
+__all__ = ["CHANGING", "SPLITS", "TASKS", "Fact", "Game", "goal_pddl", "parse", "uncommented"]
+
 Fact = tuple[str, ...]
 """A predicate and its arguments, in lower case, as in `("opened", "fridge_bar_...")`."""
 

@@ -1,8 +1,10 @@
-"""What no action changes in a house, in the form in which engine and oracle need it."""
+"""What no action changes in a house, as maps and lists by which it is looked up."""
 
 from collections import Counter
 
 from worlds.alfworld.games import Game
+
+__all__ = ["House", "names"]
 
 
 def names(ids: list[str]) -> dict[str, str]:
@@ -25,7 +27,7 @@ def names(ids: list[str]) -> dict[str, str]:
 
 
 class House:
-    """What no action changes, in the form in which engine and oracle need it."""
+    """What no action changes, as maps and lists by which it is looked up."""
 
     def __init__(self, game: Game) -> None:
         self.game = game

@@ -17,6 +17,8 @@ from typing import Any
 from worlds.alfworld.games import CHANGING, Fact, Game
 from worlds.alfworld.shipped import package, rules
 
+__all__ = ["StockEngine"]
+
 _LOCK = threading.RLock()
 _STATE = re.compile(r"begin_state\n(.*?)\nend_state", re.DOTALL)
 _VARIABLE = re.compile(r"begin_variable\n\w+\n(-?\d+)\n\d+\nAtom (\w\S*)\((.*?)\)\n")

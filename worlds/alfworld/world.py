@@ -46,7 +46,7 @@ class Alfworld(World[Truth, str, str]):
     are in the info as well, as the list `admissible_commands`.
     Action: Prose, a command; case and space do not matter, all else does. What cannot be carried out is answered by
     "Nothing happens.".
-    Reward: 1 when the task is done, which terminates, else 0.
+    Reward: 1 when the task is done, which terminates, else 0. Success: the task has been done in this episode.
 
     Args:
         task: the type of the tasks, one of `TASKS`; empty for all of them.

@@ -28,7 +28,7 @@ REACH = 2.0
 """Bound of the coordinates of a target, in metres."""
 NEW_AIM, NEW_GRIP = 0.03, 0.3
 """Changes of advice that end a turn under `control="teacher_event"`: metres along an axis, and of the grip."""
-_TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # where students try out targets
+_TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # where targets are tried out
 _NEAR = ((-0.2, -0.2, -0.2, -1.0), (0.2, 0.2, 0.2, 1.0))
 _AXES = range(3)
 
@@ -146,8 +146,8 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         """The low-level steps of a turn: the last observation, its reward, and whether one of them solved the task.
 
         A turn ends with the step that solves the task. Else it has at least 3 steps, and ends when the hand has arrived
-        or is more than 5 cm along an axis from where the turn began, or after 15 steps: a student is asked again before
-        the hand has gone far. With `control="teacher_event"` it ends when the hand has arrived or the scripted policy
+        or is more than 5 cm along an axis from where the turn began, or after 15 steps: one is asked again before the
+        hand has gone far. With `control="teacher_event"` it ends when the hand has arrived or the scripted policy
         aims at something else than at the turn's beginning, or after 20 steps.
         """
         aim = self.script.aim(truth.observation)

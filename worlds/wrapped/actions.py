@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+__all__ = ["canonical", "native", "syntax", "tell"]
+
 
 @singledispatch
 def canonical(space: spaces.Space[Any], action: Any) -> Any:

@@ -2,7 +2,7 @@
 
 A truth is a position: an episode's seed and the actions so far. A world goes there by taking the actions again, from
 a copy of the environment (`snapshot="copy"`) or from a reset with the seed (`snapshot="replay"`). So a step costs the
-taught environment next to nothing, and only the lab pays, when a claim is checked in it.
+environment that is played next to nothing, and only a scratch world pays, when it is sent somewhere.
 """
 
 import copy
@@ -17,10 +17,12 @@ from gymnasium import spaces
 from worlds.world import World, illegal
 from worlds.wrapped.actions import canonical, native, syntax, tell
 
-Env = gymnasium.Env[Any, Any]
+__all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "faithful", "same"]
+
+_Env = gymnasium.Env[Any, Any]
 
 SNAPSHOTS = ("auto", "copy", "replay")
-REWARD_RANGE = (-1e6, 1e6)
+_REWARD_RANGE = (-1e6, 1e6)
 _TRIAL = 8  # steps that decide whether a copy is faithful
 _FAR = 16  # replayed steps after which a copy is kept, so that the next restore begins there
 
@@ -30,11 +32,11 @@ class Episode:
 
     __slots__ = ("actions", "anchor", "observation", "options", "rewards", "seed")
 
-    def __init__(self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: Env | None) -> None:
+    def __init__(self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: _Env | None) -> None:
         self.seed, self.options = seed, options
         self.observation = observation
         """What reset gave."""
-        self.anchor: Env | None = anchor
+        self.anchor: _Env | None = anchor
         """A copy of the environment right after reset, which is never stepped; None when it is replayed."""
         self.actions: list[Any] = []
         self.rewards: list[float] = []
@@ -89,12 +91,13 @@ class Position:
 class GymWorld(World[Position, Any, Any]):
     """A world around an environment.
 
-    Spaces, dynamics and rewards are the environment's. Actions are legal if they are in its action space; their
-    canonical form is one that JSON can hold (see `worlds.wrapped.actions`). `env` is the environment itself.
+    Spaces, dynamics, rewards and what ends an episode are the environment's. Actions are legal if they are in its
+    action space; their canonical form is one that JSON can hold (see `worlds.wrapped.actions`). `env` is the
+    environment itself.
 
     Args:
         env: an environment, or a function without arguments that makes one.
-        look: what an oracle wants to see of the environment, as in `lambda env: env.unwrapped.s`; its value is copied
+        look: what one wants to see of the environment, as in `lambda env: env.unwrapped.s`; its value is copied
             into each truth as `seen`. None: the observation.
         snapshot: how truths are restored: `copy`, by copies of the environment, `replay`, by its seed and the
             actions, or `auto`, by copies if they prove faithful.
@@ -111,9 +114,9 @@ class GymWorld(World[Position, Any, Any]):
 
     def __init__(
         self,
-        env: Env | Callable[[], Env],
+        env: _Env | Callable[[], _Env],
         *,
-        look: Callable[[Env], Any] | None = None,
+        look: Callable[[_Env], Any] | None = None,
         snapshot: str = "auto",
         success: Callable[..., Any] | None = None,
         describe: Callable[[Any], str] | None = None,
@@ -136,8 +139,8 @@ class GymWorld(World[Position, Any, Any]):
         if not isinstance(given, gymnasium.Env):
             hint = "; wrap an environment of the old Gym in OldGym" if hasattr(given, "step") else ""
             raise ValueError(f"env must be a gymnasium.Env, or a function that makes one, got {given!r}{hint}")
-        self._given: Env = given
-        self._env: Env | None = given
+        self._given: _Env = given
+        self._env: _Env | None = given
         self._copies = snapshot != "replay" and faithful(given)
         if snapshot == "copy" and not self._copies:
             raise ValueError(f"copies of {given} do not go on like the original; allowed: snapshot='replay'")
@@ -154,11 +157,11 @@ class GymWorld(World[Position, Any, Any]):
         if self.action_words:
             self.action_syntax = f"one of {', '.join(self.action_words)}, or {self.action_syntax}"
         self._at: tuple[Episode, int] | None = None
-        self._kept: tuple[Episode, int, Env, Any] | None = None
+        self._kept: tuple[Episode, int, _Env, Any] | None = None
         self._shared = False
 
     @property
-    def env(self) -> Env:
+    def env(self) -> _Env:
         """The environment, in the state that this world is in."""
         return self._arrive()
 
@@ -257,7 +260,7 @@ class GymWorld(World[Position, Any, Any]):
         if self._at is None:
             self._at = _NOWHERE
 
-    def _arrive(self) -> Env:
+    def _arrive(self) -> _Env:
         """The environment, made if there is none, and brought to where the world is."""
         if self._at is not None and self._at != (self._episode, self._turn):
             return self._travel()
@@ -265,7 +268,7 @@ class GymWorld(World[Position, Any, Any]):
             self._env = self._another()
         return self._env
 
-    def _travel(self) -> Env:
+    def _travel(self) -> _Env:
         """The environment, brought to where the world is by actions of its episode."""
         env, episode, turn = self._env, self._episode, self._turn
         here, begin = self._at or _NOWHERE
@@ -282,7 +285,7 @@ class GymWorld(World[Position, Any, Any]):
         self._at = episode, turn
         return env
 
-    def _set_back(self, episode: Episode, turn: int) -> tuple[Env, int]:
+    def _set_back(self, episode: Episode, turn: int) -> tuple[_Env, int]:
         """The environment at a turn of the episode that is not a later one, and that turn."""
         if episode.anchor is None:
             env = self._env = self._another() if self._env is None else self._env
@@ -301,22 +304,22 @@ class GymWorld(World[Position, Any, Any]):
     def _differs(self, what: str) -> RuntimeError:
         return RuntimeError(
             f"{self._env} cannot be played again: {what} gave something else than in the episode. The environment "
-            "draws from a random generator that reset(seed=...) does not seed, or the one that was made for the lab "
-            "differs from the taught one; give a function that makes the environment"
+            "draws from a random generator that reset(seed=...) does not seed, or the one of a scratch world "
+            "differs from the given one; give a function that makes the environment"
         )
 
-    def _another(self) -> Env:
+    def _another(self) -> _Env:
         """An environment like the given one."""
         if self._make is not None:
             return self._make()
-        ways: list[Callable[[Env], Env]] = [_from_spec, copy.deepcopy]
+        ways: list[Callable[[_Env], _Env]] = [_from_spec, copy.deepcopy]
         for way in reversed(ways) if self._copies else ways:
             try:
                 return way(self._given)
             except Exception:  # noqa: S112 (environments fail in ways of their own; there is another way)
                 continue
         raise ValueError(
-            f"another environment like {self._given} is needed to check claims, but it can neither be made from a "
+            f"another environment like {self._given} is needed for a scratch world, but it can neither be made from a "
             "spec nor copied; give a function that makes it"
         )
 
@@ -332,7 +335,7 @@ class GymWorld(World[Position, Any, Any]):
 _NOWHERE = (Episode(0, None, None, None), -1)
 
 
-def faithful(env: Env) -> bool:
+def faithful(env: _Env) -> bool:
     """Whether deep copies of an environment go on like the original. It is tried on copies; `env` is left as it is."""
     try:
         first = copy.deepcopy(env)
@@ -349,7 +352,7 @@ def faithful(env: Env) -> bool:
         return False
 
 
-def _play(env: Env, actions: list[Any]) -> list[Any]:
+def _play(env: _Env, actions: list[Any]) -> list[Any]:
     """What the actions give; an episode that ends is followed by another."""
     trace = []
     for action in actions:
@@ -378,20 +381,20 @@ def _still(value: Any) -> Any:
     return value.copy() if type(value) is np.ndarray else copy.deepcopy(value)
 
 
-def _from_spec(env: Env) -> Env:
+def _from_spec(env: _Env) -> _Env:
     if env.spec is None:
         raise ValueError("it has no spec")
     silent = {"render_mode": None} if "render_mode" in env.spec.kwargs else {}
     return gymnasium.make(env.spec, **silent)
 
 
-def _reward_range(env: Env, given: tuple[float, float] | None) -> tuple[float, float]:
+def _reward_range(env: _Env, given: tuple[float, float] | None) -> tuple[float, float]:
     if given is None:
         try:
             low, high = map(float, env.get_wrapper_attr("reward_range"))
         except (AttributeError, TypeError, ValueError):
-            return REWARD_RANGE
-        return (low, high) if np.isfinite((low, high)).all() and low <= high else REWARD_RANGE
+            return _REWARD_RANGE
+        return (low, high) if np.isfinite((low, high)).all() and low <= high else _REWARD_RANGE
     low, high = map(float, given)
     if not np.isfinite((low, high)).all() or low > high:
         raise ValueError(f"reward_range must be two finite numbers in order, got {given!r}")

@@ -6,6 +6,8 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+__all__ = ["OldGym", "convert_space"]
+
 
 class OldGym(gymnasium.Env[Any, Any]):
     """An environment with the interface that Gym had before 0.21, as a Gymnasium environment.
@@ -47,7 +49,7 @@ class OldGym(gymnasium.Env[Any, Any]):
         info: dict[str, Any] = {}
         if isinstance(result, tuple) and len(result) == 2 and isinstance(result[1], dict) and not self._sees(result):
             result, info = result
-        return convert_value(self.observation_space, result), dict(info)
+        return _convert_value(self.observation_space, result), dict(info)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Step; `done` becomes `truncated` if the info says so, else `terminated`."""
@@ -58,7 +60,7 @@ class OldGym(gymnasium.Env[Any, Any]):
             done = bool(ends[0])
             truncated = done and bool(info.get("TimeLimit.truncated", False))
             terminated = done and not truncated
-        return convert_value(self.observation_space, observation), float(reward), terminated, truncated, dict(info)
+        return _convert_value(self.observation_space, observation), float(reward), terminated, truncated, dict(info)
 
     def render(self) -> Any:
         """What the old `render(mode=render_mode)` gives; nothing without a `render_mode`."""
@@ -102,12 +104,12 @@ def convert_space(space: Any) -> spaces.Space[Any]:
     )
 
 
-def convert_value(space: spaces.Space[Any], value: Any) -> Any:
+def _convert_value(space: spaces.Space[Any], value: Any) -> Any:
     """An old observation as an element of the converted space: arrays of its type, numbers of Python."""
     if isinstance(space, spaces.Dict):
-        return {key: convert_value(part, value[key]) for key, part in space.spaces.items()}
+        return {key: _convert_value(part, value[key]) for key, part in space.spaces.items()}
     if isinstance(space, spaces.Tuple):
-        return tuple(convert_value(part, item) for part, item in zip(space.spaces, value, strict=True))
+        return tuple(_convert_value(part, item) for part, item in zip(space.spaces, value, strict=True))
     if isinstance(space, spaces.Discrete):
         return int(value)
     if isinstance(space, spaces.Box | spaces.MultiBinary | spaces.MultiDiscrete):

@@ -12,8 +12,8 @@ class _Policy(Policy["Random"]):
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """A random legal action; of the admissible ones, where the environment tells which they are."""
-        commands = info.get("admissible_commands")
-        return commands[self.rng.integers(len(commands))] if commands else self.world.sample_action(self.rng)
+        listed = info.get(self.world.actions_key)
+        return listed[self.rng.integers(len(listed))] if listed else self.world.sample_action(self.rng)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,26 @@ import numpy as np
 
 from worlds.movies.catalogue.titles import Titles
 
-FILM, SERIES = "film", "series"
+__all__ = [
+    "AGES",
+    "CERTIFICATES",
+    "GENRES",
+    "PERIODS",
+    "SERIES",
+    "Catalogue",
+    "Entry",
+    "Item",
+    "age_bit",
+    "genre_bit",
+    "load_catalogue",
+    "period_bit",
+    "shipped",
+    "type_bit",
+    "write",
+]
+
+SERIES = "series"
+"""A series' `type` in tables; that of a film is `film`."""
 GENRES = (
     "Action", "Adventure", "Animation", "Biography", "Comedy", "Crime", "Documentary", "Drama", "Family", "Fantasy",
     "History", "Horror", "Music", "Musical", "Mystery", "Romance", "Sci-Fi", "Sport", "Thriller", "War", "Western",
@@ -35,7 +54,7 @@ AGES = (
 )
 """The certificates that are child-friendly, family-friendly, and R-rated."""
 
-SCHEMA = """
+_SCHEMA = """
 CREATE TABLE title (
     id INTEGER PRIMARY KEY, title TEXT NOT NULL, series INTEGER NOT NULL,
     first INTEGER NOT NULL, last INTEGER, certificate TEXT, source TEXT NOT NULL);
@@ -184,7 +203,7 @@ def shipped() -> Iterable[Entry]:
 
 def write(database: sqlite3.Connection, entries: Iterable[Entry]) -> int:
     """Make the tables and fill them; the number of entries."""
-    database.executescript(SCHEMA)
+    database.executescript(_SCHEMA)
     count = 0
     for count, (title, series, first, last, genres, certificate, source) in enumerate(entries, 1):
         row = (count, title, series, first, last, certificate, source)

@@ -23,6 +23,8 @@ from typing import Any, NamedTuple, TypeGuard
 
 from worlds.movies.catalogue import GENRES, SERIES, Catalogue, Entry, write
 
+__all__ = ["BASICS", "LONGEST", "RATINGS", "Imported", "Progress", "import_catalogue"]
+
 BASICS = (
     "tconst", "titleType", "primaryTitle", "originalTitle", "isAdult", "startYear", "endYear", "runtimeMinutes",
     "genres",
@@ -30,8 +32,7 @@ BASICS = (
 """The columns of IMDb's `title.basics.tsv`."""
 RATINGS = ("tconst", "averageRating", "numVotes")
 """The columns of IMDb's `title.ratings.tsv`."""
-MOVIELENS = ("movieId", "title", "genres")
-"""The columns of MovieLens's table of titles."""
+_MOVIELENS = ("movieId", "title", "genres")  # the columns of MovieLens's table of titles
 LONGEST = 180
 """Greatest number of characters of a title; longer ones are left out."""
 _YEARS = range(1870, 2200)
@@ -152,7 +153,7 @@ def _read(rows: _Rows, lines: Iterator[str], votes: set[str] | None) -> Iterator
     header = next(lines, "")
     if tuple(header.split("\t")) == BASICS:
         yield from _imdb(rows, lines, votes)
-    elif tuple(header.split(",")) == MOVIELENS:
+    elif tuple(header.split(",")) == _MOVIELENS:
         if votes is not None:
             raise ValueError(f"{rows.path}: votes of IMDb tell nothing of MovieLens's titles; leave the ratings out")
         yield from _movielens(rows, lines)
@@ -160,7 +161,7 @@ def _read(rows: _Rows, lines: Iterator[str], votes: set[str] | None) -> Iterator
         raise rows.damaged(
             1,
             f"got {header[:80]!r}; allowed: the columns of IMDb's title.basics.tsv ({', '.join(BASICS)}), separated by "
-            f"tabs, or of MovieLens ({','.join(MOVIELENS)})",
+            f"tabs, or of MovieLens ({','.join(_MOVIELENS)})",
         )
 
 
@@ -188,8 +189,8 @@ def _imdb(rows: _Rows, lines: Iterator[str], votes: set[str] | None) -> Iterator
 def _movielens(rows: _Rows, lines: Iterator[str]) -> Iterator[Entry | None]:
     try:
         for number, cells in enumerate(csv.reader(lines, strict=True), 2):
-            if len(cells) != len(MOVIELENS):
-                raise rows.damaged(number, f"has {len(cells)} columns, not {len(MOVIELENS)}")
+            if len(cells) != len(_MOVIELENS):
+                raise rows.damaged(number, f"has {len(cells)} columns, not {len(_MOVIELENS)}")
             id, text, genres = cells
             if not id.isdecimal():
                 raise rows.damaged(number, f"a number was expected as movieId, got {id[:80]!r}")

@@ -11,6 +11,8 @@ from functools import lru_cache
 from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
+__all__ = ["Titles", "fold"]
+
 _YEAR = re.compile(r"\s*\(\s*(\d{4})\s*(?:[-\u2013]\s*(?:\d{4})?\s*)?\)\s*$")
 _ARTICLE_LAST = re.compile(r"(.*), (the|an?)", re.IGNORECASE | re.DOTALL)
 _ARTICLE_FIRST = re.compile(r"(?:the|an?) (?=.)")
