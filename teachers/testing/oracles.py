@@ -181,12 +181,12 @@ def check_plans(pupil: Pupil) -> None:
         require(0 <= importance <= oracle.max_importance, f"importance {importance} exceeds {oracle.max_importance}")
         unread = Moment.unread(moment.after, ParseFailure("?", ""), 0.0, False, moment.turn, False)
         try:
-            regret, most = oracle.regret(moment), oracle.regret(unread)
+            regret, idle = oracle.regret(moment), oracle.regret(unread)
         except RefusalError:
             require(not planned, "the oracle plans, but refuses to tell regrets")
             return
         require(regret >= 0, f"negative regret {regret}: {moment}")
-        require(most >= importance - 1e-9, f"a text that is no action has regret {most}, less than all: {importance}")
+        require(idle > 0 or not importance, f"a text that is no action has regret {idle}, and {importance} is at stake")
 
 
 def check_determinism(pupil: Pupil) -> None:
