@@ -7,7 +7,6 @@ environment that is played next to nothing, and only a scratch world pays, when 
 
 import copy
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Self
 
 import gymnasium
@@ -16,6 +15,7 @@ from gymnasium import spaces
 
 from worlds.world import World, illegal
 from worlds.wrapped.actions import canonical, native, syntax, tell
+from worlds.wrapped.position import Episode, Position, same, still
 
 __all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "faithful", "same"]
 
@@ -25,67 +25,6 @@ SNAPSHOTS = ("auto", "copy", "replay")
 _REWARD_RANGE = (-1e6, 1e6)
 _TRIAL = 8  # steps that decide whether a copy is faithful
 _FAR = 16  # replayed steps after which a copy is kept, so that the next restore begins there
-
-
-class Episode:
-    """What it takes to play an episode again. Positions share it: a world appends to an episode of its own only."""
-
-    __slots__ = ("actions", "anchor", "observation", "options", "rewards", "seed")
-
-    def __init__(self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: _Env | None) -> None:
-        self.seed, self.options = seed, options
-        self.observation = observation
-        """What reset gave."""
-        self.anchor: _Env | None = anchor
-        """A copy of the environment right after reset, which is never stepped; None when it is replayed."""
-        self.actions: list[Any] = []
-        self.rewards: list[float] = []
-
-    def fork(self, turn: int) -> "Episode":
-        """Another episode with the same beginning."""
-        other = Episode(self.seed, self.options, self.observation, self.anchor)
-        other.actions, other.rewards = self.actions[:turn], self.rewards[:turn]
-        return other
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "Episode":
-        return self  # a copied world does not append to it
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Position:
-    """The truth of a wrapped environment."""
-
-    seen: Any
-    """What `look` saw of the environment; the observation if there is no `look`."""
-    turn: int
-    """Number of actions so far."""
-    episode: Episode
-
-    @property
-    def seed(self) -> int:
-        """The seed of the episode's reset."""
-        return self.episode.seed
-
-    @property
-    def actions(self) -> tuple[Any, ...]:
-        """The actions so far, in canonical form."""
-        return tuple(self.episode.actions[: self.turn])
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Position):
-            return NotImplemented
-        return self is other or (
-            (self.turn, self.seed) == (other.turn, other.seed)
-            and same(self.episode.options, other.episode.options)
-            and self.actions == other.actions
-            and same(self.seen, other.seen)
-        )
-
-    def __hash__(self) -> int:
-        return hash((self.seed, self.turn))
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> "Position":
-        return self
 
 
 class GymWorld(World[Position, Any, Any]):
@@ -169,7 +108,7 @@ class GymWorld(World[Position, Any, Any]):
     def truth(self) -> Position:
         """The position in the episode, with what `look` sees."""
         if self._at == (self._episode, self._turn):
-            self._seen = _still(self._observation if self._look is None else self._look(self._arrive()))
+            self._seen = still(self._observation if self._look is None else self._look(self._arrive()))
         return Position(self._seen, self._turn, self._episode)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -180,7 +119,7 @@ class GymWorld(World[Position, Any, Any]):
         env = self._arrive()
         self._observation, info = env.reset(seed=seed, options=copy.deepcopy(options))
         anchor = copy.deepcopy(env) if self._copies else None
-        self._episode = Episode(seed, copy.deepcopy(options), _still(self._observation), anchor)
+        self._episode = Episode(seed, copy.deepcopy(options), still(self._observation), anchor)
         self._turn, self._shared, self._kept = 0, False, None
         self._at = self._episode, 0
         return self._observation, {**info, "success": False}
@@ -221,7 +160,7 @@ class GymWorld(World[Position, Any, Any]):
     def observe(self) -> Any:
         """What reset or the last step gave."""
         self._arrive()
-        return _still(self._observation)
+        return still(self._observation)
 
     def describe(self, observation: Any) -> str:
         """The observation in plain numbers, or as the given function puts it."""
@@ -290,7 +229,7 @@ class GymWorld(World[Position, Any, Any]):
         if episode.anchor is None:
             env = self._env = self._another() if self._env is None else self._env
             self._observation, _ = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
-            if not same(_still(self._observation), episode.observation):
+            if not same(still(self._observation), episode.observation):
                 raise self._differs("reset")
             return env, 0
         if self._kept is not None and self._kept[0] is episode and self._kept[1] <= turn:
@@ -357,28 +296,10 @@ def _play(env: _Env, actions: list[Any]) -> list[Any]:
     trace = []
     for action in actions:
         observation, reward, terminated, truncated, _ = env.step(action)
-        trace.append((_still(observation), float(reward), bool(terminated), bool(truncated)))
+        trace.append((still(observation), float(reward), bool(terminated), bool(truncated)))
         if terminated or truncated:
-            trace.append(_still(env.reset()[0]))
+            trace.append(still(env.reset()[0]))
     return trace
-
-
-def same(one: Any, other: Any) -> bool:
-    """Whether two nested values are equal, arrays and NaN included."""
-    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
-        return type(one) is type(other) and one.dtype == other.dtype and np.array_equal(one, other)
-    if isinstance(one, Mapping):
-        return isinstance(other, Mapping) and one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
-    if isinstance(one, list | tuple):
-        return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
-    return bool(one == other) or bool(one != one and other != other)
-
-
-def _still(value: Any) -> Any:
-    """A copy that does not change when the environment goes on."""
-    if type(value) in (int, float, str, bool) or value is None:
-        return value
-    return value.copy() if type(value) is np.ndarray else copy.deepcopy(value)
 
 
 def _from_spec(env: _Env) -> _Env:

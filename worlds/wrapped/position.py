@@ -1,0 +1,92 @@
+"""Where a wrapped environment is: an episode's seed and the actions so far."""
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+__all__ = ["Episode", "Position", "same", "still"]
+
+
+class Episode:
+    """What it takes to play an episode again. Positions share it: a world appends to an episode of its own only."""
+
+    __slots__ = ("actions", "anchor", "observation", "options", "rewards", "seed")
+
+    def __init__(
+        self, seed: int, options: dict[str, Any] | None, observation: Any, anchor: gymnasium.Env[Any, Any] | None
+    ) -> None:
+        self.seed, self.options = seed, options
+        self.observation = observation
+        """What reset gave."""
+        self.anchor: gymnasium.Env[Any, Any] | None = anchor
+        """A copy of the environment right after reset, which is never stepped; None when it is replayed."""
+        self.actions: list[Any] = []
+        self.rewards: list[float] = []
+
+    def fork(self, turn: int) -> "Episode":
+        """Another episode with the same beginning."""
+        other = Episode(self.seed, self.options, self.observation, self.anchor)
+        other.actions, other.rewards = self.actions[:turn], self.rewards[:turn]
+        return other
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Episode":
+        return self  # a copied world does not append to it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Position:
+    """The truth of a wrapped environment."""
+
+    seen: Any
+    """What `look` saw of the environment; the observation if there is no `look`."""
+    turn: int
+    """Number of actions so far."""
+    episode: Episode
+
+    @property
+    def seed(self) -> int:
+        """The seed of the episode's reset."""
+        return self.episode.seed
+
+    @property
+    def actions(self) -> tuple[Any, ...]:
+        """The actions so far, in canonical form."""
+        return tuple(self.episode.actions[: self.turn])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Position):
+            return NotImplemented
+        return self is other or (
+            (self.turn, self.seed) == (other.turn, other.seed)
+            and same(self.episode.options, other.episode.options)
+            and self.actions == other.actions
+            and same(self.seen, other.seen)
+        )
+
+    def __hash__(self) -> int:
+        return hash((self.seed, self.turn))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Position":
+        return self
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two nested values are equal, arrays and NaN included."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return type(one) is type(other) and one.dtype == other.dtype and np.array_equal(one, other)
+    if isinstance(one, Mapping):
+        return isinstance(other, Mapping) and one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
+    if isinstance(one, list | tuple):
+        return type(one) is type(other) and len(one) == len(other) and all(map(same, one, other))
+    return bool(one == other) or bool(one != one and other != other)
+
+
+def still(value: Any) -> Any:
+    """A copy that does not change when the environment goes on."""
+    if type(value) in (int, float, str, bool) or value is None:
+        return value
+    return value.copy() if type(value) is np.ndarray else copy.deepcopy(value)
