@@ -11,7 +11,7 @@ FAMILY = Family(
     phrases="llf_thermostat:phrases.toml",
     environments={"thermostat-v0": {}, "thermostat-Far-v0": {"least": 5, "most": 9}},
     showcase=("thermostat-v0",),
-    max_cycles=12,
+    max_turns=12,
     regret_unit="extra turns of the knob",
     learning=StateValues(),
 )
