@@ -68,6 +68,20 @@ def entry(id: str) -> Entry:
     return entries()[name]
 
 
+def family(name: str) -> Family:
+    """The family of a name.
+
+    Raises:
+        ValueError: there is none; the message names the nearest families.
+    """
+    families = {each.name: each for each in all_families()}
+    if name not in families:
+        from teachers.spec import unknown
+
+        raise ValueError(unknown("family", name, families))
+    return families[name]
+
+
 def register_all() -> None:
     """Enter every environment, its alias and its teacher's side into Gymnasium's registry.
 

@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+from collections import defaultdict
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -251,6 +252,21 @@ def test_declaring_a_family_takes_few_lines():
 def test_every_module_says_what_it_is_for(package):
     for path in (ROOT / package).rglob("*.py"):
         assert ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))), path
+
+
+def test_one_word_means_one_thing():
+    """The glossary of CONTRIBUTING.md, as far as names can show it."""
+    families = {path for family in FAMILIES for path in own_files(family)}
+    homes = defaultdict(set)
+    for path, tree in trees().items():
+        for node in ast.walk(tree):
+            names = {getattr(node, key, None) for key in ("id", "attr", "arg", "name")}
+            assert not {name for name in names if name and "tutor" in name.lower().split("_")}, path
+        if path not in families:
+            for node in tree.body:
+                if isinstance(node, ast.ClassDef) and node.name[0] != "_":
+                    homes[node.name].add(path.relative_to(ROOT).as_posix())
+    assert not {name: paths for name, paths in homes.items() if len(paths) > 1}
 
 
 def test_front_door_is_small():

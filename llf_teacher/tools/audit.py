@@ -22,7 +22,7 @@ STUDENTS = ("random", "obedient")
 _EXAMPLES = 5
 
 
-class Example(NamedTuple):
+class Finding(NamedTuple):
     """Something that was said and should not have been, with where to find it."""
 
     what: str
@@ -59,7 +59,7 @@ class Audit:
     """Claims of a kind that was not asked for, advised actions of a personality that may tell none, and actions in a
     basic instruction, which is to leave them to be found.
     """
-    examples: list[Example] = field(default_factory=list)
+    examples: list[Finding] = field(default_factory=list)
     """The first falsehoods and leaks."""
     changes: int = 0
     """Sentences whose numbers or names a rewriting voice changed. The claims are checked as they were made."""
@@ -187,5 +187,5 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], seed: int, turns
             for fault in ["leak"] * leak + ["false"] * (label is Label.DISTORTED and found.honest):
                 if len(found.examples) < _EXAMPLES:
                     where = (str(student.spec), instruction_type, seed, moment.turn)
-                    found.examples.append(Example(fault, atom.text, repr(atom.claim), *where))
+                    found.examples.append(Finding(fault, atom.text, repr(atom.claim), *where))
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())

@@ -24,13 +24,13 @@ from teachers.testing.personalities import (
     check_twins,
     check_words,
 )
-from teachers.testing.pupil import Heard, Pupil
+from teachers.testing.pupil import Pupil, Taught
 
 __all__ = [
     "CHECKS",
     "PERSONALITY_CHECKS",
-    "Heard",
     "Pupil",
+    "Taught",
     "check_claims",
     "check_determinism",
     "check_distortion",

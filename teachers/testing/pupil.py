@@ -13,7 +13,7 @@ from teachers.teacher import Teacher
 from worlds.world import World
 
 
-class Heard(NamedTuple):
+class Taught(NamedTuple):
     """What was said in a turn."""
 
     moment: Moment
@@ -78,17 +78,17 @@ class Pupil:
             played.append(moments)
         return played
 
-    def taught(self, personality: str | Personality, turns: int) -> list[list[Heard]]:
+    def taught(self, personality: str | Personality, turns: int) -> list[list[Taught]]:
         """What a teacher says in these episodes, turn by turn."""
         teacher = self.make_teacher(self.make_world(), personality)
         rng = np.random.default_rng(0)
-        heard: list[list[Heard]] = []
+        heard: list[list[Taught]] = []
         for moments in self.episodes(turns):
             teacher.reset(rng.spawn(1)[0])
             heard.append([])
             for moment in moments:
                 atoms = tuple(atom for atom in teacher.speak(moment).atoms if atom.kind is not None)
-                heard[-1].append(Heard(moment, atoms, teacher.oracle.judge(moment)))
+                heard[-1].append(Taught(moment, atoms, teacher.oracle.judge(moment)))
         return heard
 
     def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World[Any]]]:

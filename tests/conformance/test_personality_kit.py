@@ -169,7 +169,7 @@ class Needy(Personality):
         (kit.check_promise, inventive(), "inventive: .* holds of"),
         (kit.check_spec, Needy(), "Needy needs .*telepathy.*, not of"),
     ],
-    ids=str,
+    ids=lambda value: getattr(value, "__name__", str(value)),
 )
 def test_what_else_is_refused(check, liar, message):
     with pytest.raises(AssertionError, match=message):

@@ -95,7 +95,7 @@ def test_an_answer_that_leaks():
     assert found.examples[0].what == "leak"
     assert found.teacher == "blabber"
     assert not audit(GRID, silent(), turns=60).caught
-    with pytest.raises(AssertionError, match=r"blabber was caught in llf-gridworld-v0:\n  Example\(what='leak'"):
+    with pytest.raises(AssertionError, match=r"blabber was caught in llf-gridworld-v0:\n  Finding\(what='leak'"):
         check_teacher(GRID, blabber(), turns=60)
 
 
@@ -109,7 +109,7 @@ def test_a_policy_of_ones_own_is_checked():
     check_teacher(GRID, Stranger(), turns=60)
     liar = Stranger()
     liar.teacher = llf_teacher.make(GRID, teacher="mistake(eps=1)").teacher
-    with pytest.raises(AssertionError, match="Stranger was caught in llf-gridworld-v0:\n  Example\\(what='false'"):
+    with pytest.raises(AssertionError, match="Stranger was caught in llf-gridworld-v0:\n  Finding\\(what='false'"):
         check_teacher(GRID, liar, turns=60)
     liar.honest = False
     check_teacher(GRID, liar, turns=60)
