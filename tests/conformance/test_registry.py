@@ -9,7 +9,7 @@ from gymnasium.utils.env_checker import check_env
 from sampling import ENTRIES, fewer, practice
 
 import llf_teacher
-from llf_teacher.registry import PREFIX, entries
+from llf_teacher.registry import PREFIX, entries, family
 from pz_envs import testing as seat_kit
 from pz_envs.family import all_families
 from teachers import testing as teacher_kit
@@ -128,3 +128,10 @@ def test_the_worlds_trace_does_not_depend_on_teacher_or_voice(entry, settings, p
 def test_ids_follow_llf_bench():
     assert "llf-gridworld-v0" in llf_teacher.ids()
     assert len(llf_teacher.ids()) == len(set(llf_teacher.ids())) == sum(len(f.environments) for f in all_families())
+
+
+def test_a_family_is_found_by_its_name():
+    assert [family(each.name) for each in all_families()] == list(all_families())
+    near = all_families()[0].name
+    with pytest.raises(ValueError, match=f"unknown family '{near}s'; did you mean {near}.*? allowed: {near}, "):
+        family(f"{near}s")
