@@ -1,7 +1,6 @@
 """Tutoring: a teacher and a student take turns over a world."""
 
 import copy
-from collections.abc import Iterable
 from typing import Any
 
 from gymnasium import spaces
@@ -9,19 +8,15 @@ from gymnasium import spaces
 from pz_envs.asking import ASK, asking_space, read_question
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
-from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
 from pz_envs.text_mode import failure, legal_text, parse_action
 from teachers.atoms import FN, FP, SILENCE, Atom, Moment, ParseFailure, Utterance
-from teachers.personality import Personality
-from teachers.phrasebook import Paraphrase
 from teachers.seeds import Seeds
 from teachers.teacher import Teacher
-from teachers.voice import Voice
 from worlds.spaces import Prose
 from worlds.world import World
 
-__all__ = ["SEATING", "Tutoring", "TutoringEnv", "words_space"]
+__all__ = ["TutoringEnv", "words_space"]
 
 _new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
 
@@ -346,77 +341,6 @@ class TutoringEnv(SeatsEnv):
         cumulative[actor] = 0.0
         cumulative[TEACHER] += teacher
         cumulative[STUDENT] += student
-
-
-class Tutoring(Seating):
-    """One teacher, one student."""
-
-    def raw_env(
-        self,
-        subject: Subject,
-        *,
-        teacher: str | Personality | Teacher = "oracle",
-        instruction_type: str = "b",
-        feedback_type: str | Iterable[str] = "a",
-        voice: Voice = "plain",
-        paraphrase: Paraphrase = "random",
-        max_cycles: int | None = None,
-        render_mode: str | None = None,
-        speech: str = "message",
-        text: bool = False,
-        cost: float = 0.01,
-        budget: int | None = None,
-        purse: Purse | None = None,
-        teacher_reward: str | TeacherReward = "student_reward",
-        until_success: bool = False,
-        ask_cost: float | None = None,
-        **options: Any,
-    ) -> TutoringEnv:
-        """The bare AEC environment; see `TutoringEnv`. Other arguments are the world's options.
-
-        With `speech="kinds"` or `"claims"` the personality `teacher` says what there is to choose from, with `message`
-        it makes suggestions. A `Teacher` that is given as it is brings its own instruction, feedback, voice and
-        paraphrase along.
-
-        Raises:
-            ValueError: an argument is not allowed.
-        """
-        world = subject.taught_world(**options)
-        settings: dict[str, Any] = {
-            "instruction_type": instruction_type,
-            "feedback_type": feedback_type,
-            "voice": voice,
-            "paraphrase": paraphrase,
-        }
-        if isinstance(teacher, Teacher):
-            changed = [name for name, value in settings.items() if value != _DEFAULTS[name]]
-            if changed:
-                raise ValueError(
-                    f"{', '.join(changed)}: a Teacher that is given as it is has its own; set it there, or give a "
-                    "personality as the teacher"
-                )
-        else:
-            teacher = subject.make_teacher(world, teacher, **settings)
-        return TutoringEnv(
-            world,
-            teacher,
-            name=subject.name,
-            max_cycles=subject.max_turns if max_cycles is None else max_cycles,
-            repeated=subject.repeated,
-            render_mode=render_mode,
-            speech=speech,
-            text=text,
-            cost=cost,
-            budget=budget,
-            purse=purse,
-            teacher_reward=teacher_reward,
-            until_success=until_success,
-            ask_cost=ask_cost,
-        )
-
-
-_DEFAULTS = {"instruction_type": "b", "feedback_type": "a", "voice": "plain", "paraphrase": "random"}
-SEATING = Tutoring()
 
 
 def words_space() -> spaces.Dict:

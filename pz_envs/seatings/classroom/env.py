@@ -5,20 +5,15 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from pettingzoo import ParallelEnv
 
-from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import Attention, refuse_messages
-from pz_envs.seatings.tutoring import SEATING as TUTORING
 from pz_envs.seatings.tutoring import TutoringEnv, words_space
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
-from pz_envs.subject import Seating, Subject
-from pz_envs.teacher_seat import CHOICES, CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, Purse, check_cost, is_count
+from pz_envs.teacher_seat import CHOICES, CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
 from teachers.atoms import KINDS, SILENCE, Moment
 from teachers.seeds import Seeds
 from worlds.spaces import Prose
 
-__all__ = ["MOST", "SEATING", "Classroom", "ClassroomEnv"]
+__all__ = ["MOST", "ClassroomEnv"]
 
 MOST = 64
 """Greatest number of students."""
@@ -397,66 +392,6 @@ class ClassroomEnv(SeatsEnv):
         mask = np.ones(1 + self._sayings * len(rows), np.int8)
         mask[1:] = np.concatenate(legal)
         return np.array(rows, np.float32), SUBSET_BITS[true], mask
-
-
-class Classroom(Seating):
-    """One teacher and so many students."""
-
-    def raw_env(
-        self,
-        subject: Subject,
-        *,
-        students: int = 8,
-        attention: int = 1,
-        speech: str = "kinds",
-        same_world: bool = False,
-        until_success: bool = True,
-        cost: float = 0.01,
-        attention_cost: float = 0.01,
-        budget: int | None = None,
-        render_mode: str | None = None,
-        **options: Any,
-    ) -> ClassroomEnv:
-        """One teacher and so many students, 1 to 64; see `ClassroomEnv`.
-
-        One budget is for the whole class. Other arguments are those of `Tutoring.raw_env` for each of the students,
-        `teacher`, `max_cycles`, `text`, `feedback_type`, `ask_cost`, ..., and the world's options.
-
-        Raises:
-            ValueError: an argument is not allowed.
-        """
-        if not is_count(students, MOST):
-            raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
-        chosen = "kinds" if speech == "message" else speech
-        purse = Purse(cost, budget)
-        desks = [
-            TUTORING.raw_env(subject, speech=chosen, until_success=until_success, purse=purse, **options)
-            for _ in range(students)
-        ]
-        return ClassroomEnv(
-            desks,
-            attention=attention,
-            speech=speech,
-            same_world=same_world,
-            attention_cost=attention_cost,
-            render_mode=render_mode,
-        )
-
-    def parallel_env(
-        self, subject: Subject, *, rule: str = "round_robin", speech: str = "kinds", **settings: Any
-    ) -> ParallelEnv[str, Any, Any]:
-        """The students, who act at the same time; a scripted teacher shares out its attention by a rule.
-
-        See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
-
-        Raises:
-            ValueError: an argument is not allowed, such as `speech="message"`.
-        """
-        refuse_messages(speech)
-        return ParallelSeats(self.raw_env(subject, speech=speech, **settings), {TEACHER: Attention(rule)})
-
-
-SEATING = Classroom()
 
 
 def _nobody(length: int) -> np.ndarray:

@@ -1,0 +1,86 @@
+"""Tutoring: a teacher and a student take turns over a world."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from pz_envs.rewards import TeacherReward
+from pz_envs.seatings.tutoring.env import TutoringEnv, words_space
+from pz_envs.subject import Seating, Subject
+from pz_envs.teacher_seat import Purse
+from teachers.personality import Personality
+from teachers.phrasebook import Paraphrase
+from teachers.teacher import Teacher
+from teachers.voice import Voice
+
+__all__ = ["SEATING", "Tutoring", "TutoringEnv", "words_space"]
+
+
+class Tutoring(Seating):
+    """One teacher, one student."""
+
+    def raw_env(
+        self,
+        subject: Subject,
+        *,
+        teacher: str | Personality | Teacher = "oracle",
+        instruction_type: str = "b",
+        feedback_type: str | Iterable[str] = "a",
+        voice: Voice = "plain",
+        paraphrase: Paraphrase = "random",
+        max_cycles: int | None = None,
+        render_mode: str | None = None,
+        speech: str = "message",
+        text: bool = False,
+        cost: float = 0.01,
+        budget: int | None = None,
+        purse: Purse | None = None,
+        teacher_reward: str | TeacherReward = "student_reward",
+        until_success: bool = False,
+        ask_cost: float | None = None,
+        **options: Any,
+    ) -> TutoringEnv:
+        """The bare AEC environment; see `TutoringEnv`. Other arguments are the world's options.
+
+        With `speech="kinds"` or `"claims"` the personality `teacher` says what there is to choose from, with `message`
+        it makes suggestions. A `Teacher` that is given as it is brings its own instruction, feedback, voice and
+        paraphrase along.
+
+        Raises:
+            ValueError: an argument is not allowed.
+        """
+        world = subject.taught_world(**options)
+        settings: dict[str, Any] = {
+            "instruction_type": instruction_type,
+            "feedback_type": feedback_type,
+            "voice": voice,
+            "paraphrase": paraphrase,
+        }
+        if isinstance(teacher, Teacher):
+            changed = [name for name, value in settings.items() if value != _DEFAULTS[name]]
+            if changed:
+                raise ValueError(
+                    f"{', '.join(changed)}: a Teacher that is given as it is has its own; set it there, or give a "
+                    "personality as the teacher"
+                )
+        else:
+            teacher = subject.make_teacher(world, teacher, **settings)
+        return TutoringEnv(
+            world,
+            teacher,
+            name=subject.name,
+            max_cycles=subject.max_turns if max_cycles is None else max_cycles,
+            repeated=subject.repeated,
+            render_mode=render_mode,
+            speech=speech,
+            text=text,
+            cost=cost,
+            budget=budget,
+            purse=purse,
+            teacher_reward=teacher_reward,
+            until_success=until_success,
+            ask_cost=ask_cost,
+        )
+
+
+_DEFAULTS = {"instruction_type": "b", "feedback_type": "a", "voice": "plain", "paraphrase": "random"}
+SEATING = Tutoring()
