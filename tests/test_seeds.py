@@ -3,7 +3,7 @@
 import numpy as np
 import pettingzoo
 import pytest
-from sampling import ENTRIES
+from sampling import ENTRIES, practice
 
 import llf_teacher
 from llf_teacher import compat
@@ -25,7 +25,7 @@ def worlds(entry):
     bare = entry.family.make_world(**entry.options)
     bare.reset(seed=SEED)
     yield "world", bare
-    student = llf_teacher.make(entry.id, teacher="mix | delayed", instruction_type="p")
+    student = llf_teacher.make(entry.id, teacher="mix | delayed", instruction_type=practice(entry.family))
     student.reset(seed=SEED)
     yield "make", student.aec.world
     teacher = llf_teacher.TeacherEnv(entry.id, student="random", episodes=2)

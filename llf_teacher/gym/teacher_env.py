@@ -194,7 +194,7 @@ class TeacherEnv(SeatEnv):
 
     def _observe(self) -> tuple[dict[str, Any], dict[str, Any]]:
         aec, life = self.aec, self._life
-        observation, info = aec.observe(TEACHER), aec.infos[TEACHER]
+        observation, info = aec.observe(TEACHER), dict(aec.infos[TEACHER])  # a new one for the last word, too
         intention = None
         if self.announce and self._running and not any(aec.ended):
             intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))

@@ -70,7 +70,9 @@ def options(entry):
 
 
 @pytest.mark.parametrize(
-    ("entry", "instruction_type", "feedback_type", "teacher"), [case for entry in SHOWCASE for case in options(entry)]
+    ("entry", "instruction_type", "feedback_type", "teacher"),
+    [case for entry in SHOWCASE for case in options(entry)],
+    ids=name,
 )
 def test_cross_of_options(entry, instruction_type, feedback_type, teacher):
     settings = {"instruction_type": instruction_type, "feedback_type": feedback_type, "teacher": teacher}

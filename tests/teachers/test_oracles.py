@@ -182,7 +182,8 @@ def test_what_phrases_tell_of_actions_can_be_read_as_these(name):
     for oracle, moment in islice(pupil(name).judged(), 40):
         claims = oracle.judge(moment)
         if moment.turn == 0:
-            claims += oracle.brief(moment.after, "p", np.random.default_rng(0)) + oracle.brief(moment.after, "c")
+            for type_ in oracle.instruction_types:
+                claims += oracle.brief(moment.after, type_, np.random.default_rng(0))
         world.restore(moment.after)
         for claim in claims:
             if isinstance(claim, ActionClaim) and claim.action_slot:

@@ -4,10 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
+from numpy.typing import NDArray
 
 from worlds.world import World
 
 SETTINGS = tuple((left, right) for left in range(2) for right in range(3))
+
+
+Lights = NDArray[np.int8]
 
 
 class Truth(NamedTuple):
@@ -17,7 +21,7 @@ class Truth(NamedTuple):
     dials: tuple[int, int]
 
 
-class Door(World):
+class Door(World[Truth, Lights, tuple[int, int]]):
     """Set the dials until the door opens, which pays 1 and ends the episode.
 
     Observation: MultiBinary(2), a light per dial that is right. Action: MultiDiscrete([2, 3]), the dials.
@@ -30,7 +34,7 @@ class Door(World):
         self.observation_space = spaces.MultiBinary(2)
         self.action_space = spaces.MultiDiscrete([2, 3])
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Lights, dict[str, Any]]:
         """Draw a code, and set the dials to something else."""
         super().reset(seed=seed)
         code, dials = self.np_random.permutation(len(SETTINGS))[:2].tolist()
@@ -42,13 +46,13 @@ class Door(World):
         """The lock."""
         return self._truth
 
-    def advance(self, action: tuple[int, int]) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+    def advance(self, action: tuple[int, int]) -> tuple[Lights, float, bool, bool, dict[str, Any]]:
         """Set the dials."""
         self._load(self._truth._replace(dials=action))
         opened = action == self._truth.code
         return self.observe(), float(opened), opened, False, {"success": opened}
 
-    def observe(self) -> Any:
+    def observe(self) -> Lights:
         """The lights."""
         return np.array([dial == right for dial, right in zip(*self._truth, strict=True)], np.int8)
 
