@@ -7,7 +7,7 @@ from importlib import import_module
 
 from llf_teacher.registry import ids, register_all, supported_types
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
 __all__ = ["Lesson", "OldGym", "StudentEnv", "TeacherEnv", "ids", "make", "prompt", "supported_types", "teach"]
 
 register_all()
