@@ -2,8 +2,8 @@
 
 A test is played in three sizes, each within the next. A size is a mark, for `pytest -m`:
 
-- `smoke`: for a look at an installation, in two minutes. One case of each test in a folder of `tests`, of a family that
-  is not slow; what lies in `tests` itself looks at the source tree, too.
+- `smoke`: for a look at an installation, in two minutes. A few tests of each module in a folder of `tests`, one case of
+  each, of a family that is not slow; what lies in `tests` itself looks at the source tree, too.
 - `quick`: what `pytest` plays. A test that crosses things says by `sampled` what each of its cases shows, such as a
   family and a personality, and plays a cover of them: cases that together show whatever there is to show, so that no
   family and no personality is left out of any test. The cases are drawn anew for each version of the package and apart
@@ -23,6 +23,8 @@ from llf_teacher.registry import entries
 from pz_envs.family import all_families
 
 TESTS = Path(__file__).parents[1]
+FEW = 5
+"""Tests of a module for a look."""
 KNOWN = {family.name: family for family in all_families()} | entries()
 
 
@@ -53,6 +55,7 @@ def is_slow(case: pytest.Item) -> bool:
 def mark_sizes(cases: Sequence[pytest.Item], version: str) -> None:
     """Mark each case with the sizes in which it is played."""
     tests: dict[str, list[pytest.Item]] = defaultdict(list)
+    modules: dict[str, list[pytest.Item]] = defaultdict(list)
     for case in cases:
         if case.get_closest_marker("full") is None:
             tests[case.nodeid.partition("[")[0]].append(case)
@@ -69,5 +72,8 @@ def mark_sizes(cases: Sequence[pytest.Item], version: str) -> None:
         for place in places:
             quick[place].add_marker("quick")
         fast = (quick[place] for place in places if not slow[place])
-        if (smoke := next(fast, None)) and smoke.path.parent != TESTS:
-            smoke.add_marker("smoke")
+        if (first := next(fast, None)) and first.path.parent != TESTS:
+            modules[test.partition("::")[0]].append(first)
+    for module, firsts in modules.items():
+        for case in random.Random(f"{version} {module}").sample(firsts, min(FEW, len(firsts))):
+            case.add_marker("smoke")
