@@ -42,7 +42,14 @@ def test_world(entry, check):
 @pytest.mark.parametrize("check", teacher_kit.CHECKS, ids=name)
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_oracle(entry, check):
-    check(pupil(entry, turns=1000 if entry in SHOWCASE else 250))
+    check(pupil(entry, turns=250))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("check", teacher_kit.CHECKS, ids=name)
+@pytest.mark.parametrize("entry", SHOWCASE, ids=name)
+def test_oracle_for_long(entry, check):
+    check(pupil(entry, turns=1000))
 
 
 @sampled(lambda entry, check: {entry.id, (entry.family.name, check)})

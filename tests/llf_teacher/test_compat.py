@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from design import sampled
 from gymnasium import spaces
 from playing import steps
 from sampling import IDS
@@ -46,6 +47,7 @@ def test_reset_and_step_have_its_shapes(id):
         assert terminated in (False, info["success"])
 
 
+@sampled(lambda id: {entry(id).family.name})
 @pytest.mark.parametrize("id", IDS)
 def test_all_types_can_be_set(id):
     instructions, feedbacks = llfbench.supported_types(id)
@@ -78,6 +80,7 @@ def test_what_is_not_supported_is_refused():
         env.set_paraphrase_method(None)
 
 
+@sampled(lambda id, method: {id, (entry(id).family.name, method)})
 @pytest.mark.parametrize("id", IDS)
 @pytest.mark.parametrize("method", [0, 5, 1000, "random", lambda templates, **slots: templates[0].format(**slots)])
 def test_paraphrases(id, method):

@@ -6,6 +6,7 @@ from itertools import islice, product
 
 import numpy as np
 import pytest
+from design import sampled
 from sampling import IDS, fewer, practice
 from shelf import is_complete
 
@@ -44,6 +45,7 @@ def test_the_treasure_is_reached_by_a_shortest_path(student):
         assert record.episode.regret == 0
 
 
+@sampled(lambda id, student: {id, student})
 @pytest.mark.parametrize("student", ["obedient", "text_only"])
 @pytest.mark.parametrize("id", BANDITS)
 def test_a_best_arm_is_pulled_from_the_second_turn_on(id, student):
@@ -51,6 +53,7 @@ def test_a_best_arm_is_pulled_from_the_second_turn_on(id, student):
         assert all(turn.success for turn in episode(id, student, seed).turns[2:])
 
 
+@sampled(lambda id, student: {id, student})
 @pytest.mark.parametrize("student", ["obedient", "text_only"])
 @pytest.mark.parametrize("id", POEMS)
 def test_poems_succeed_within_thirty_turns(id, student):
@@ -58,6 +61,7 @@ def test_poems_succeed_within_thirty_turns(id, student):
         assert episode(id, student, seed).episode.first_success <= 30
 
 
+@sampled(lambda id: {entry(id).family.name})
 @pytest.mark.parametrize("id", IDS)
 def test_complete_instructions_suffice_and_basic_ones_do_not(id):
     """With `c` and no feedback an obedient student reaches the oracle's return, with `b` it does not do as well."""
@@ -142,6 +146,7 @@ def test_students_see_what_they_are_entitled_to(id, student):
     assert env.aec.world.legal(policy.act(env.aec.observe(STUDENT), info)) is not None
 
 
+@sampled(lambda id, teacher: {id, (entry(id).family.name, teacher)})
 @pytest.mark.parametrize("id", IDS)
 @pytest.mark.parametrize("teacher", ["oracle", "mistake(eps=0.5)", "placebo", "retry_only", "delayed(turns=2)"])
 def test_reading_recovers_every_sentence(id, teacher):
@@ -150,6 +155,7 @@ def test_reading_recovers_every_sentence(id, teacher):
     recovers(env, Reader(env.family.phrasebook), fewer(env.family, 8))
 
 
+@sampled(lambda id, voice: {id, voice})
 @pytest.mark.parametrize("id", SHOWCASE)
 @pytest.mark.parametrize("voice", VOICES[1:])
 def test_reading_recovers_every_sentence_of_every_voice(id, voice):
