@@ -256,7 +256,7 @@ def test_of_many_teachers_a_few_are_drawn_from_the_best_to_the_worst(store):
         ids=("llf-bandits-BanditTenArmedRandomFixed-v0",),
         teachers=[*(f"mistake(eps={eps / 10})" for eps in range(1, 11)), "silent", "oracle"],
         students=("obedient",),
-        seeds=3,
+        seeds=12,
         max_turns=8,
     )
     fill(store, [play(spec) for spec in study.episodes()])
