@@ -117,6 +117,36 @@ def test_hindsight_is_about_place_and_grip():
     assert {Off, Strayed, TooTight} <= {type(claim) for claim in verdicts([*away, 1])}
 
 
+@pytest.mark.parametrize("control", CONTROLS)
+def test_verdicts_on_poses_of_two_decimals_hold(control):
+    """The place that is wanted often has two decimals, too: half a centimetre is then rounded up or down."""
+    world = MetaWorld("button-press-v3", control)
+    lab = world.scratch()
+    rng = np.random.default_rng(0)
+    oracle, moment = engaged(world)
+    faults = []
+    for turn in range(1, 16):
+        about = np.zeros(3) if world.relative else np.array(moment.after.observation[:3])
+        moment = played(world, np.round([*about, 0.0] + rng.uniform(-0.3, 0.3, 4), 2), turn)
+        claims = oracle.judge(moment, {HP, HN})
+        assert all(claim.holds(moment, lab) for claim in claims)
+        faults += [(claim, moment) for claim in claims if type(claim) is Off]
+    assert len(faults) >= 10
+    for claim, moment in faults:
+        for axis in range(3):
+            for wrong in (-2, 2):
+                errors = tuple(error + wrong * (i == axis) for i, error in enumerate(claim.errors))
+                assert not Off(action=claim.action, errors=errors).holds(moment, lab)
+
+
+def test_a_grip_is_told_as_the_pose_tells_it():
+    world = MetaWorld("drawer-open-v3")
+    oracle, moment = engaged(world)
+    x, y, z, _ = advice(oracle, moment).action
+    (slip,) = oracle.judge(played(world, [x, y, z, 0.625]), {HN})
+    assert (slip.grip, slip.target.endswith("0.625]")) == ("0.625", True)
+
+
 def test_a_gripper_that_should_be_closed():
     world = MetaWorld("door-open-v3")
     oracle, moment = engaged(world)

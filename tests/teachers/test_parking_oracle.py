@@ -10,7 +10,7 @@ from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.oracles.parking import ParkingOracle
 from teachers.oracles.parking.checks import effort_of, parks, stops
-from teachers.oracles.parking.claims import Crash, Crashed, Detour, Doomed, Drive, OnCourse, Parked, Trap
+from teachers.oracles.parking.claims import Crash, Crashed, Detour, Doomed, Drive, Hazards, OnCourse, Parked, Trap
 from teachers.oracles.parking.driving import move, solve
 from teachers.testing import Pupil, check_honesty
 from worlds.parking import Car, Parking
@@ -218,3 +218,16 @@ def test_headings_may_be_of_any_number_of_turns():
         ways.append(len(engaged(world).plan(world.truth, 99)))
     assert min(ways) > 0
     assert max(ways) - min(ways) <= 2
+
+
+@pytest.mark.parametrize("others", [0, 10, 20, 26])
+def test_the_instruction_holds_among_other_cars(others):
+    """Walls and cars are where they are said to be, wherever the others are parked; and nowhere else."""
+    world = Parking(vehicles_count=others)
+    lab = world.scratch()
+    for seed in range(10):
+        world.reset(seed=seed)
+        moment = opening(world)
+        assert all(claim.holds(moment, lab) for claim in engaged(world).brief(world.truth, "b"))
+        for x, y in ((34.6, 20.5), (34.4, 20.5), (34.5, 20.6), (34.5, 20.4)):
+            assert not Hazards(wall_x=x, wall_y=y).holds(moment, lab)

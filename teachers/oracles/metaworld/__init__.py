@@ -17,7 +17,6 @@ from teachers.oracles.metaworld.checks import (
     origin_of,
     rounded,
     slip_of,
-    write,
 )
 from teachers.oracles.metaworld.claims import (
     Aiming,
@@ -108,16 +107,16 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
             good.append(Done(action=action))
         else:
             aim = self._aim(before)
-            faults = off_by(self.lab.target(before, action), aim.target)
+            errors = off_by(self.lab.target(before, action), aim.target)
             slip = slip_of(action[3] - aim.grip)
-            if not faults and not slip:
+            if not any(errors) and not slip:
                 good.append(WellAimed(action=action))
-            elif not faults:
-                good.append(RightPlace(place=write(action[:3])))
+            elif not any(errors):
+                good.append(RightPlace(at=action[:3]))
             elif not slip:
-                good.append(RightGrip(grip=round(action[3], 2)))
-            if faults:
-                bad.append(Off(action=action, faults=faults))
+                good.append(RightGrip(value=action[3]))
+            if any(errors):
+                bad.append(Off(action=action, errors=errors))
                 start, end = apart(hand_of(before), aim.target), apart(hand_of(moment.after), aim.target)
                 # How the hand moved is news only of who aimed elsewhere: obstacles are not the student's fault.
                 if start - end >= NOTABLE:

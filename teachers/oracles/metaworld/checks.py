@@ -7,9 +7,13 @@ from teachers.atoms import Moment
 from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
 
 Place = tuple[float, float, float]
+Errors = tuple[int, int, int]
+"""How far off a place is along x, y and z, in whole centimetres; 0 where it is right enough."""
 AXES = ("x", "y", "z")
 NOTABLE = 1.0
 """Centimetres that are worth mentioning."""
+CLOSE = 1e-5
+"""What two numbers that are the same may differ by, in metres or as grips: metaworld's commands are float32."""
 _PLACE, _GRIP = 0.03, 0.3  # how far from what is wanted is right enough
 
 
@@ -37,9 +41,14 @@ def rounded(pose: Sequence[float]) -> Pose:
     return x, y, z, min(max(grip, -1.0), 1.0)
 
 
+def write_number(number: float) -> str:
+    """A coordinate, to a millimetre, or a grip; advice has no more than two decimals."""
+    return f"{round(number, 3) + 0.0:g}"
+
+
 def write(pose: Sequence[float]) -> str:
-    """Coordinates to a millimetre; advice has no more than two decimals."""
-    return f"[{', '.join(f'{round(number, 3) + 0.0:g}' for number in pose)}]"
+    """Coordinates, and the grip if there is one."""
+    return f"[{', '.join(map(write_number, pose))}]"
 
 
 def write_compactly(pose: Pose) -> str:
@@ -63,12 +72,18 @@ def commanded(truth: Truth, lab: MetaWorld) -> tuple[Place, float]:
     return (hand[0] + x / gain, hand[1] + y / gain, hand[2] + z / gain), grip
 
 
-def off_by(place: Place, wanted: Place) -> str:
-    """Per axis how much too large or too small."""
+def off_by(place: Place, wanted: Place) -> Errors:
+    """Per axis by how much a place is too large, or, below 0, too small."""
+    x, y, z = (round(100 * (a - w)) if abs(a - w) > _PLACE else 0 for a, w in zip(place, wanted, strict=True))
+    return x, y, z
+
+
+def tell(errors: Errors) -> str:
+    """Errors in words."""
     return " and ".join(
-        f"{axis} was {100 * abs(a - w):.0f} cm too {'large' if a > w else 'small'}"
-        for axis, a, w in zip(AXES, place, wanted, strict=True)
-        if abs(a - w) > _PLACE
+        f"{axis} was {abs(error)} cm too {'large' if error > 0 else 'small'}"
+        for axis, error in zip(AXES, errors, strict=True)
+        if error
     )
 
 
@@ -111,7 +126,18 @@ def goes(lab: MetaWorld, truth: Truth, action: Pose, before: float, after: float
     return abs(before - ends[0]) < 0.15 and abs(after - ends[1]) < 0.15
 
 
-def judged(lab: MetaWorld, moment: Moment[Truth]) -> tuple[str, int]:
-    """What was wrong with the place and the grip of the moment's action; see `off_by` and `slip_of`."""
-    place, grip = commanded(moment.past, lab)
-    return off_by(lab.target(moment.past, moment.action), place), slip_of(moment.action[3] - grip)
+def misplaced(lab: MetaWorld, moment: Moment[Truth], errors: Errors) -> bool:
+    """Whether the place of the moment's action was off by so much, and no axis else by what matters."""
+    place, wanted = lab.target(moment.past, moment.action), commanded(moment.past, lab)[0]
+    return all(
+        _PLACE - CLOSE < abs(a - w) and abs(a - w - error / 100) <= 0.005 + CLOSE
+        if error
+        else abs(a - w) <= _PLACE + CLOSE
+        for a, w, error in zip(place, wanted, errors, strict=True)
+    )
+
+
+def slipped(lab: MetaWorld, moment: Moment[Truth], side: int) -> bool:
+    """Whether the grip of the moment's action was right enough, if `side` is 0; else too far to this side."""
+    excess = moment.action[3] - commanded(moment.past, lab)[1]
+    return side * excess > _GRIP - CLOSE if side else abs(excess) <= _GRIP + CLOSE

@@ -7,18 +7,24 @@ from typing import ClassVar
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.common import TryAgain
 from teachers.oracles.metaworld.checks import (
+    CLOSE,
+    Errors,
+    Place,
     action_for,
     commanded,
     directions,
     goes,
     hand_of,
-    judged,
+    misplaced,
     origin_of,
     reach_of,
     rounded,
+    slipped,
     succeeds,
+    tell,
     write,
     write_compactly,
+    write_number,
 )
 from teachers.oracles.metaworld.purposes import PURPOSES
 from worlds.metaworld import MetaWorld, Pose, Truth
@@ -187,11 +193,11 @@ class WellAimed(_Judged):
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return self.about(moment) and judged(lab, moment) == ("", 0)
+        return self.about(moment) and misplaced(lab, moment, _RIGHT) and slipped(lab, moment, 0)
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Find fault."""
-        return (Off(action=self.action, faults="x was 10 cm too large"),)
+        return (Off(action=self.action, errors=(10, 0, 0)),)
 
 
 @claim
@@ -199,16 +205,21 @@ class RightPlace(Claim[Truth, MetaWorld]):
     """True if the target's place was within 3 cm along each axis of the one that was wanted; nothing on the grip."""
 
     kind = HP
-    place: str
-    """The target's place as text, relative to the hand where actions are."""
+    at: Place
+    """The target's place, relative to the hand where actions are."""
+
+    @property
+    def place(self) -> str:
+        """The place as text."""
+        return write(self.at)
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return _open(moment) and self.place == write(moment.action[:3]) and not judged(lab, moment)[0]
+        return _open(moment) and self.at == moment.action[:3] and misplaced(lab, moment, _RIGHT)
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Find fault."""
-        return (Off(action=moment.action, faults="z was 10 cm too small"),)
+        return (Off(action=moment.action, errors=(0, 0, -10)),)
 
 
 @claim
@@ -216,11 +227,17 @@ class RightGrip(Claim[Truth, MetaWorld]):
     """True if the grip was within 0.3 of the one that was wanted; nothing on the place."""
 
     kind = HP
-    grip: float
+    value: float
+    """The grip that was taken."""
+
+    @property
+    def grip(self) -> str:
+        """The grip as text."""
+        return write_number(self.value)
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return _open(moment) and self.grip == round(moment.action[3], 2) and not judged(lab, moment)[1]
+        return _open(moment) and self.value == moment.action[3] and slipped(lab, moment, 0)
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Find fault."""
@@ -249,16 +266,20 @@ class Off(_Judged):
     """True if the target's place was off by more than 3 cm along the named axes, so far, and along no others."""
 
     kind = HN
-    faults: str
-    """Per axis how much too large or too small."""
+    errors: Errors
+
+    @property
+    def faults(self) -> str:
+        """Per axis how much too large or too small."""
+        return tell(self.errors)
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return self.about(moment) and self.faults == judged(lab, moment)[0] != ""
+        return self.about(moment) and self.errors != _RIGHT and misplaced(lab, moment, self.errors)
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Praise it."""
-        return (WellAimed(action=self.action), RightPlace(place=write(self.action[:3])))
+        return (WellAimed(action=self.action), RightPlace(at=self.action[:3]))
 
 
 @claim
@@ -269,17 +290,17 @@ class _Slip(_Judged):
     """-1 for a grip that is too small, 1 for one that is too large."""
 
     @property
-    def grip(self) -> float:
-        """To two decimals."""
-        return round(self.action[3], 2)
+    def grip(self) -> str:
+        """The grip as text."""
+        return write_number(self.action[3])
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
-        return self.about(moment) and judged(lab, moment)[1] == self.side
+        return self.about(moment) and slipped(lab, moment, self.side)
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Praise it."""
-        return (RightGrip(grip=self.grip),)
+        return (RightGrip(value=self.action[3]),)
 
 
 @claim
@@ -391,7 +412,8 @@ class Avoid(_Posed):
         return (Avoid(action=action, before=self.before, after=self.after),)
 
 
-_ROUNDING = 0.005 + 1e-5  # of advice; commands are float32
+_RIGHT: Errors = (0, 0, 0)
+_ROUNDING = 0.005 + CLOSE  # of advice
 _OPPOSITE = str.maketrans({"+": "-", "-": "+"})
 
 

@@ -85,30 +85,36 @@ def dooms(lab: Parking, truth: Truth, action: Action) -> bool:
     return not crashes(lab, truth, action) and stops(lab, truth) and not stops(lab, after_action(lab, truth, action))
 
 
+def _alone(truth: Truth) -> Truth:
+    """The truth with the other cars far away from the car park, and from each other."""
+    return truth._replace(parked=tuple(other._replace(x=1e3 + 9 * i) for i, other in enumerate(truth.parked)))
+
+
 def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], tolerance: float) -> bool:
     """Whether a car that waits, alone, in many places about a spot is parked exactly where its misfit is tolerated."""
     x, y, goal = spot
     out = -math.copysign(1.0, y)  # away from the wall
-    away = tuple(other._replace(x=1e3 + 9 * i) for i, other in enumerate(truth.parked))
+    alone = _alone(truth)
     turns = (0.0, 0.1, -0.3, 0.5, math.pi)
     for dx, dy, turn in product((0.0, 0.4, -0.9, 1.3, 1.5), (0.0, 1.0, 2.5, 4.0, 4.9), turns):
         car = truth.car._replace(x=x + dx, y=y + out * dy, heading=goal + turn, speed=0.0)
         cosine, sine = math.cos(car.heading) - math.cos(goal), math.sin(car.heading) - math.sin(goal)
         off = abs(dx) + 0.3 * abs(dy) + 2 * abs(cosine) + 2 * abs(sine)
-        lab.restore(truth._replace(car=car, parked=away))
+        lab.restore(alone._replace(car=car))
         if lab.advance((0.0, 0.0))[4]["is_success"] != (off < tolerance):
             return False
     return True
 
 
 def stands_at(lab: Parking, truth: Truth, wall_x: float, wall_y: float) -> bool:
-    """Whether a car that waits crashes just inside walls there, not just in front of them, and in every other car."""
+    """Whether a car that waits, alone, crashes just inside walls there, not just in front; and in every other car."""
     x, y = wall_x - LENGTH / 2, wall_y - LENGTH / 2
+    alone = _alone(truth)
     for side, turn in product((1, -1), (0.0, math.pi)):
         for along, crash in ((-0.01, False), (0.01, True)):
             across = truth.car._replace(x=side * (x + along), y=0.0, heading=turn, speed=0.0)
             down = truth.car._replace(x=0.0, y=side * (y + along), heading=turn + math.pi / 2, speed=0.0)
-            if hits(lab, truth._replace(car=across)) != crash or hits(lab, truth._replace(car=down)) != crash:
+            if hits(lab, alone._replace(car=across)) != crash or hits(lab, alone._replace(car=down)) != crash:
                 return False
     return all(hits(lab, truth._replace(car=truth.car._replace(x=c.x, y=c.y))) for c in truth.parked)
 
