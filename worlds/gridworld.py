@@ -179,6 +179,12 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         """A uniform direction."""
         return DIRECTIONS[rng.integers(len(DIRECTIONS))]
 
+    def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
+        """A house of 2 to 40 rooms, with few or many objects, and a treasure anywhere."""
+        rooms = int(rng.integers(2, 41))
+        objects, distance = int(rng.integers(3 * rooms)), int(rng.integers(1, rooms))
+        return self.options | {"num_rooms": rooms, "num_objects": objects, "min_goal_dist": distance}
+
     def _load(self, truth: Truth) -> None:
         self._room, self._found, layout = truth
         if layout is not getattr(self, "_layout", None):

@@ -159,6 +159,10 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
         """A uniform action."""
         return rng.uniform(-1.0, 1.0, 2).astype(np.float32)
 
+    def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
+        """Any number of other cars."""
+        return self.options | {"vehicles_count": int(rng.integers(_SPOTS - 1))}
+
     def original(self, actions: Sequence[Any]) -> ParkingEnv:
         """highway-env's own."""
         return ParkingEnv({"vehicles_count": self.options["vehicles_count"]})

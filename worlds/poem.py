@@ -144,6 +144,13 @@ class Poem(World[Truth, int, str]):
         words = iter(rng.integers(len(_WORDS), size=sum(sizes)).tolist())
         return "\n".join(" ".join(_WORDS[next(words)] for _ in range(size)) for size in sizes)
 
+    def draw_reset(self, rng: np.random.Generator) -> dict[str, Any]:
+        """A pattern, where the form has no pattern of its own."""
+        if (name := _OPTIONS.get(self.form)) is None:
+            return {}
+        pattern = rng.integers(1, MOST + 1, size=rng.integers(1, MOST + 1)).tolist()
+        return {name: pattern[0] if self.form == ONE_NUMBER else pattern}
+
     def _load(self, truth: Truth) -> None:
         self._truth = truth
 

@@ -225,6 +225,19 @@ def check_observe(make: Make) -> None:
     require(plain(lab.observe()) == plain(observation), "after restore(truth) observe() differs")
 
 
+def check_drawn_options(make: Make) -> None:
+    """Options that are drawn, of the world and of its reset, make a world that can be played."""
+    world = make()
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        try:
+            other = type(world)(**world.draw_options(rng))
+            other.reset(seed=0, options=other.draw_reset(rng))
+            other.step(other.sample_action(rng))
+        except (TypeError, ValueError) as error:
+            raise AssertionError(f"a world with options that were drawn cannot be played: {error!r}") from error
+
+
 CHECKS: tuple[Callable[[Make], None], ...] = tuple(
     value for name, value in list(globals().items()) if name.startswith("check_") and name != "check_world"
 )

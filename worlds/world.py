@@ -152,6 +152,17 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         """A new world of the same class and options, for experiments on the side. Restore before use."""
         return type(self)(**self.options)
 
+    def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
+        """Options of a world with the same task, drawn from those that it may have; by default its own.
+
+        What is said has to hold of each such world: audits teach in some.
+        """
+        return self.options
+
+    def draw_reset(self, rng: np.random.Generator) -> dict[str, Any]:
+        """Options that `reset` may be given, for the same purpose; by default none."""
+        return {}
+
     def original(self, actions: Sequence[Any]) -> gymnasium.Env[Any, Any] | None:
         """For benchmarks: the environment of another package that does this world's work; None if there is none.
 

@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import pkgutil
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from fnmatch import fnmatchcase
@@ -42,7 +43,7 @@ def audit(
     workers: Annotated[int | None, typer.Option(min=1, help="Parallel processes; one a core by default.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """Play random and obedient students and check every claim of their teachers.
+    """Play students of every kind, in worlds with all kinds of options, and check every claim of their teachers.
 
     Exit status 1 if a teacher that promises honesty says what is false, or if what was not asked for leaks.
     """
@@ -153,6 +154,15 @@ def _print(found: list["Audit"]) -> None:
                 *([f"{each.changes}"] if changes else []),
             )
         console.print(f"[bold]{id}[/]", table, sep="\n")
+    table = Table("claims", "false", "told to", box=None, padding=(0, 1, 0, 0))
+    claims: Counter[str] = Counter()
+    wrong: Counter[str] = Counter()
+    for each in found:
+        claims += each.students
+        wrong += each.falsehoods
+    for student, number in claims.items():
+        table.add_row(f"{number}", f"{wrong[student]}", escape(student))
+    console.print("[bold]students[/]", table, sep="\n")
     console.print(
         "\nClaims by kind, the share that holds (the instruction's included), claims of the oracle that were", end=" "
     )
@@ -164,7 +174,7 @@ def _print(found: list["Audit"]) -> None:
             console.print(f"\n{each.id}, {each.teacher}: {example.what}", style="red", markup=False)
             console.print(
                 f"  {example.text}\n  {example.claim}\n  student {example.student}, instruction "
-                f"{example.instruction_type}, seed {example.seed}, turn {example.turn}",
+                f"{example.instruction_type}, options {example.options}, seed {example.seed}, turn {example.turn}",
                 markup=False,
             )
         for change in each.changed:

@@ -77,7 +77,7 @@ class Scene(NamedTuple):
     """What was said, with what the simulator says of it."""
 
 
-def scenes(env: StudentEnv, student: Any, seed: int) -> Iterator[Scene]:
+def scenes(env: StudentEnv, student: Any, seed: int, options: dict[str, Any] | None = None) -> Iterator[Scene]:
     """Play an episode and check what is said; it stops at success, as LLF-Bench's evaluation does, unless the task is
     asked repeatedly.
 
@@ -85,11 +85,12 @@ def scenes(env: StudentEnv, student: Any, seed: int) -> Iterator[Scene]:
         env: with a teacher in the other seat.
         student: a policy with `reset(rng)` and `act(observation, info)`.
         seed: of the episode, for all who take part.
+        options: those of the world's `reset`.
     """  # noqa: D205
     aec = env.aec
     lab = aec.world.scratch()
     student.reset(Seeds(seed).stream("student"))
-    observation, info = env.reset(seed=seed)
+    observation, info = env.reset(seed=seed, options=options)
     moments = [aec.moment]
     done = False
     while True:

@@ -2,9 +2,11 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
@@ -15,10 +17,12 @@ from pz_envs.subject import Subject
 from teachers.atoms import FP, ActionClaim, Claim, EditClaim, FeedbackType, Label, PlanClaim
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher
+from teachers.testing.habits import HABITS
 from teachers.voice import Change
+from worlds.world import World
 
-STUDENTS = ("random", "obedient")
-"""Who is taught in an audit: one who errs, and one who does as told."""
+STUDENTS = ("random", "obedient", *(f"wayward(habit={habit!r})" for habit in HABITS))
+"""Who is taught in an audit: one who errs, one who does as told, and those who do what nobody expects."""
 _EXAMPLES = 5
 
 
@@ -31,6 +35,8 @@ class Finding(NamedTuple):
     claim: str
     student: str
     instruction_type: str
+    options: dict[str, Any]
+    """The world's options that were drawn, and those of its reset."""
     seed: int
     turn: int
 
@@ -55,6 +61,10 @@ class Audit:
     """
     withheld: Counter[FeedbackType | None] = field(default_factory=Counter)
     """Number of claims that the oracle offered and the personality never passed on, by kind."""
+    students: Counter[str] = field(default_factory=Counter)
+    """Number of claims that were made to each student, by its spec."""
+    falsehoods: Counter[str] = field(default_factory=Counter)
+    """Number of them that do not hold."""
     leaks: int = 0
     """Claims of a kind that was not asked for, advised actions of a personality that may tell none, and actions in a
     basic instruction, which is to leave them to be found.
@@ -100,6 +110,10 @@ class Audit:
             "words_per_turn": self.words / self.turns,
             "claims": claims,
             "held": self.held,
+            "students": {
+                student: {"claims": number, "false": self.falsehoods[student]}
+                for student, number in self.students.items()
+            },
             "withheld": {kind: self.withheld[kind] for kind in sorted(self.withheld, key=str)},
             "leaks": self.leaks,
             "examples": [example._asdict() for example in self.examples],
@@ -120,6 +134,9 @@ def audit(
     **settings: Any,
 ) -> Audit:
     """Let students be taught, and check every claim by its `holds`.
+
+    Every other episode is one of a world whose options are drawn, as far as they are not given; see
+    `World.draw_options`.
 
     Args:
         id: an id of `llf_teacher.ids()`, or a `Lesson`.
@@ -144,21 +161,52 @@ def audit(
     types = tuple(instruction_types or family.make_teacher(family.make_world()).oracle.instruction_types)
     combinations = list(itertools.product(map(parse_student, students), types))
     for done, (student, type_) in enumerate(combinations, 1):
-        env = StudentEnv(
-            id, teacher=teacher, instruction_type=type_, feedback_type=feedback_type, text=student.text, **settings
-        )
+        given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}
+        env = StudentEnv(id, teacher=teacher, **given)
         policy = student.seat(env.family, env.aec.world)
-        seed = 0
-        while (left := turns * done // len(combinations) - found.turns) > 0:
-            _watch(found, env, policy, seed, left, type_)
-            seed += 1
+        for seed in itertools.count():
+            left = turns * done // len(combinations) - found.turns
+            if left <= 0:
+                break
+            if patience := getattr(student, "patience", None):
+                left = min(left, 1 + seed % patience)
+            episode = _Episode(type_, seed, left, {}, {})
+            if isinstance(teacher, Personality) and (done + seed) % 2 == 0:
+                episode = _varied(episode, env.aec.world, settings, np.random.default_rng([done, seed]))
+            if episode.options:
+                other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
+                if type_ in other.aec.teacher.oracle.instruction_types:  # with other options it may have others
+                    other.aec.teacher.instruction_type = type_
+                    _watch(found, other, student.seat(other.family, other.aec.world), episode)
+                other.close()
+            else:
+                _watch(found, env, policy, episode)
             if progress:
                 progress(found.turns)
         env.close()
     return found
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy[Any], seed: int, turns: int, instruction_type: str) -> None:
+class _Episode(NamedTuple):
+    """What is watched."""
+
+    instruction_type: str
+    seed: int
+    turns: int
+    """At most."""
+    options: dict[str, Any]
+    """Those of the world that differ from its environment's."""
+    reset: dict[str, Any]
+
+
+def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: np.random.Generator) -> _Episode:
+    """The episode with other options than the world's, but for those that are given."""
+    drawn = world.draw_options(rng).items()
+    options = {name: value for name, value in drawn if name not in given and value != world.options[name]}
+    return episode._replace(options=options, reset=world.draw_reset(rng))
+
+
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode) -> None:
     """Add an episode, or what is wanted of it, to the findings."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
@@ -166,7 +214,8 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], seed: int, turns
     offered: Counter[tuple[Claim[Any], int]] = Counter()
     said: Counter[tuple[Claim[Any], int]] = Counter()
     found.episodes += 1
-    for moment, observation, atoms in itertools.islice(scenes(env, student, seed), turns + 1):
+    played = scenes(env, student, episode.seed, episode.reset)
+    for moment, observation, atoms in itertools.islice(played, episode.turns + 1):
         found.turns += moment.turn > 0
         found.words += len(observation["feedback"].split())
         if isinstance(teacher, Teacher):
@@ -180,12 +229,15 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], seed: int, turns
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(observation["instruction"], "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
+            found.students[str(student.spec)] += 1
+            found.falsehoods[str(student.spec)] += label is Label.DISTORTED
             names = isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
             leak = kind is not None and kind not in env.aec.teacher.kinds
-            leak |= names and (not reveals if kind is FP else kind is None and instruction_type == "b")
+            leak |= names and (not reveals if kind is FP else kind is None and episode.instruction_type == "b")
             found.leaks += leak
             for fault in ["leak"] * leak + ["false"] * (label is Label.DISTORTED and found.honest):
                 if len(found.examples) < _EXAMPLES:
-                    where = (str(student.spec), instruction_type, seed, moment.turn)
+                    options = episode.options | episode.reset
+                    where = (str(student.spec), episode.instruction_type, options, episode.seed, moment.turn)
                     found.examples.append(Finding(fault, atom.text, repr(atom.claim), *where))
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())

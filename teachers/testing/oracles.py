@@ -13,9 +13,11 @@ import numpy as np
 
 from teachers.atoms import HN, HP, KINDS, ActionClaim, Claim, EditClaim, FeedbackType, Moment, ParseFailure, PlanClaim
 from teachers.oracle import Oracle, RefusalError
+from teachers.testing.habits import HABITS
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
 
+_SHORT = 20  # times as many turns of random play as of each habit
 _JSON = (str, int, float, bool, type(None))
 
 
@@ -26,13 +28,18 @@ def check_oracle(pupil: Pupil) -> None:
 
 
 def check_honesty(pupil: Pupil) -> None:
-    """All that is said without a distorting personality holds, whatever the type of the instruction."""
-    types = _teaching(pupil).instruction_types
-    for said in pupil.said(*({"instruction_type": type_} for type_ in types)):
-        # Most is said with every instruction, and some of it takes long to check.
-        once = {(atom.claim, atom.about_turn): (moment, lab) for atom, moment, lab in said}
-        for (claim, _), (moment, lab) in once.items():
-            require(claim.holds(moment, lab), f"{claim} does not hold of {moment}")
+    """All that is said without a distorting personality holds, whatever the type of the instruction and the student.
+
+    Students of each of the `HABITS` play a part of the turns.
+    """
+    teachers = [{"instruction_type": type_} for type_ in _teaching(pupil).instruction_types]
+    short = dataclasses.replace(pupil, turns=-(-pupil.turns // _SHORT))
+    for habit in ("", *HABITS):
+        for said in (short if habit else pupil).said(*teachers, habit=habit):
+            # Most is said with every instruction, and some of it takes long to check.
+            once = {(atom.claim, atom.about_turn): (moment, lab) for atom, moment, lab in said}
+            for (claim, _), (moment, lab) in once.items():
+                require(claim.holds(moment, lab), f"{claim} does not hold of {moment} ({habit or 'random'} play)")
 
 
 def check_distortion(pupil: Pupil) -> None:

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from teachers.atoms import Atom, Claim, Moment
+from teachers.atoms import Atom, Claim, Moment, ParseFailure
 from teachers.oracle import Oracle
 from teachers.personality import Personality
 from teachers.teacher import Teacher
+from teachers.testing.habits import HABITS, Habit, Seen, Unread
 from worlds.world import World
 
 
@@ -34,21 +35,34 @@ class Pupil:
     turns: int = 100
     """Turns that a check plays."""
 
-    def moments(self, world: World[Any], seed: int = 0) -> Iterator[Moment]:
-        """Random play, episode after episode; each opens with an opening moment."""
+    def moments(self, world: World[Any], seed: int = 0, habit: str = "") -> Iterator[Moment]:
+        """Random play, or that of one of the `HABITS`, episode after episode; each opens with an opening moment."""
         rng = np.random.default_rng(seed)
+        oracle, lab = self.make_teacher(world).oracle, world.scratch()
+        play = HABITS.get(habit, _RANDOM)
         played = 0
         while played < self.turns:
-            world.reset(seed=int(rng.integers(2**31)))
+            info = world.reset(seed=int(rng.integers(2**31)))[1]
             moment = Moment.opening(world.truth)
+            if habit:
+                oracle.start(moment.after)
             yield moment
             for turn in range(1, self.max_turns + 1):
-                before, action = world.truth, world.legal(world.sample_action(rng))
-                _, reward, terminated, truncated, info = world.advance(action)
-                over = terminated or truncated or turn == self.max_turns
-                yield Moment(before, action, reward, world.truth, info["success"], turn, over)
+                told = oracle.judge(moment) if habit else ()
+                listed = info.get(world.actions_key, ()) if habit else ()
+                action = play.act(Seen(lab, moment, told, listed, rng))
+                late = turn == self.max_turns
+                if isinstance(action, Unread):
+                    failure = ParseFailure(repr(action[:40]), world.action_syntax)
+                    moment = Moment.unread(moment.after, failure, world.failure_reward, moment.success, turn, late)
+                else:
+                    before, action = world.truth, world.legal(action)
+                    _, reward, terminated, truncated, info = world.advance(action)
+                    over = terminated or truncated or late
+                    moment = Moment(before, action, reward, world.truth, info["success"], turn, over)
+                yield moment
                 played += 1
-                if over or played == self.turns:
+                if moment.over or played == self.turns or turn == play.patience:
                     break
 
     def episodes(self, turns: int) -> list[list[Moment]]:
@@ -96,14 +110,16 @@ class Pupil:
         for said in self.said(settings, seed=seed):
             yield from said
 
-    def said(self, *teachers: Mapping[str, Any], seed: int = 0) -> Iterator[list[tuple[Atom, Moment, World[Any]]]]:
-        """The same, turn by turn, of teachers with different settings who watch the same play."""
+    def said(
+        self, *teachers: Mapping[str, Any], seed: int = 0, habit: str = ""
+    ) -> Iterator[list[tuple[Atom, Moment, World[Any]]]]:
+        """The same, turn by turn, of teachers with different settings who watch the same play, as in `moments`."""
         world = self.make_world()
         lab = world.scratch()
         watching = [self.make_teacher(world, **settings) for settings in teachers]
         rng = np.random.default_rng(seed)
         history: list[Moment] = []
-        for moment in self.moments(world, seed):
+        for moment in self.moments(world, seed, habit):
             if moment.turn == 0:
                 for teacher in watching:
                     teacher.reset(rng.spawn(1)[0])
@@ -119,3 +135,6 @@ class Pupil:
             if moment.turn == 0:
                 oracle.start(moment.after)
             yield oracle, moment
+
+
+_RANDOM = Habit(Seen.anything)

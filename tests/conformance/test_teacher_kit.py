@@ -8,7 +8,7 @@ import pytest
 
 from pz_envs.family import all_families
 from teachers import testing as kit
-from teachers.atoms import FN, ActionClaim, PlanClaim, claim
+from teachers.atoms import FN, KINDS, ActionClaim, PlanClaim, claim
 from teachers.common import Solved
 from teachers.oracles.bandits import Among, Avoid, BanditOracle, Pull, PulledBest
 from teachers.phrasebook import Phrasebook
@@ -167,6 +167,60 @@ class Overpromising(BanditOracle):
 def test_every_type_of_instruction_is_checked():
     with pytest.raises(AssertionError, match="does not hold of"):
         kit.check_honesty(pupil(Overpromising))
+
+
+class Offended(BanditOracle):
+    """Misleads those who do one thing only: write what is no action, take a zero, act twice alike or as warned."""
+
+    def judge(self, moment, kinds=frozenset(KINDS)):
+        claims = super().judge(moment, kinds)
+        if moment.turn and self.minds(moment):
+            claims += (Pull(action=self._poor[0]),)
+        self._last, self._warned = moment.action, [claim.action for claim in claims if type(claim) is Avoid]
+        return claims
+
+    def start(self, truth):
+        super().start(truth)
+        self._last, self._warned, self._strikes = None, [], 0
+
+
+class ByText(Offended):
+    def minds(self, moment):
+        return moment.before is None
+
+
+class ByRepeats(Offended):
+    def minds(self, moment):
+        self._strikes = self._strikes + 1 if moment.action == self._last else 0
+        return self._strikes >= 4
+
+
+class ByContraries(Offended):
+    def minds(self, moment):
+        self._strikes = self._strikes + 1 if moment.action in self._warned else 0
+        return self._strikes >= 4
+
+
+class ByExtremes(Offended):
+    def minds(self, moment):
+        self._strikes = self._strikes + 1 if moment.action in (0, len(moment.after.means) - 1) else 0
+        return self._strikes >= 5
+
+
+@pytest.mark.parametrize(
+    ("liar", "habit"),
+    [(ByText, "garbling"), (ByRepeats, "repeating"), (ByContraries, "contrary"), (ByExtremes, "extreme")],
+)
+def test_honesty_towards_unusual_students_is_checked(liar, habit):
+    random = pupil(liar)
+    assert all(claim.holds(moment, lab) for (claim, moment, lab) in judged(random))
+    with pytest.raises(AssertionError, match=r"does not hold of .* \((?!random)\w+ play\)"):
+        kit.check_honesty(random)
+    assert not all(claim.holds(moment, lab) for (claim, moment, lab) in judged(random, habit))
+
+
+def judged(pupil, habit=""):
+    return [(atom.claim, moment, lab) for said in pupil.said({}, habit=habit) for atom, moment, lab in said]
 
 
 class Lenient(BanditOracle):

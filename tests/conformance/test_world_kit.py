@@ -177,6 +177,13 @@ class Stale(Counter):
         return {"count": np.array([self.count - self.lag])}
 
 
+class Daydreamer(Counter):
+    """Draws an option that it does not have."""
+
+    def draw_options(self, rng):
+        return self.options | {"end": int(rng.integers(9))}
+
+
 LIARS = {
     kit.check_spaces: OutOfSpace,
     kit.check_info: VagueSuccess,
@@ -192,6 +199,7 @@ LIARS = {
     kit.check_global_random: GlobalNoise,
     kit.check_fresh: Recycler,
     kit.check_observe: Stale,
+    kit.check_drawn_options: Daydreamer,
 }
 
 

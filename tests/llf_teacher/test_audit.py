@@ -6,10 +6,11 @@ from shelf import FAMILIES, pairs
 
 import llf_teacher
 from llf_teacher.registry import PREFIX
+from llf_teacher.students.parsing import parse_student
 from llf_teacher.testing import check_teacher
-from llf_teacher.tools.audit import audit
+from llf_teacher.tools.audit import STUDENTS, audit
 from pz_envs.family import all_families
-from teachers.atoms import FP, HN, KINDS, Label, R
+from teachers.atoms import FP, HN, KINDS, Label, ParseFailure, R
 from teachers.personalities.silent import silent
 from teachers.personality import PERSONALITIES, personality
 
@@ -70,6 +71,40 @@ def test_what_comes_late_is_not_withheld():
 def blabber(claims, view):
     """Promises not to tell the action, and tells it."""
     return claims
+
+
+@personality()
+def offended(claims, view, rng):
+    """Promises to tell the truth, and lies to those who write what is no action."""
+    return distorted(claims, view, rng) if type(view.moment.action) is ParseFailure else claims
+
+
+@personality()
+def unsettled(claims, view, rng):
+    """Promises to tell the truth, and lies in small houses."""
+    return distorted(claims, view, rng) if len(view.moment.after.layout.names) < 10 else claims
+
+
+def distorted(claims, view, rng):
+    return [false for claim in claims if (false := view.distort(claim, rng))]
+
+
+def test_students_of_every_habit_are_taught():
+    found = audit(GRID, "oracle", turns=270)
+    assert set(found.students) == {str(parse_student(spec)) for spec in STUDENTS}
+    assert sum(found.students.values()) == found.checked
+    assert found.as_dict()["students"]["random"] == {"claims": found.students["random"], "false": 0}
+    caught = audit(GRID, offended(), turns=270)
+    assert caught.caught
+    assert {student for student, number in caught.falsehoods.items() if number} == {"wayward(habit='garbling')"}
+    assert not audit(GRID, offended(), turns=270, students=("random", "obedient")).caught
+
+
+def test_other_options_are_drawn_unless_they_are_given():
+    found = audit(GRID, unsettled(), turns=270)
+    assert found.caught
+    assert all(example.options["num_rooms"] < 10 for example in found.examples)
+    assert not audit(GRID, unsettled(), turns=270, num_rooms=20, min_goal_dist=4).caught
 
 
 class Stranger:

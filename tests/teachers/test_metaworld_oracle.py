@@ -127,7 +127,7 @@ def test_verdicts_on_poses_of_two_decimals_hold(control):
     faults = []
     for turn in range(1, 16):
         about = np.zeros(3) if world.relative else np.array(moment.after.observation[:3])
-        moment = played(world, np.round([*about, 0.0] + rng.uniform(-0.3, 0.3, 4), 2), turn)
+        moment = played(world, np.round(np.append(about, 0.0) + rng.uniform(-0.3, 0.3, 4), 2), turn)
         claims = oracle.judge(moment, {HP, HN})
         assert all(claim.holds(moment, lab) for claim in claims)
         faults += [(claim, moment) for claim in claims if type(claim) is Off]

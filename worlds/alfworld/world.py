@@ -166,6 +166,14 @@ class Alfworld(World[Truth, str, str]):
         if kept is not None:
             self._load(kept)
 
+    def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
+        """Any type of tasks, and either oracle."""
+        tasks = ("", *TASKS)
+        return self.options | {
+            "task": tasks[rng.integers(len(tasks))],
+            "oracle": ORACLES[rng.integers(len(ORACLES))],
+        }
+
     def _load(self, truth: Truth) -> None:
         if self._engine is None or self._engine.game is not truth.game:
             self._engine = ENGINES[self.options["engine"]](truth.game)

@@ -227,6 +227,14 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
             world.step(action)
         return Original(self.task, variation, turns)
 
+    def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
+        """Any control, with a gain of the policy's or another."""
+        gains = (None, 5.0, 10.0, 25.0)
+        return self.options | {
+            "control": CONTROLS[rng.integers(len(CONTROLS))],
+            "gain": gains[rng.integers(len(gains))],
+        }
+
     def _load(self, truth: Truth) -> None:
         self._truth = truth
 

@@ -137,6 +137,13 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         """A uniform point of the domain."""
         return rng.uniform(self.lows, self.highs)
 
+    def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
+        """A shift or none, and any variant of a named loss."""
+        options = self.options | {"shift": bool(rng.integers(2))}
+        if isinstance(self.options["loss"], str):
+            options["func_choice"] = int(rng.integers(len(LOSSES[self.options["loss"]]))) + 1
+        return options
+
     def read(self, text: str) -> Point | None:
         """The one pair of numbers in a text; for `stop`, `stay` or `reach` without a pair, the last proposal."""
         pairs = {(float(pair[1] or pair[3]), float(pair[2] or pair[4])) for pair in _PAIR.finditer(text)}

@@ -130,7 +130,7 @@ def misplaced(lab: MetaWorld, moment: Moment[Truth], errors: Errors) -> bool:
     """Whether the place of the moment's action was off by so much, and no axis else by what matters."""
     place, wanted = lab.target(moment.past, moment.action), commanded(moment.past, lab)[0]
     return all(
-        _PLACE - CLOSE < abs(a - w) and abs(a - w - error / 100) <= 0.005 + CLOSE
+        abs(a - w) > _PLACE - CLOSE and abs(a - w - error / 100) <= 0.005 + CLOSE
         if error
         else abs(a - w) <= _PLACE + CLOSE
         for a, w, error in zip(place, wanted, errors, strict=True)
@@ -139,5 +139,5 @@ def misplaced(lab: MetaWorld, moment: Moment[Truth], errors: Errors) -> bool:
 
 def slipped(lab: MetaWorld, moment: Moment[Truth], side: int) -> bool:
     """Whether the grip of the moment's action was right enough, if `side` is 0; else too far to this side."""
-    excess = moment.action[3] - commanded(moment.past, lab)[1]
+    excess: float = moment.action[3] - commanded(moment.past, lab)[1]
     return side * excess > _GRIP - CLOSE if side else abs(excess) <= _GRIP + CLOSE
