@@ -5,21 +5,24 @@ plans that ship here, as the installed package has them.
 """
 
 import json
-from importlib import import_module, util
+from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import worlds.alfworld
 from worlds.alfworld.facts import Room, Task, Things
-from worlds.alfworld.shipped import package
+from worlds.alfworld.shipped import installed, package
 from worlds.alfworld.stock import StockEngine
 
 STOCK = pytest.mark.skipif(
-    util.find_spec("alfworld") is None,
+    not installed(),
     reason="needs TextWorld's engine; run: pip install 'llf-teacher[alfworld]'",
 )
 """The mark of tests that compare with the `alfworld` package."""
+ROOMS = Path(worlds.alfworld.__file__).parent / "data" / "rooms.json"
+"""The floor plans that ship here."""
 
 
 def play_in_textworld(seed):
@@ -104,7 +107,4 @@ def _written(room):
 
 
 if __name__ == "__main__":
-    from pathlib import Path
-
-    path = Path(worlds.alfworld.__file__).parent / "data" / "rooms.json"
-    path.write_text(written(stock_rooms()), encoding="utf-8")
+    ROOMS.write_text(written(stock_rooms()), encoding="utf-8")

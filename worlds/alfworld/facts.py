@@ -81,18 +81,19 @@ def rooms() -> dict[int, Room]:
         int(number): Room(
             tuple(room["types"]),
             {id: tuple(pose) for id, pose in room["poses"].items()},
-            tuple(_points(*room["corner"], room["map"])),
+            _points(room["corner"], room["map"]),
             room["unseen"],
         )
         for number, room in found.items()
     }
 
 
-def _points(x: float, z: float, rows: list[str]) -> list[tuple[float, float]]:
-    """The points of a map where one can stand, which it shows as dots."""
-    return [
+def _points(corner: list[float], rows: list[str]) -> tuple[tuple[float, float], ...]:
+    """The points of a map where one can stand, shown as dots; rows go along x, the first has least z."""
+    x, z = corner
+    return tuple(
         (x + _STEP * column, z + _STEP * row)
         for row, cells in enumerate(rows)
         for column, cell in enumerate(cells)
         if cell == "."
-    ]
+    )
