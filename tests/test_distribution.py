@@ -29,6 +29,6 @@ def test_the_wheel_has_every_file_of_the_packages_and_nothing_else(tmp_path):
     assert {f"{package}/py.typed" for package in PACKAGES} < files
     packed = set(zipfile.ZipFile(wheel).namelist())
     assert {name for name in packed if ".dist-info/" not in name} == files
-    assert any(name.endswith("licenses/LICENSE") for name in packed)
+    assert all(any(name.endswith(f"licenses/{text}") for name in packed) for text in ("LICENSE", "NOTICE"))
     with tarfile.open(archive) as tar:
         assert files < {name.partition("/")[2] for name in tar.getnames()}

@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import tomllib
 
 import pytest
 from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
@@ -29,6 +30,15 @@ def test_the_two_commands():
     assert '    pip install -e ".[all]" -c constraints.txt && llf study' in readme
     assert '    pip install -e ".[all,test]" -c constraints.txt && pytest' in readme
     assert 'pip install -e ".[all,test]" -c constraints.txt && pytest' in (ROOT / ".ci" / "run").read_text()
+
+
+def test_the_two_commands_compile_nothing():
+    """TextWorld's engine would be."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    wanted = {re.match(r"[\w-]+", each)[0] for each in project["dependencies"] + extras["all"] + extras["test"]}
+    assert "pettingzoo" in wanted
+    assert not wanted & {"alfworld", "textworld", project["name"]}
 
 
 def test_the_study_file_of_the_readme_is_a_study(tmp_path):

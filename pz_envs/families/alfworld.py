@@ -13,6 +13,5 @@ FAMILY = Family(
     max_turns=100,
     regret_unit="commands wasted",
     learning=NoRewards(),
-    extra="alfworld",
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from houses import plan_by_downward
+from houses import STOCK, plan_by_downward
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
@@ -85,6 +85,7 @@ def downward(played):
         process.join()
 
 
+@STOCK
 @pytest.mark.full
 def test_plans_are_no_longer_than_fast_downwards():
     compared = 0

@@ -5,6 +5,7 @@ import json
 import multiprocessing
 import os
 import pickle
+import subprocess
 import sys
 import tempfile
 import threading
@@ -13,15 +14,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from houses import play_in_textworld
+from houses import ROOMS, STOCK, play_in_textworld, stock_rooms, stock_tasks, stock_things, written
 
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import NOTHING, ExactEngine
+from worlds.alfworld.facts import rooms, tasks, things
 from worlds.alfworld.games import CHANGING, SPLITS, TASKS, parse
 from worlds.alfworld.generated import make
 from worlds.alfworld.house import names
 from worlds.alfworld.plans import plan, plans_for
-from worlds.alfworld.shipped import rules
+from worlds.alfworld.shipped import package, rules
 from worlds.alfworld.stock import StockEngine
 
 RARE = ("take", "move", "open", "close", "use", "heat", "cool", "clean", "slice", "examine")
@@ -61,11 +63,13 @@ def walk_both(played, steps, rng):
     return steps
 
 
+@STOCK
 @pytest.mark.parametrize("task", TASKS)
 def test_the_exact_engine_equals_textworld(task):
     walk_both(game(TASKS.index(task), task), 15, np.random.default_rng(0))
 
 
+@STOCK
 @pytest.mark.full
 @pytest.mark.parametrize("seed", range(24))
 def test_the_exact_engine_equals_textworld_on_ten_thousand_steps(seed):
@@ -169,6 +173,52 @@ def test_bad_options_are_named(options, message):
         Alfworld(**options)
 
 
+@STOCK
+def test_facts_are_those_of_alfworld():
+    """If the floor plans are not, `python tests/helpers/houses.py` writes them."""
+    assert things() == stock_things()
+    assert tasks() == stock_tasks()
+    assert rooms() == stock_rooms()
+    assert ROOMS.read_text("utf-8") == written(stock_rooms())
+
+
+def test_games_are_played_without_alfworld():
+    program = (
+        "import sys, worlds.alfworld; world = worlds.alfworld.Alfworld(games='generated'); world.reset(seed=0)\n"
+        "world.step(world.commands()[0]); print(*{name.partition('.')[0] for name in sys.modules})"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    loaded = set(result.stdout.split())
+    assert "worlds" in loaded
+    assert not loaded & {"alfworld", "textworld", "fast_downward", "jericho", "spacy"}
+
+
+@pytest.fixture
+def bare(monkeypatch):
+    """As if the `alfworld` package were not installed."""
+    package.cache_clear()
+    rules.cache_clear()
+    monkeypatch.setitem(sys.modules, "alfworld", None)
+
+
+def test_what_needs_alfworld_says_so(bare, tmp_path, monkeypatch):
+    folder = tmp_path / "json_2.1.1" / "train" / f"{TASKS[0]}-Mug-None-Bed-1" / "trial_T1"
+    folder.mkdir(parents=True)
+    (folder / "game.tw-pddl").touch()
+    needs = r"need the package 'alfworld', which is not installed; run: pip install 'llf-teacher\[alfworld\]'"
+    with pytest.raises(ModuleNotFoundError, match=needs):
+        reset(engine="textworld")
+    monkeypatch.setenv("ALFWORLD_DATA", str(tmp_path))
+    for games in ("auto", "official"):
+        with pytest.raises(ModuleNotFoundError, match=needs):
+            Alfworld(games=games)
+    world = Alfworld(games="generated")
+    with pytest.raises(ModuleNotFoundError, match=needs):
+        world.reset(options={"game": folder / "game.tw-pddl"})
+    assert world.original([]) is None
+
+
+@STOCK
 def test_names_are_those_of_alfworld():
     from types import SimpleNamespace
 
@@ -209,6 +259,7 @@ def official(tmp_path, monkeypatch):
     return written
 
 
+@STOCK
 @pytest.mark.parametrize("split", SPLITS[1:])
 def test_official_files_are_played_where_there_are_any(official, split):
     played, path = official[split]
@@ -222,12 +273,14 @@ def test_official_files_are_played_where_there_are_any(official, split):
     assert other.truth.game == played
 
 
+@STOCK
 def test_all_splits_are_drawn_from(official):
     world = Alfworld()
     goals = {(world.reset(seed=seed), world.truth.game.goal)[1] for seed in range(40)}
     assert goals == {played.goal for played, _ in official.values()}
 
 
+@STOCK
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -243,6 +296,7 @@ def test_files_of_other_rules_are_refused(official, change, reason):
         Alfworld().reset(seed=0, options={"game": path})
 
 
+@STOCK
 @pytest.mark.parametrize("text", ["", "{", "[]", "{}"])
 def test_broken_files_are_named(official, text):
     _, path = official["train"]
@@ -253,6 +307,7 @@ def test_broken_files_are_named(official, text):
         Alfworld().reset(seed=0, options={"game": path.parent / "missing"})
 
 
+@STOCK
 def test_unsolvable_games_are_never_drawn(official):
     for path in Path(os.environ["ALFWORLD_DATA"]).rglob("game.tw-pddl"):
         path.write_text(json.dumps(json.loads(path.read_text()) | {"solvable": False}))
@@ -269,6 +324,7 @@ def test_a_problem_must_have_its_tasks_goal():
         parse(played.problem, TASKS[0], words, "")
 
 
+@STOCK
 def test_engines_interleave_and_leave_no_trace():
     """Many engines in one process: argv, stdout and temporary files are as before."""
     argv, stdout = list(sys.argv), sys.stdout
@@ -284,6 +340,7 @@ def test_engines_interleave_and_leave_no_trace():
     assert not {name for name in set(os.listdir(tempfile.gettempdir())) - before if "downward" in name}
 
 
+@STOCK
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda world: pickle.loads(pickle.dumps(world))])
 def test_textworlds_state_is_saved_and_copied(copied):
     world = reset(4, engine="textworld")
@@ -297,6 +354,7 @@ def test_textworlds_state_is_saved_and_copied(copied):
     assert [world.step(command) for command in commands] == first
 
 
+@STOCK
 def test_textworld_in_threads_and_processes():
     expected = [play_in_textworld(seed) for seed in (1, 2)]
     found = {}
@@ -310,10 +368,12 @@ def test_textworld_in_threads_and_processes():
         assert list(pool.map(play_in_textworld, [1, 2])) == expected
 
 
-def test_importing_touches_neither_environment_nor_home(tmp_path):
-    import subprocess
-
-    program = "import os, worlds.alfworld; print(os.environ.get('ALFWORLD_DATA'), os.listdir(os.environ['HOME']))"
+@STOCK
+def test_importing_alfworld_touches_neither_environment_nor_home(tmp_path):
+    program = (
+        "import os, sys; from worlds.alfworld import Alfworld; Alfworld(engine='textworld').reset(seed=0)\n"
+        "assert 'alfworld' in sys.modules; print(os.environ.get('ALFWORLD_DATA'), os.listdir(os.environ['HOME']))"
+    )
     environment = os.environ | {"HOME": str(tmp_path)}
     result = subprocess.run(
         [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True
@@ -332,7 +392,7 @@ def test_truths_hold_what_actions_change():
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(("engine", "commands"), [("exact", 50), ("textworld", 2)])
+@pytest.mark.parametrize(("engine", "commands"), [("exact", 50), pytest.param("textworld", 2, marks=STOCK)])
 def test_memory_is_bounded(engine, commands):
     """300 games in one process."""
     import resource

@@ -4,9 +4,6 @@ Shridhar et al. 2021, "ALFWorld: Aligning Text and Embodied Environments for Int
 """
 
 from worlds.alfworld.games import SPLITS, TASKS, Fact, Game
-from worlds.alfworld.shipped import package
 from worlds.alfworld.world import ENGINES, MAX_LENGTH, ORACLES, SOURCES, Alfworld, Truth
-
-package()  # a missing extra shows when the package is imported
 
 __all__ = ["ENGINES", "MAX_LENGTH", "ORACLES", "SOURCES", "SPLITS", "TASKS", "Alfworld", "Fact", "Game", "Truth"]

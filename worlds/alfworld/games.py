@@ -7,7 +7,7 @@ They are read from ALFWorld's files or made anew by seed; both ways end in a pro
 import re
 from typing import NamedTuple
 
-from worlds.alfworld.shipped import goals
+from worlds.alfworld.facts import tasks
 
 __all__ = ["CHANGING", "SPLITS", "TASKS", "Fact", "Game", "goal_pddl", "parse", "uncommented"]
 
@@ -56,7 +56,7 @@ class Game(NamedTuple):
 
 def goal_pddl(task: str, words: dict[str, str]) -> str:
     """The goal of a task in PDDL, with the types of its things."""
-    return str(goals()[task]["pddl"]).format(**words).replace("#", "-")
+    return tasks()[task].goal.format(**words).replace("#", "-")
 
 
 _COMMENT = re.compile(r";[^\n]*")

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from worlds.alfworld.facts import tasks, things
 from worlds.alfworld.games import TASKS, Game, goal_pddl, parse
 from worlds.alfworld.plans import (
     APPLIANCES,
@@ -12,14 +13,12 @@ from worlds.alfworld.plans import (
     Plan,
     Receptacle,
     errands,
-    holders,
     location,
     metres,
     plan,
     plans_for,
     portable,
 )
-from worlds.alfworld.shipped import constants, goals
 
 _T = TypeVar("_T")
 
@@ -53,7 +52,7 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
         x, z = pick(here.points)
         start = location(x, z, 90 * pick(range(4)), 30)
     words = {"obj": target, "recep": destination, "toggle": lamp, "mrecep": ""}
-    goal = pick(goals()[task]["templates"]).format(**{key: each.lower() for key, each in words.items()})
+    goal = pick(tasks()[task].templates).format(**{key: each.lower() for key, each in words.items()})
     problem = _write(here, lying, start, target, goal_pddl(task, words))
     return parse(problem, task, words, goal)
 
@@ -78,7 +77,7 @@ def _strew(here: Plan, task: str, target: str, destination: str, pick: Callable[
             count = 1
         elif kind in portable():
             bar = barred if kind == target else ()
-            where = [each for each in here.receptacles if kind in holders().get(each.type, ()) and each.type not in bar]
+            where = [each for each in here.receptacles if kind in things().holds[each.type] and each.type not in bar]
             count = max(least if kind == target else 1, pick(_COPIES))
         else:
             continue
@@ -103,7 +102,7 @@ def _name(id: str) -> str:
 
 def _write(here: Plan, lying: tuple[_Lying, ...], start: str, target: str, goal: str) -> str:
     """A problem in PDDL. Four types of things must be declared since the domain names them."""
-    shipped = constants()
+    known = things()
     kinds = {each.type for each in lying} | {"Knife", "ButterKnife", target}
     holding = {each.type for each in here.receptacles} | {"SinkBasin", "Microwave", "Fridge"}
     places = sorted({each.location for each in here.receptacles} | {start})
@@ -116,18 +115,17 @@ def _write(here: Plan, lying: tuple[_Lying, ...], start: str, target: str, goal:
     for place in here.receptacles:
         name = _name(place.id)
         lines += [f"(receptacleType {name} {place.type}Type)", f"(receptacleAtLocation {name} {_name(place.location)})"]
-        if place.type in shipped.OPENABLE_CLASS_SET:
+        if place.type in known.openable:
             lines.append(f"(openable {name})")
     for holder in sorted({each.type for each in here.receptacles}):
-        lines += [f"(canContain {holder}Type {each}Type)" for each in holders().get(holder, ()) if each in kinds]
+        lines += [f"(canContain {holder}Type {each}Type)" for each in known.holds[holder] if each in kinds]
     for each in lying:
         name = _name(each.id)
         lines += [f"(objectType {name} {each.type}Type)", f"(inReceptacle {name} {_name(each.holder.id)})"]
         lines.append(f"(objectAtLocation {name} {_name(each.holder.location)})")
         if each.type in portable():
             lines.append(f"(pickupable {name})")
-        if each.type in shipped.MOVABLE_RECEPTACLES_SET:
+        if each.type in known.hollow:
             lines.append(f"(isReceptacleObject {name})")
-        able = shipped.VAL_ACTION_OBJECTS
-        lines += [f"({predicate.lower()} {name})" for predicate in _PREDICATES if each.type in able[predicate]]
+        lines += [f"({predicate.lower()} {name})" for predicate in _PREDICATES if each.type in known.able[predicate]]
     return "\n".join([*lines, ")", goal])

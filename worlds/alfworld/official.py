@@ -39,7 +39,9 @@ def read(path: Path) -> Game | None:
 
     Raises:
         ValueError: it is no such file, or its rules are others than those of the installed package.
+        ModuleNotFoundError: there is no installed package.
     """
+    domain, grammar = rules()
     try:
         game = json.loads(path.read_text(encoding="utf-8"))
         trial = json.loads((path.parent / "traj_data.json").read_text(encoding="utf-8"))
@@ -47,7 +49,6 @@ def read(path: Path) -> Game | None:
             return None
         params = trial["pddl_params"]
         words = {key: params[f"{long}_target"] for key, long in _WORDS.items()}
-        domain, grammar = rules()
         task = re.search(r"Your task is to: (.*?)\.\"", game["grammar"])
         if task is None or _bare(game["grammar"].replace(task[1], "UNKNOWN GOAL")) != _bare(grammar):
             raise ValueError("its grammar is not that of the installed alfworld package")

@@ -1,12 +1,11 @@
 """Floor plans of AI2-THOR, and the tasks that they allow."""
 
-import json
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from worlds.alfworld.shipped import constants, package
+from worlds.alfworld.facts import rooms, tasks, things
 
 APPLIANCES = {
     "pick_clean_then_place_in_recep": ("SinkBasin", "Cleanable"),
@@ -42,33 +41,18 @@ class Plan(NamedTuple):
 
 
 @cache
-def holders() -> dict[str, tuple[str, ...]]:
-    """Per type of receptacle the types of objects that may lie in it."""
-    shipped = constants()
-    static = shipped.RECEPTACLES - shipped.MOVABLE_RECEPTACLES_SET
-    held = shipped.VAL_RECEPTACLE_OBJECTS
-    return {
-        holder: tuple(sorted(each for each in held[holder] if not each.endswith("Sliced")))
-        for holder in sorted(static & held.keys())
-    }
-
-
-@cache
 def portable() -> frozenset[str]:
     """The types of objects that can be carried."""
-    return frozenset(each for inside in holders().values() for each in inside)
+    return frozenset(each for inside in things().holds.values() for each in inside)
 
 
 @cache
 def plan(number: int) -> Plan:
-    """A floor plan; fixtures that the package lists without a position get one on a point where one can stand."""
-    layouts = package() / "gen" / "layouts"
-    types = sorted(json.loads((layouts / f"FloorPlan{number}-objects.json").read_text(encoding="utf-8")))
-    placed = json.loads((layouts / f"FloorPlan{number}-openable.json").read_text(encoding="utf-8"))
-    points = [(float(x), float(z)) for x, z in np.load(layouts / f"FloorPlan{number}-layout.npy")]
-    static = constants().RECEPTACLES - constants().MOVABLE_RECEPTACLES_SET
+    """A floor plan; fixtures whose position is not known get one on a point where one can stand."""
+    types, poses, points, _ = rooms()[number]
+    static = things().holds
     found = []
-    for id, pose in placed.items():
+    for id, pose in poses.items():
         base = id.split("|")[0]
         kind = _BASINS.get(base, base)
         if kind in static:
@@ -82,7 +66,7 @@ def plan(number: int) -> Plan:
                 id = f"{_BASE.get(kind, kind)}|{metres(x)}|+00.90|{metres(z + copy / 100)}"
                 turn = 90 * int(rng.integers(4))
                 found.append(Receptacle(f"{id}|{kind}" if kind in _BASE else id, kind, location(x, z, turn, 30)))
-    return Plan(number, tuple(sorted(found)), tuple(types), tuple(points))
+    return Plan(number, tuple(sorted(found)), types, points)
 
 
 def metres(value: float) -> str:
@@ -98,38 +82,34 @@ def location(x: float, z: float, turn: float, tilt: float) -> str:
 @cache
 def errands(number: int, task: str) -> tuple[tuple[str, str, str], ...]:
     """The types of object, destination and lamp of all tasks of a type that a floor plan allows."""
-    here = plan(number)
-    if _ROOMS[number // 100] not in constants().GOALS_VALID[task]:
+    here, holds = plan(number), things().holds
+    if _ROOMS[number // 100] not in tasks()[task].rooms:
         return ()
     kinds = sorted({each.type for each in here.receptacles})
     # An object must have somewhere to lie that is not its destination.
-    objects = [
-        each
-        for each in here.types
-        if each in portable() and sum(each in holders().get(kind, ()) for kind in kinds) >= 2
-    ]
+    objects = [each for each in here.types if each in portable() and sum(each in holds[kind] for kind in kinds) >= 2]
     if task == "look_at_obj_in_light":
         lit = "DeskLamp" in here.types and not set(kinds).isdisjoint(LAMPS)
         return tuple((each, "", "DeskLamp") for each in objects) if lit else ()
     appliance, able = APPLIANCES.get(task, ("", ""))
     if appliance:
-        objects = [each for each in objects if each in constants().VAL_ACTION_OBJECTS[able]] * (appliance in kinds)
+        objects = [each for each in objects if each in things().able[able]] * (appliance in kinds)
     return tuple(
         (each, kind, "")
         for each in objects
         for kind in kinds
-        if each in holders().get(kind, ())
+        if each in holds[kind]
         and kind != appliance
-        and any(each in holders().get(other, ()) for other in kinds if other not in (kind, appliance))
+        and any(each in holds[other] for other in kinds if other not in (kind, appliance))
     )
 
 
 @cache
 def plans_for(task: str, split: str) -> tuple[int, ...]:
     """The floor plans that allow tasks of a type; those of `valid_unseen` are in no other split."""
-    shipped = constants()
-    numbers = {
-        "all": shipped.SCENE_NUMBERS,
-        "valid_unseen": shipped.TEST_SCENE_NUMBERS,
-    }.get(split, shipped.TRAIN_SCENE_NUMBERS)
-    return tuple(number for number in sorted(numbers) if errands(number, task))
+    return tuple(
+        number
+        for number, room in rooms().items()
+        if split == "all" or room.unseen == (split == "valid_unseen")
+        if errands(number, task)
+    )

@@ -11,6 +11,7 @@ from worlds.alfworld.exact import ExactEngine
 from worlds.alfworld.games import SPLITS, TASKS, Fact, Game
 from worlds.alfworld.generated import make
 from worlds.alfworld.official import drawn, files, read
+from worlds.alfworld.shipped import installed, package
 from worlds.alfworld.stock import StockEngine
 from worlds.spaces import Prose
 from worlds.world import World, illegal
@@ -53,13 +54,16 @@ class Alfworld(World[Truth, str, str]):
         split: `train`, `valid_seen`, `valid_unseen`, or `all` of them. Of new games `valid_unseen` have floor plans
             of their own, 24 of 120; the other two share theirs.
         games: `official` are the files below the folder that the environment variable ALFWORLD_DATA names, where
-            `alfworld-download` puts them; `generated` are made by seed from the package's floor plans; `auto` is
+            `alfworld-download` puts them; `generated` are made by seed from floor plans that ship here; `auto` is
             official if there are such files.
         oracle: for who advises, what to go by: `planner` all that is true, `explorer` what has been seen.
         engine: `exact`, or `textworld`, the original, which is equal and some thousand times slower.
 
+    Official games and TextWorld's engine need the extra `alfworld`.
+
     Raises:
         ValueError: an argument is not allowed, or there are no official games.
+        ModuleNotFoundError: official games and TextWorld's engine need the package `alfworld`, which is not installed.
     """
 
     reward_range = (0.0, 1.0)
@@ -90,8 +94,11 @@ class Alfworld(World[Truth, str, str]):
         if games == "official" and not self._files:
             raise ValueError(
                 f"games='official' needs game files; ALFWORLD_DATA is {folder!r} and has none for task {task!r}, split"
-                f" {split!r}; run `alfworld-download`, or allow games='generated'"
+                f" {split!r}; run `alfworld-download`, which pip install 'llf-teacher[alfworld]' brings, or allow"
+                " games='generated'"
             )
+        if self._files or engine == "textworld":
+            package()
         self.observation_space = Prose(max_length=16_384)
         self.action_space = Prose(max_length=MAX_LENGTH)
         self._engine: Any = None  # one of `ENGINES`, once an episode has begun
@@ -152,9 +159,9 @@ class Alfworld(World[Truth, str, str]):
         pattern, thing, place = (each[rng.integers(len(each))] for each in (_TRIED, _THINGS, _PLACES))
         return pattern.format(f"{thing} {rng.integers(1, 4)}", f"{place} {rng.integers(1, 4)}")
 
-    def original(self, actions: Sequence[Any]) -> "Alfworld":
-        """The same world on TextWorld's engine."""
-        return type(self)(**self.options | {"engine": "textworld"})
+    def original(self, actions: Sequence[Any]) -> "Alfworld | None":
+        """The same world on TextWorld's engine, if that is installed."""
+        return type(self)(**self.options | {"engine": "textworld"}) if installed() else None
 
     def __getstate__(self) -> dict[str, Any]:
         state = self.__dict__ | {"_engine": None}
