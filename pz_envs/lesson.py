@@ -1,9 +1,11 @@
 """Lessons: any Gymnasium environment as something to teach, with an oracle of the user's own or with rewards alone."""
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium
+import numpy as np
 
 from pz_envs.learning import Learning, StateValues, check_learning
 from pz_envs.subject import Subject
@@ -15,6 +17,8 @@ from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld
 
 _MAX_TURNS = 100  # where the environment does not say
+_LIMITS = ("_max_episode_steps", "max_episode_steps", "max_steps")  # Gymnasium's TimeLimit, and what others call it
+_COUNTS = (int, np.int32, np.int64)
 
 
 class Lesson(Subject):
@@ -31,7 +35,8 @@ class Lesson(Subject):
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         name: what to call it; None: the environment's name.
-        max_turns: turns after which an episode is truncated; None: the environment's own limit, or else 100.
+        max_turns: turns after which an episode is truncated; None: the environment's own limit (of its
+            spec, of a `TimeLimit`, or an attribute `max_steps` or `max_episode_steps`), or else 100.
         repeated: whether success ends nothing.
         regret_unit: what regret counts.
         learning: what rewards alone teach, one of `pz_envs.learning`.
@@ -58,7 +63,7 @@ class Lesson(Subject):
         regret_unit: str = "value lost",
         learning: Learning = StateValues(),  # noqa: B008 (a frozen value)
     ) -> None:
-        self._oracle = RewardOracle if oracle is None else oracle
+        self._oracle = RewardOracle if oracle is None else _checked(oracle)
         # Who never looks at a truth need not pay for copies.
         if snapshot == "auto" and not getattr(self._oracle, "looks", True):
             snapshot = "replay"
@@ -76,8 +81,7 @@ class Lesson(Subject):
         self.phrasebook()
         spec = self._world.env.spec
         self.name = name or (spec.name if spec else type(self._world.env.unwrapped).__name__)
-        limit = spec and spec.max_episode_steps
-        self.max_turns = (limit or _MAX_TURNS) if max_turns is None else max_turns
+        self.max_turns = _limit(self._world.env) if max_turns is None else max_turns
         check_learning(learning)
         self.repeated, self.regret_unit, self.learning = repeated, regret_unit, learning
 
@@ -101,3 +105,28 @@ class Lesson(Subject):
         """The given phrases and the common ones."""
         claims = self._oracle.claims() if isinstance(self._oracle, type) and issubclass(self._oracle, Oracle) else ()
         return make_phrasebook(self._phrases, claims, voice)
+
+
+def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
+    """What makes oracles."""
+    if inspect.isabstract(oracle):
+        lacks = ", ".join(sorted(oracle.__abstractmethods__))
+        raise ValueError(f"oracle {oracle.__name__} is abstract: it lacks {lacks}")
+    if not callable(oracle) or (isinstance(oracle, type) and not issubclass(oracle, Oracle)):
+        raise ValueError(
+            f"oracle must be a subclass of teachers.oracle.Oracle, or a function of a function that makes scratch "
+            f"worlds which returns one, got {oracle!r}"
+        )
+    made: Callable[[Callable[[], World[Any]]], Oracle] = oracle
+    return made
+
+
+def _limit(env: gymnasium.Env[Any, Any]) -> int:
+    """The environment's own time limit, by its spec, a wrapper or an attribute, or else 100."""
+    limits: list[Any] = [env.spec.max_episode_steps] if env.spec else []
+    for name in _LIMITS:
+        try:
+            limits.append(env.get_wrapper_attr(name))
+        except AttributeError:
+            continue
+    return min((int(each) for each in limits if type(each) in _COUNTS and each > 0), default=_MAX_TURNS)

@@ -1,7 +1,8 @@
 """Text in: a strict grammar for actions written as text. Nothing is ever executed.
 
 An answer is what the world itself reads as an action (`World.read`: its words for actions), or JSON: a number, a string
-with such a word, a list (round brackets will do), or an object whose only key is `action`. If the text has the marker
+with such a word, a list (round brackets will do), an object whose only key is `action`, or, where actions are dicts, an
+object with their keys. If the text has the marker
 `Response:`, the answer is what follows its last occurrence. Where the world's action is itself a text, the answer is
 that text.
 """
@@ -55,17 +56,25 @@ def failure(text: str, world: World[Any]) -> ParseFailure:
 def _value(answer: str, world: World[Any]) -> Any:
     if answer.startswith("(") and answer.endswith(")"):
         answer = f"[{answer[1:-1]}]"
-    # Objects become tuples of pairs, which shows a key that comes twice.
-    value = json.loads(answer, object_pairs_hook=tuple, parse_float=_finite, parse_constant=_refuse)
-    if isinstance(value, tuple):
-        if [key for key, _ in value] != ["action"]:
-            raise ValueError("the only key of an object must be `action`")
-        value = value[0][1]
+    value = json.loads(answer, object_pairs_hook=_object, parse_float=_finite, parse_constant=_refuse)
+    space = world.action_space
+    keys = space.spaces.keys() if isinstance(space, spaces.Dict) else ()
+    if isinstance(value, dict) and list(value) == ["action"] and "action" not in keys:
+        value = value["action"]
+    if isinstance(value, dict) and not keys:
+        raise ValueError("the only key of an object must be `action`")
     if isinstance(value, str):
         action = world.read(value)
         return value if action is None else action
     if _has_truth_value(value):
         raise ValueError("a truth value is no action")
+    return value
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    value = dict(pairs)
+    if len(value) < len(pairs):
+        raise ValueError("a key comes twice")
     return value
 
 
@@ -79,4 +88,5 @@ def _refuse(name: str) -> NoReturn:
 
 
 def _has_truth_value(value: Any) -> bool:
-    return isinstance(value, bool) or (isinstance(value, list) and any(map(_has_truth_value, value)))
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return isinstance(value, bool) or any(map(_has_truth_value, parts))

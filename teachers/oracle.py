@@ -87,13 +87,19 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
 
         Raises:
             ValueError: `p` without a generator.
+            TypeError: a hook has returned something else than a tuple of claims.
         """
-        parts = self._basics(truth)
+        parts = self._parts("_basics", self._basics(truth))
         if instruction_type == "p":
             if rng is None:
                 raise ValueError("the instruction `p` draws what is tried out; it needs a generator, rng=...")
-            return parts + self._practice(truth, rng)
-        return parts + self._solution(truth) if instruction_type == "c" else parts
+            return parts + self._parts("_practice", self._practice(truth, rng))
+        return parts + self._parts("_solution", self._solution(truth)) if instruction_type == "c" else parts
+
+    def _parts(self, hook: str, parts: Any) -> tuple[Claim, ...]:
+        if not isinstance(parts, tuple) or not all(isinstance(part, Claim) for part in parts):
+            raise TypeError(f"{type(self).__name__}.{hook} must return a tuple of claims, got {parts!r}")
+        return parts
 
     def judge(self, moment: Moment[TruthT], kinds: Set[FeedbackType] = ALL_KINDS) -> tuple[Claim, ...]:
         """The true claims of the wanted kinds about a moment, in speaking order."""

@@ -46,6 +46,8 @@ class Teacher:
         feedback_type: str | Iterable[str] = "a",
         paraphrase: Paraphrase = "random",
     ) -> None:
+        if not isinstance(oracle, Oracle):
+            raise ValueError(f"oracle must be a teachers.oracle.Oracle, got {oracle!r}")
         self.oracle = oracle
         self.voice = voice
         self.personality = parse_personality(personality)

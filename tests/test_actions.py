@@ -31,7 +31,15 @@ SPACES = [
         'a JSON object with "a": an integer from 0 to 1; "b": ',
     ),
     (spaces.Text(5, charset="abc"), "a text of at most 5 characters"),
-    (spaces.Sequence(spaces.Discrete(2)), "an element of Sequence"),
+    (
+        spaces.Sequence(spaces.Box(0, 1, (2,))),
+        "a list of any length, of which each item is a list of 2 numbers, each from 0 to 1",
+    ),
+    (
+        spaces.OneOf([spaces.Discrete(2), spaces.Box(0, 1, (2,))]),
+        "a list of two, one of [0, an integer from 0 to 1]; [1, a list of 2 numbers, each from 0 to 1]",
+    ),
+    (spaces.Dict(a=spaces.Sequence(spaces.Discrete(2))), 'a JSON object with "a": a list of any length'),
 ]
 
 
@@ -44,9 +52,8 @@ def test_round_trip(space, said):
         assert canonical(space, plain) == plain
         hash(plain)
         assert same(native(space, plain), action) or native(space, plain) == action
-        if not isinstance(space, spaces.Sequence):
-            read = json.loads(json.dumps(plain))
-            assert canonical(space, read if not isinstance(space, spaces.Dict) else dict(read)) == plain
+        read = json.loads(json.dumps(plain))
+        assert canonical(space, read if not isinstance(space, spaces.Dict) else dict(read)) == plain
     assert syntax(space).startswith(said)
 
 
@@ -59,6 +66,20 @@ def test_what_is_not_in_the_space_is_refused(space, wrong):  # fmt: skip
         return
     with pytest.raises((ValueError, TypeError, OverflowError)):
         canonical(space, wrong)
+
+
+@pytest.mark.parametrize(
+    ("space", "match"),
+    [
+        (spaces.Graph(spaces.Discrete(2), None), "Graph.* cannot be written as text; .* whose actions are no graphs"),
+        (spaces.Tuple([spaces.Graph(spaces.Discrete(2), None)]), "Graph.* cannot be written as text"),
+        (spaces.Sequence(spaces.Discrete(2), stack=True), "cannot be written as text; allowed: .* without stack=True"),
+        (spaces.Dict({1: spaces.Discrete(2)}), "a key is no string"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(space, match):
+    with pytest.raises(ValueError, match=match):
+        syntax(space)
 
 
 def test_a_fraction_is_no_integer():

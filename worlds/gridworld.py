@@ -20,6 +20,7 @@ __all__ = [
     "NO_DOOR",
     "OBJECTS",
     "ROOM_TYPES",
+    "TREASURE",
     "Direction",
     "Gridworld",
     "Layout",
@@ -54,7 +55,9 @@ _AHEAD = (0, 1)  # north and east: each wall is looked at from one side only
 _OFFSETS = (1, _COLUMN, -_COLUMN, -1)
 ROOM_TYPES = ("attic", "bathroom", "bedroom", "cellar", "hall", "kitchen", "library")
 OBJECTS = ("clock", "lamp", "mirror", "plant", "vase")
+TREASURE = "treasure"
 NO_DOOR = -1
+_NAMED = "of letters, spaces, hyphens and apostrophes"
 _ATTEMPTS = 200
 
 
@@ -84,7 +87,8 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     """A house of rooms with one treasure.
 
     Observation: Dict of `room` (Discrete(num_rooms)), `doors` (MultiBinary(4): north, east, west, south)
-    and `objects` (MultiBinary(6): clock, lamp, mirror, plant, vase, treasure), what lies in the room.
+    and `objects` (MultiBinary(6): clock, lamp, mirror, plant, vase, treasure, or what `things` lists), what lies in
+    the room.
     Action: Discrete(4), a `Direction`; a move without a door leaves the agent where it is.
     Reward: 1 on first reaching the treasure, else 0. Success stays true from then on; nothing terminates.
 
@@ -92,6 +96,11 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         num_rooms: rooms in the house, at least 2.
         num_objects: objects that are strewn about, at least 0; of equal ones in a room one is there.
         min_goal_dist: least number of moves from the start to the treasure, 1 to `num_rooms - 1`.
+        room_types: what rooms there may be, at least one; a room is called by its type and a number.
+        object_types: what objects there may be, at least one.
+        treasure: what the treasure is called where it lies.
+
+    Names are made of letters, spaces, hyphens and apostrophes.
     """
 
     reward_range = (0.0, 1.0)
@@ -102,19 +111,39 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     action_syntax = "one of north, east, west, south, or its number (0, 1, 2, 3)"
 
     def __init__(
-        self, num_rooms: int = 20, num_objects: int = 10, min_goal_dist: int = 4, *, render_mode: str | None = None
+        self,
+        num_rooms: int = 20,
+        num_objects: int = 10,
+        min_goal_dist: int = 4,
+        *,
+        room_types: Sequence[str] = ROOM_TYPES,
+        object_types: Sequence[str] = OBJECTS,
+        treasure: str = TREASURE,
+        render_mode: str | None = None,
     ) -> None:
         super().__init__(
-            render_mode=render_mode, num_rooms=num_rooms, num_objects=num_objects, min_goal_dist=min_goal_dist
+            render_mode=render_mode,
+            num_rooms=num_rooms,
+            num_objects=num_objects,
+            min_goal_dist=min_goal_dist,
+            room_types=room_types,
+            object_types=object_types,
+            treasure=treasure,
         )
         _check("num_rooms", num_rooms, 2, 10_000)
         _check("num_objects", num_objects, 0, 100_000)
         _check("min_goal_dist", min_goal_dist, 1, num_rooms - 1)
+        _check_names("room_types", room_types)
+        _check_names("object_types", object_types)
+        if not _is_name(treasure) or treasure in object_types:
+            raise ValueError(f"treasure must be {_NAMED}, and none of object_types, got {treasure!r}")
+        self.things = (*object_types, treasure)
+        """What may lie in a room, the treasure last."""
         self.observation_space = spaces.Dict(
             {
                 "room": spaces.Discrete(num_rooms),
                 "doors": spaces.MultiBinary(len(DIRECTIONS)),
-                "objects": spaces.MultiBinary(len(OBJECTS) + 1),
+                "objects": spaces.MultiBinary(len(self.things)),
             }
         )
         self.action_space = spaces.Discrete(len(DIRECTIONS))
@@ -164,9 +193,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         """Name the room, what lies there and the rooms behind its doors."""
         room = int(observation["room"])
         names = self._layout.names
-        things = [
-            name for name, here in zip((*OBJECTS, "treasure"), observation["objects"].tolist(), strict=True) if here
-        ]
+        things = [name for name, here in zip(self.things, observation["objects"].tolist(), strict=True) if here]
         exits = [
             f"{direction}: {names[self._doors[room][direction]]}"
             for direction, door in zip(DIRECTIONS, observation["doors"].tolist(), strict=True)
@@ -196,7 +223,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         """Which doors and objects there are in a room, as it is first seen."""
         here = self._layout.objects[room]
         doors = [behind != NO_DOOR for behind in self._doors[room]]
-        objects = [thing in here for thing in OBJECTS]
+        objects = [thing in here for thing in self.things[:-1]]
         view = np.array((*doors, *objects, room == self._treasure), np.int8)
         return view[: len(doors)], view[len(doors) :]
 
@@ -211,12 +238,41 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
             if far:
                 break
         treasure = far[rng.integers(len(far))]
-        return start, _furnish(doors, treasure, self.options["num_objects"], rng)
+        return start, self._furnish(doors, treasure, rng)
+
+    def _furnish(self, doors: "_Doors", treasure: int, rng: np.random.Generator) -> Layout:
+        """Name the rooms and strew the objects."""
+        types, things = self.options["room_types"], self.things[:-1]
+        rooms, num_objects = len(doors), self.options["num_objects"]
+        draws = rng.random(rooms + 2 * num_objects).tolist()
+        count = dict.fromkeys(types, 0)
+        names = []
+        for draw in draws[:rooms]:
+            kind = types[int(draw * len(types))]
+            count[kind] = number = count[kind] + 1
+            names.append(f"{kind}-{number}")
+        objects: list[tuple[str, ...]] = [()] * rooms
+        for place, kind in zip(draws[rooms::2], draws[rooms + 1 :: 2], strict=True):
+            room, thing = int(place * rooms), things[int(kind * len(things))]
+            if thing not in objects[room]:
+                objects[room] = tuple(sorted((*objects[room], thing)))
+        behind = tuple((north, east, west, south) for north, east, west, south in doors)
+        return Layout(behind, tuple(names), tuple(objects), treasure)
 
 
 def _check(name: str, value: Any, least: int, most: int) -> None:
     if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
         raise ValueError(f"{name} must be an integer from {least} to {most}, got {value!r}")
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and value == value.strip() != "" and all(c.isalpha() or c in " -'" for c in value)
+
+
+def _check_names(name: str, values: Any) -> None:
+    listed = isinstance(values, list | tuple) and len(values) > 0
+    if not listed or not all(map(_is_name, values)) or len(set(values)) < len(values):
+        raise ValueError(f"{name} must be a list of different names, at least one, each {_NAMED}, got {values!r}")
 
 
 _Doors = list[list[int]]  # per room and direction the room behind the door, or NO_DOOR
@@ -278,22 +334,3 @@ def _corridor(rooms: int) -> _Doors:
         doors[room][Direction.EAST] = room + 1
         doors[room + 1][Direction.WEST] = room
     return doors
-
-
-def _furnish(doors: _Doors, treasure: int, num_objects: int, rng: np.random.Generator) -> Layout:
-    """Name the rooms and strew the objects."""
-    rooms = len(doors)
-    draws = rng.random(rooms + 2 * num_objects).tolist()
-    count = dict.fromkeys(ROOM_TYPES, 0)
-    names = []
-    for draw in draws[:rooms]:
-        kind = ROOM_TYPES[int(draw * len(ROOM_TYPES))]
-        count[kind] = number = count[kind] + 1
-        names.append(f"{kind}-{number}")
-    objects: list[tuple[str, ...]] = [()] * rooms
-    for place, kind in zip(draws[rooms::2], draws[rooms + 1 :: 2], strict=True):
-        room, thing = int(place * rooms), OBJECTS[int(kind * len(OBJECTS))]
-        if thing not in objects[room]:
-            objects[room] = tuple(sorted((*objects[room], thing)))
-    behind = tuple((north, east, west, south) for north, east, west, south in doors)
-    return Layout(behind, tuple(names), tuple(objects), treasure)

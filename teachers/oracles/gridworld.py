@@ -10,7 +10,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.oracle import Oracle
-from worlds.gridworld import DIRECTIONS, NO_DOOR, Direction, Gridworld, Truth, distances_from
+from worlds.gridworld import DIRECTIONS, NO_DOOR, TREASURE, Direction, Gridworld, Truth, distances_from
 
 
 @claim
@@ -27,6 +27,25 @@ class Goal(Claim[Truth, Gridworld]):
                     if lab.advance(direction)[4]["success"] != (behind == layout.treasure):
                         return False
         return True
+
+
+@claim
+class Treasure(Claim[Truth, Gridworld]):
+    """True if the room of the treasure, and no other, has something of this name in it."""
+
+    name: str
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Look around in every room."""
+        layout = moment.after.layout
+        if self.name not in lab.things:
+            return False
+        seen = []
+        for room in range(len(layout.doors)):
+            lab.restore(Truth(room, False, layout))
+            if lab.observe()["objects"][lab.things.index(self.name)]:
+                seen.append(room)
+        return seen == [layout.treasure]
 
 
 @claim
@@ -315,7 +334,8 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         return found
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
-        return _BASICS
+        name = self.lab.things[-1]
+        return _BASICS if name == TREASURE else (_BASICS[0], Treasure(name=name), *_BASICS[1:])
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A short random walk from the start, move by move; a move that was tried before is not told twice."""

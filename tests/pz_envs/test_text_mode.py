@@ -15,6 +15,7 @@ from teachers.atoms import ParseFailure
 from worlds.bandits import Bandit
 from worlds.gridworld import DIRECTIONS, Gridworld
 from worlds.poem import Poem
+from worlds.world import World
 
 WORLDS = {family.name: family.make_world(**family.environments[family.showcase[0]]) for family in all_families()}
 for world in WORLDS.values():
@@ -186,6 +187,50 @@ def check(text, world):
     else:
         assert world.legal(read) == read
     return read
+
+
+class Thrower(Bandit):
+    """A world whose actions are dicts."""
+
+    def __init__(self, **parts):
+        super().__init__()
+        self.action_space = spaces.Dict(parts or {"m": spaces.Discrete(3), "v": spaces.Box(-1, 1, (2,))})
+        del self.__dict__["action_syntax"]
+
+    legal = World.legal
+
+
+@pytest.mark.parametrize("written", ["{0}", "Response: {0}", '{{"action": {0}}}', " {0}\n"])
+def test_a_dict_is_written_as_the_instruction_asks(written):
+    world = Thrower()
+    assert world.action_syntax.startswith('a JSON object with "m": an integer from 0 to 2; "v": a list of 2 numbers')
+    answer = '{"m": 1, "v": [0.5, -0.5]}'
+    assert parse_action(written.format(answer), world) == (("m", 1), ("v", (0.5, -0.5)))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *('{"m": 1}', '{"m": 1, "v": [0.5, -0.5], "w": 0}', '{"m": 1, "m": 1, "v": [0, 0]}', '{"m": 3, "v": [0, 0]}'),
+        *(
+            '{"m": true, "v": [0, 0]}',
+            '{"m": 1, "v": [false, 0]}',
+            '{"m": 1, "v": {"v": [0, 0]}}',
+            '{"m": 1, "v": [NaN, 0]}',
+        ),
+        *("{}", '{"action": 1}', '{"action": {}}', '{"action": {"action": {"m": 1, "v": [0, 0]}}}', "1"),
+    ],
+)
+def test_another_dict_is_refused(text):
+    assert type(parse_action(text, Thrower())) is ParseFailure
+
+
+def test_dicts_within_and_a_key_that_is_called_action():
+    world = Thrower(action=spaces.Discrete(2))
+    assert parse_action('{"action": 1}', world) == (("action", 1),)
+    assert parse_action('{"action": {"action": 1}}', world).got == '{"action": {"action": 1}}'
+    nested = Thrower(a=spaces.Dict(b=spaces.Discrete(2)), c=spaces.Sequence(spaces.Discrete(2)))
+    assert parse_action('{"a": {"b": 1}, "c": [0, 1, 1]}', nested) == (("a", (("b", 1),)), ("c", (0, 1, 1)))
 
 
 FRAGMENTS = ["Response:", "Thought:", "north", "action", '{"action":', "__import__('os')", "1e400", "NaN", "-", "true"]

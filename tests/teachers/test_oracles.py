@@ -19,7 +19,7 @@ from teachers.oracle import claims_of
 from teachers.oracles import bandits, gridworld
 from teachers.oracles.poem import PoemOracle
 from teachers.oracles.poem.claims import AllRight, Empty, LinesRight, WrongLine, WrongNumber
-from teachers.testing import Pupil
+from teachers.testing import Pupil, check_oracle
 from worlds.bandits import Bandit
 from worlds.bandits import Truth as Arms
 from worlds.gridworld import DIRECTIONS, NO_DOOR, Gridworld, Layout
@@ -240,6 +240,25 @@ def test_advice_holds_exactly_on_shortest_paths(seed):
         assert {d for d in DIRECTIONS if gridworld.Go(action=d).holds(opening(truth), lab)} == good
         assert {d for d, value in enumerate(oracle.values(truth)) if value == max(oracle.values(truth))} == good
         assert len(oracle.plan(truth, 100)) == len(paths[0]) - 1
+
+
+def test_a_treasure_of_another_name_is_named():
+    options = {"room_types": ["cave"], "object_types": ["torch", "rope"], "treasure": "golden crown"}
+    family = next(each for each in all_families() if each.name == "gridworld")
+    check_oracle(Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=10))
+    world = family.make_world(**options)
+    world.reset(seed=0)
+    moment = Moment.opening(world.truth)
+    told = family.make_teacher(world).oracle.brief(world.truth, "b")
+    assert gridworld.Treasure(name="golden crown") in told
+    assert gridworld.Treasure(name="golden crown").holds(moment, world.scratch())
+    for name in ("torch", "rope", "treasure"):
+        assert not gridworld.Treasure(name=name).holds(moment, world.scratch())
+    plain = Gridworld()
+    plain.reset(seed=0)
+    assert gridworld.Treasure not in {
+        type(claim) for claim in family.make_teacher(plain).oracle.brief(plain.truth, "b")
+    }
 
 
 def test_after_the_treasure_nothing_but_the_reward_is_told():

@@ -284,3 +284,50 @@ def test_seeds_decide_the_house():
     world.reset()
     twin.reset()
     assert world.truth == twin.truth != reset(3).truth
+
+
+OWN = {"room_types": ["cave", "smith's hut"], "object_types": ["torch"], "treasure": "golden-crown"}
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=30)
+def test_names_of_ones_own(seed):
+    world = reset(seed, **OWN)
+    layout = world.truth.layout
+    assert {name.rpartition("-")[0] for name in layout.names} <= set(OWN["room_types"])
+    assert len(set(layout.names)) == 20
+    assert {thing for things in layout.objects for thing in things} == {"torch"}
+    world.restore(Truth(layout.treasure, False, layout))
+    torch = ["torch"] * bool(layout.objects[layout.treasure])
+    assert f"Objects: {', '.join([*torch, 'golden-crown'])}\n" in world.describe(world.observe())
+    assert world.observation_space.contains(world.observe())
+
+
+def test_names_alone_change_no_house():
+    plain, named = (
+        reset(3).truth,
+        reset(3, room_types=tuple("ABCDEFG"), object_types=tuple("abcde"), treasure="x").truth,
+    )
+    assert named.layout.doors == plain.layout.doors
+    assert (named.room, named.layout.treasure) == (plain.room, plain.layout.treasure)
+    assert [len(things) for things in named.layout.objects] == [len(things) for things in plain.layout.objects]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"room_types": []}, r"room_types must be a list of different names, at least one, .* got \[\]"),
+        ({"room_types": "cave"}, "room_types must be a list of different names"),
+        ({"room_types": ["cave", "cave"]}, "room_types must be a list of different names"),
+        ({"object_types": ["lamp, oil"]}, "each of letters, spaces, hyphens and apostrophes, got"),
+        ({"object_types": ["lamp", 3]}, "object_types must be a list"),
+        ({"object_types": None}, "object_types must be a list"),
+        ({"treasure": ""}, "treasure must be of letters, spaces, hyphens and apostrophes, .* got ''"),
+        ({"treasure": " gem"}, "treasure must be"),
+        ({"treasure": "vase"}, "and none of object_types, got 'vase'"),
+        ({"treasure": None}, "treasure must be"),
+    ],
+)
+def test_names_are_checked(options, message):
+    with pytest.raises(ValueError, match=message):
+        Gridworld(**options)

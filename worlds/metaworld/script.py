@@ -27,7 +27,9 @@ class Script:
         from metaworld.policies import ENV_POLICY_MAP
 
         policy: Any = ENV_POLICY_MAP[task]
-        self._task, self._policy = task, policy()
+        self._task = task
+        self.policy = policy()
+        """metaworld's own."""
         act = policy.get_action
         # A copy of the method that finds our `move` in place of metaworld's: nothing of metaworld is changed.
         self._act = types.FunctionType(act.__code__, act.__globals__ | {"move": self._move}, closure=act.__closure__)
@@ -43,7 +45,7 @@ class Script:
     def command(self, observation: tuple[float, ...]) -> npt.NDArray[np.float32]:
         """The policy's own command, float32 (4,): velocity and grip."""
         # Some policies write into what they are given.
-        command: npt.NDArray[np.float32] = self._act(self._policy, np.array(observation))
+        command: npt.NDArray[np.float32] = self._act(self.policy, np.array(observation))
         return command
 
     def aim(self, observation: tuple[float, ...]) -> Aim:

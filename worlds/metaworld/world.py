@@ -69,15 +69,12 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
     ) -> None:
         super().__init__(render_mode=render_mode, task=task, control=control, gain=gain, visual=visual, video=video)
         _check("task", task, TASKS)
-        _check("control", control, CONTROLS)
         _check("visual", visual, (False, True))
         _check("video", video, (False, True))
         if gain is not None and not (type(gain) in (int, float) and 0 < gain < math.inf):
             raise ValueError(f"gain must be None or a positive number, got {gain!r}")
-        self.task, self.relative = task, control == "relative"
+        self.task = task
         self.script = Script(task)
-        self._event = control == "teacher_event"
-        self.longest = LONGEST_BY_EVENT if self._event else LONGEST
         shapes = {"hand": 3, "gripper": 1, "object": 3, "object_rotation": 4}
         if task in TWO_OBJECTS:
             shapes |= {"second_object": 3, "second_rotation": 4}
@@ -90,11 +87,23 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         self.observation_space = spaces.Dict(boxes)
         bounds = np.array([REACH, REACH, REACH, 1.0])
         self.action_space = spaces.Box(-bounds, bounds, dtype=np.float64)
+        self.steer(control)
+        self._watch: Callable[[FloatArray], None] | None = None
+
+    def steer(self, control: str) -> None:
+        """Take actions as `control` says from now on.
+
+        Raises:
+            ValueError: there is no such control.
+        """
+        _check("control", control, CONTROLS)
+        self.options["control"] = control
+        self.relative, self._event = control == "relative", control == "teacher_event"
+        self.longest = LONGEST_BY_EVENT if self._event else LONGEST
         count = "counted from the hand" if self.relative else "in metres"
         self.action_syntax = (
             f"[x, y, z, grip] with x, y and z from {-REACH:g} to {REACH:g}, {count}, and grip from -1 to 1"
         )
-        self._watch: Callable[[FloatArray], None] | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -129,8 +138,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
 
     def advance(self, action: Pose) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Drive the hand towards the target until the turn ends."""
-        simulator, truth = simulator_of(self.task), self._truth
-        simulator.load(truth)
+        simulator, truth = self.simulator(), self._truth
         video: list[ImageArray] = []
         watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
         observation, reward, solved = self._turn(simulator, truth, action, watch)
@@ -186,7 +194,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
             at += n
         observation["goal"] = numbers[36:]
         if self.options["visual"]:
-            observation["image"] = self._image()
+            observation["image"] = self.image()
         return observation
 
     def describe(self, observation: dict[str, Any]) -> str:
@@ -208,12 +216,21 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         Raises:
             RuntimeError: there is no off-screen OpenGL.
         """
-        return self._image() if self.render_mode == "rgb_array" else super().render()
+        return self.image() if self.render_mode == "rgb_array" else super().render()
 
-    def _image(self) -> ImageArray:
+    def image(self) -> ImageArray:
+        """What the camera sees, uint8 (240, 240, 3).
+
+        Raises:
+            RuntimeError: there is no off-screen OpenGL.
+        """
+        return self.simulator().image()
+
+    def simulator(self) -> Simulator:
+        """The task's simulator in this thread, with the current state loaded until another world uses it."""
         simulator = simulator_of(self.task)
         simulator.load(self._truth)
-        return simulator.image()
+        return simulator
 
     def original(self, actions: Sequence[Any]) -> Original:
         """The environment of metaworld, which takes the low-level steps of these turns and nothing else."""

@@ -31,7 +31,11 @@ def native(space: spaces.Space[Any], action: Any) -> Any:
 
 @singledispatch
 def syntax(space: spaces.Space[Any]) -> str:
-    """What an action looks like in text, to complete "the answer must be ..."."""
+    """What an action looks like in text, to complete "the answer must be ...".
+
+    Raises:
+        ValueError: actions of this space cannot be written as text.
+    """
     return f"an element of {space}"
 
 
@@ -129,8 +133,53 @@ def _(space: spaces.Dict, action: Any) -> dict[str, Any]:
 
 @syntax.register
 def _(space: spaces.Dict) -> str:
+    if not all(isinstance(key, str) for key in space.spaces):
+        raise ValueError(f"actions of {space} cannot be written as text: a key is no string; allowed: keys that are")
     parts = (f'"{key}": {syntax(part)}' for key, part in space.spaces.items())
     return f"a JSON object with {'; '.join(parts)}"
+
+
+@canonical.register(spaces.Sequence)
+def _(space: Any, action: Any) -> tuple[Any, ...]:
+    if not isinstance(action, list | tuple):
+        raise TypeError(f"{action!r} is no tuple")
+    return tuple(canonical(space.feature_space, item) for item in action)
+
+
+@native.register(spaces.Sequence)
+def _(space: Any, action: Any) -> tuple[Any, ...]:
+    return tuple(native(space.feature_space, item) for item in action)
+
+
+@syntax.register(spaces.Sequence)
+def _(space: Any) -> str:
+    if space.stack:
+        raise ValueError(f"actions of {space} cannot be written as text; allowed: a Sequence without stack=True")
+    return f"a list of any length, of which each item is {syntax(space.feature_space)}"
+
+
+@canonical.register(spaces.OneOf)
+def _(space: Any, action: Any) -> tuple[int, Any]:
+    number, item = action
+    which = canonical(spaces.Discrete(len(space.spaces)), number)
+    return which, canonical(space.spaces[which], item)
+
+
+@native.register(spaces.OneOf)
+def _(space: Any, action: Any) -> tuple[int, Any]:
+    number, item = action
+    return number, native(space.spaces[number], item)
+
+
+@syntax.register(spaces.OneOf)
+def _(space: Any) -> str:
+    choices = (f"[{number}, {syntax(part)}]" for number, part in enumerate(space.spaces))
+    return f"a list of two, one of {'; '.join(choices)}"
+
+
+@syntax.register
+def _(space: spaces.Graph) -> str:
+    raise ValueError(f"actions of {space} cannot be written as text; allowed: environments whose actions are no graphs")
 
 
 @syntax.register

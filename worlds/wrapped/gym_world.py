@@ -6,6 +6,7 @@ environment that is played next to nothing, and only a scratch world pays, when 
 """
 
 import copy
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any, Self
 
@@ -22,6 +23,7 @@ __all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "faithful", "same"]
 _Env = gymnasium.Env[Any, Any]
 
 SNAPSHOTS = ("auto", "copy", "replay")
+_SPACES = ("action_space", "observation_space")
 _REWARD_RANGE = (-1e6, 1e6)
 _TRIAL = 8  # steps that decide whether a copy is faithful
 _FAR = 16  # replayed steps after which a copy is kept, so that the next restore begins there
@@ -73,11 +75,18 @@ class GymWorld(World[Position, Any, Any]):
         )
         if snapshot not in SNAPSHOTS:
             raise ValueError(f"snapshot {snapshot!r} is unknown; allowed: {', '.join(SNAPSHOTS)}")
+        if inspect.isabstract(env):
+            raise ValueError(f"env is an abstract class, {env!r}; it lacks {_missing(env)}")
+        if not isinstance(action_words, Mapping | None) or not all(
+            isinstance(word, str) for word in action_words or ()
+        ):
+            raise ValueError(f"action_words must be a dict of words with their actions, got {action_words!r}")
         self._make = None if isinstance(env, gymnasium.Env) or not callable(env) else env
         given = self._make() if self._make else env
         if not isinstance(given, gymnasium.Env):
             hint = "; wrap an environment of the old Gym in OldGym" if hasattr(given, "step") else ""
             raise ValueError(f"env must be a gymnasium.Env, or a function that makes one, got {given!r}{hint}")
+        _check_complete(given)
         self._given: _Env = given
         self._env: _Env | None = given
         self._copies = snapshot != "replay" and faithful(given)
@@ -269,6 +278,19 @@ class GymWorld(World[Position, Any, Any]):
             state["_env"] = None
             state["_at"] = self._at and _NOWHERE
         return state
+
+
+def _missing(abstract: Any) -> str:
+    return ", ".join(sorted(abstract.__abstractmethods__))
+
+
+def _check_complete(env: _Env) -> None:
+    """That an environment has what its class only promises."""
+    bare = env.unwrapped
+    lacks = [name for name in ("reset", "step") if getattr(type(bare), name) is getattr(gymnasium.Env, name)]
+    lacks += [name for name in _SPACES if not isinstance(getattr(env, name, None), spaces.Space)]
+    if lacks:
+        raise ValueError(f"{type(bare).__name__} is no complete environment: it lacks {', '.join(lacks)}")
 
 
 _NOWHERE = (Episode(0, None, None, None), -1)

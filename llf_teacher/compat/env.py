@@ -1,0 +1,183 @@
+"""Environments as LLF-Bench makes them."""
+
+import pkgutil
+import warnings
+from collections.abc import Iterable
+from importlib import import_module
+from typing import Any, ClassVar, SupportsFloat
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+
+from llf_teacher.compat import families
+from llf_teacher.compat.llf_env import Forwarding, LLFWrapper
+from llf_teacher.gym import StudentEnv
+from llf_teacher.gym.make import make as make_student_env
+from llf_teacher.registry import entry, supported_types
+from llf_teacher.students.agents import as_text
+from teachers.feedback import parse_kinds
+from teachers.phrasebook import Paraphrase
+
+__all__ = ["LLFEnv", "make"]
+
+
+def make(
+    env_name: str,
+    *,
+    instruction_type: str = "b",
+    feedback_type: str | Iterable[str] = "a",
+    visual: bool = False,
+    seed: int | None = None,
+    warning: bool = True,
+    **options: Any,
+) -> "LLFEnv":
+    """An environment as LLF-Bench makes it.
+
+    Args:
+        env_name: an id `llf-...` or `verbal-...`.
+        instruction_type: `b`, `p` or `c`.
+        feedback_type: `a`, `n`, `m`, a kind, or a set, list or tuple of kinds.
+        visual: ask for images where the family has them.
+        seed: of the first reset, if that is not given one.
+        warning: whether a warning is given where an id stands for another.
+        options: whatever else `llf_teacher.make` takes, a `teacher` for instance.
+
+    Raises:
+        ValueError: an unknown id, or an argument that is not supported.
+    """
+    with warnings.catch_warnings():
+        if not warning:
+            warnings.simplefilter("ignore")
+        found = entry(env_name)
+    env = make_student_env(
+        found.id, instruction_type=instruction_type, feedback_type=feedback_type, visual=visual, text=True, **options
+    )
+    made = _surface(found.family.name)(env)
+    made.seed(seed)
+    return made
+
+
+class LLFEnv(LLFWrapper):
+    """What `make` returns: native actions or texts in, `None` for what is absent.
+
+    A family whose observations, spaces or words LLF-Bench's users know has a subclass `Surface` in the module of its
+    name in `llf_teacher.compat.families`.
+    """
+
+    failure_reward: ClassVar[float] = 0.0
+    """Reward of a turn in which a text was no action."""
+
+    def __init__(self, env: StudentEnv) -> None:
+        Forwarding.__init__(self, env)
+        self._student: StudentEnv = env.unwrapped  # type: ignore[assignment]  # Gymnasium's wrappers around it
+        self._seed = None
+        self.INSTRUCTION_TYPES, self.FEEDBACK_TYPES = supported_types(self._student.env_id)
+        self.action_space = self._actions()
+        self.observation_space = spaces.Dict(
+            {**self._student.observation_space.spaces, "observation": self._observations()}  # type: ignore[attr-defined]  # it is a Dict
+        )
+
+    @property
+    def _world(self) -> Any:
+        return self._student.aec.world
+
+    def _actions(self) -> spaces.Space[Any]:
+        """The space of native actions."""
+        space: spaces.Space[Any] = self._world.action_space
+        return space
+
+    def _observations(self) -> spaces.Space[Any]:
+        """The space of what is observed."""
+        return self._student.aec.student_space["state"]
+
+    def _observe(self, text: str) -> Any:
+        """What is observed, by default the text; None if there is nothing."""
+        return text or None
+
+    def _instruct(self, instruction: str) -> str:
+        """The instruction with what LLF-Bench's users look for in it."""
+        return instruction
+
+    @property
+    def reward_range(self) -> tuple[float, float]:
+        """Least and greatest reward of one step."""
+        return self._student.reward_range
+
+    @property
+    def instruction_type(self) -> str:
+        """The type of the instruction that reset gives."""
+        return self._student.teacher.instruction_type
+
+    def set_instruction_type(self, instruction_type: str) -> None:
+        """Change the instruction type from the next reset on; a ValueError if it is not supported."""
+        self._student.teacher.instruction_type = instruction_type
+
+    @property
+    def feedback_type(self) -> str | set[str]:
+        """The feedback type: `a`, `n`, `m`, or the set of kinds."""
+        value = self._student.teacher.feedback_type
+        return value if value in ("a", "n", "m") else {kind.value for kind in parse_kinds(value)}
+
+    def set_feedback_type(self, feedback_type: str | Iterable[str]) -> None:
+        """Change the feedback type from the next step on; a ValueError if it is not supported."""
+        self._student.teacher.feedback_type = feedback_type
+
+    @property
+    def paraphrase_method(self) -> Paraphrase:
+        """How paraphrases are chosen."""
+        return self._student.teacher.paraphrase
+
+    def set_paraphrase_method(self, method: Paraphrase) -> None:
+        """Choose paraphrases by `"random"`, an index (modulo their number) or `(templates, **slots) -> str`."""
+        self._student.teacher.paraphrase = method
+
+    @property
+    def expert_action(self) -> Any:
+        """The next action of an optimal policy, natively, or None.
+
+        Raises:
+            ResetNeeded: before the first reset.
+        """
+        aec = self._student.aec
+        if not hasattr(aec, "moment"):
+            raise ResetNeeded("there is no expert action before the first episode; call reset() first")
+        plan = aec.teacher.oracle.plan(aec.moment.after, 1)
+        if not plan:
+            return None
+        if isinstance(self.action_space, spaces.Box):
+            return np.array(plan[0])
+        return int(plan[0]) if isinstance(plan[0], int) else plan[0]
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Begin an episode; the observation has an instruction and no feedback."""
+        seed, self._seed = self._seed if seed is None else seed, None
+        observation, info = self.env.reset(seed=seed, options=options)
+        seen, instruction = self._observe(observation["observation"]), self._instruct(observation["instruction"])
+        return {"observation": seen, "instruction": instruction, "feedback": None}, self._informed(info)
+
+    def step(self, action: Any) -> tuple[dict[str, Any], SupportsFloat, bool, bool, dict[str, Any]]:
+        """Act, natively or in words; the observation has feedback and no instruction.
+
+        An action that is none costs a turn, and the feedback says what was expected.
+        """
+        observation, reward, terminated, truncated, info = self.env.step(as_text(action))
+        if "parse_failure" in info:
+            reward = self.failure_reward
+        seen = self._observe(observation["observation"])
+        told = {"observation": seen, "instruction": None, "feedback": observation["feedback"]}
+        return told, reward, terminated, truncated, self._informed(info)
+
+    def _informed(self, info: dict[str, Any]) -> dict[str, Any]:
+        """The info with `expert_action`, which LLF-Bench has in some families."""
+        return info | {"expert_action": self.expert_action}
+
+
+def _surface(family: str) -> type[LLFEnv]:
+    """What a family looks like in LLF-Bench."""
+    if family not in {module.name for module in pkgutil.iter_modules(families.__path__)}:
+        return LLFEnv
+    surface: type[LLFEnv] = import_module(f"{families.__name__}.{family}").Surface
+    return surface

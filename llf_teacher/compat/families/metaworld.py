@@ -1,0 +1,84 @@
+"""Meta-World as LLF-Bench has it: relative control, observations in JSON, the simulator and its policy."""
+
+import json
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+
+from llf_teacher.compat.env import LLFEnv
+
+_MODES = ("absolute", "relative")
+_UNUSED = ("unused", "extra_info", "_prev_obs")  # in the names of metaworld's parts of an observation
+
+
+class Surface(LLFEnv):
+    """Actions are metaworld's Box; observations are JSON of strings, with `visual=True` dicts of `text` and `image`.
+
+    The strings are arrays as NumPy writes them, `"[0.1 0.2 0.3]"`, by metaworld's names.
+    """
+
+    def _actions(self) -> spaces.Space[Any]:
+        return spaces.Box(-1.0, 1.0, (4,), np.float32)
+
+    def _observations(self) -> spaces.Space[Any]:
+        text = self._student.aec.student_space["state"]
+        image = self._world.observation_space.spaces.get("image")
+        return text if image is None else spaces.Dict({"text": text, "image": image})
+
+    def _observe(self, text: str) -> Any:
+        parts = {
+            name: np.array2string(value, precision=3, suppress_small=True) if np.ndim(value) else f"{value:.3f}"
+            for name, value in self.mw_policy._parse_obs(self.current_observation).items()
+            if not any(word in name for word in _UNUSED)
+        }
+        words = json.dumps(parts)
+        return {"text": words, "image": self._world.image()} if self._world.options["visual"] else words
+
+    def _instruct(self, instruction: str) -> str:
+        task, mode = self._world.task.rpartition("-v")[0], self._world.options["control"]
+        return (
+            f"Your job is to control a Sawyer robot arm to solve a {task} task. You will get observations of the robot "
+            f"state and the world state in the form of json strings. Your actions are 4-dim vectors, which set the "
+            f"target pose of a step in {mode} coordinates. {instruction}"
+        )
+
+    def _informed(self, info: dict[str, Any]) -> dict[str, Any]:
+        if "video" not in info:
+            opening = self._student.aec.turn == 0 and self._world.options["video"]
+            info = info | {"video": [self._world.image()] if opening else None}
+        return super()._informed(info)
+
+    def control_mode(self, mode: str) -> None:
+        """Whether x, y and z of actions are places (`absolute`) or count from the hand (`relative`), from now on.
+
+        Raises:
+            ValueError: another mode.
+        """
+        if mode not in _MODES:
+            raise ValueError(f"control mode {mode!r} is unknown; allowed: {', '.join(_MODES)}")
+        for world in (self._world, self._student.aec.teacher.oracle.lab):
+            world.steer(mode)
+
+    def render_video(self, value: bool = True) -> None:
+        """Whether the info has `video` from now on, the images of a turn's low-level steps; else it is None."""
+        self._world.options["video"] = bool(value)
+
+    @property
+    def current_observation(self) -> npt.NDArray[np.float64]:
+        """What metaworld itself observes, 39 numbers."""
+        return np.array(self._world.truth.observation)
+
+    @property
+    def mw_env(self) -> Any:
+        """The environment of metaworld in the current state, to be looked at: what is done to it has no effect."""
+        env = self._world.simulator().env
+        mujoco.mj_forward(env.model, env.data)  # a state that was loaded has no derived quantities yet
+        return env
+
+    @property
+    def mw_policy(self) -> Any:
+        """The scripted policy of the task, of metaworld."""
+        return self._world.script.policy
