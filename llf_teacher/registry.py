@@ -56,7 +56,9 @@ def entry(id: str) -> Entry:
     Raises:
         ValueError: there is none; the message names the nearest ids.
     """
-    name = PREFIX + id.removeprefix(ALIAS) if isinstance(id, str) and id.startswith(ALIAS) else id
+    if not isinstance(id, str):
+        raise ValueError(f"an id must be a string such as {ids()[0]!r}, got {id!r}; `llf list` shows them all")
+    name = PREFIX + id.removeprefix(ALIAS) if id.startswith(ALIAS) else id
     if name in _aliases():
         found = _aliases()[name]
         warnings.warn(f"{id} stands for {found.id}: {found.family.alias_warning}", UserWarning, stacklevel=3)

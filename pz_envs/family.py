@@ -1,6 +1,7 @@
 """The declaration of a family: what joins a world, an oracle and their phrases. Declaring imports neither."""
 
 import importlib
+import inspect
 import pkgutil
 import re
 import warnings
@@ -98,10 +99,16 @@ class Family(Subject):
             ModuleNotFoundError: an extra is not installed; the message has the pip line.
         """
         cls: type[World[Any]] = self._load(self.world, "worlds")
-        try:
-            return cls(**options)
-        except TypeError as error:
-            raise ValueError(f"{cls.__name__} does not take these options: {error}") from None
+        allowed = self.options()
+        if strange := [name for name in options if name not in allowed]:
+            from teachers.spec import unknown
+
+            raise ValueError(f"{cls.__name__} does not take these options: {unknown('option', strange[0], allowed)}")
+        return cls(**options)
+
+    def options(self) -> tuple[str, ...]:
+        """The names of the world's options; errors as in `make_world`."""
+        return tuple(inspect.signature(self._load(self.world, "worlds")).parameters)
 
     def oracle_class(self) -> "type[Oracle[Any, Any]]":
         """The class of the family's oracles; errors as in `make_world`."""

@@ -3,6 +3,7 @@
 from abc import abstractmethod
 from typing import Any
 
+import numpy as np
 from gymnasium import spaces
 from pettingzoo import AECEnv
 
@@ -10,6 +11,17 @@ TEACHER, STUDENT = "teacher_0", "student_0"
 _RENDER_MODES = (None, "ansi", "human")
 SPEECHES = ("message", "kinds", "claims")
 """What a teacher's action can be: its own words, kinds of feedback to voice, or one claim after the other."""
+
+
+def check_flags(**flags: Any) -> None:
+    """Check switches.
+
+    Raises:
+        ValueError: one is no truth value.
+    """
+    for name, value in flags.items():
+        if not isinstance(value, bool | np.bool_):
+            raise ValueError(f"{name} must be True or False, got {value!r}")
 
 
 class SeatsEnv(AECEnv):

@@ -53,6 +53,10 @@ class Subject(ABC):
     def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the teachers."""
 
+    def options(self) -> tuple[str, ...]:
+        """The names of the world's options."""
+        return ()
+
     def taught_world(self, **options: Any) -> "World[Any, Any, Any]":
         """The world of new seats."""
         return self.make_world(**options)

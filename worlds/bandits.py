@@ -8,6 +8,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from worlds.world import World, illegal
+from worlds.wrapped.actions import is_element
 
 __all__ = ["PROBLEMS", "Bandit", "Truth"]
 
@@ -76,7 +77,7 @@ class Bandit(World[Truth, int, int]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
         """Draw the arms."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         self._load(PROBLEMS[self.options["problem"]](self.np_random))
         return 0, {"success": False}
 
@@ -88,7 +89,7 @@ class Bandit(World[Truth, int, int]):
     def legal(self, action: Any) -> int:
         """The arm as a Python integer."""
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
-        if not (type(action) is int and 0 <= action < self.arms) and not self.action_space.contains(action):
+        if not (type(action) is int and 0 <= action < self.arms) and not is_element(self.action_space, action):
             raise illegal(action, self.action_syntax)
         return int(action)
 

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from worlds.world import World, illegal
+from worlds.wrapped.actions import is_element
 
 __all__ = [
     "DIRECTIONS",
@@ -152,7 +153,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Draw a new house, start and treasure."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         room, layout = self._draw(self.np_random)
         self._load(Truth(room, False, layout))
         return self.observe(), {"success": False}
@@ -165,7 +166,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     def legal(self, action: Any) -> Direction:
         """The action as a `Direction`."""
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
-        if not (type(action) in _PLAIN and 0 <= action < 4) and not self.action_space.contains(action):
+        if not (type(action) in _PLAIN and 0 <= action < 4) and not is_element(self.action_space, action):
             raise illegal(action, "0 north, 1 east, 2 west, 3 south")
         number: int = action
         return DIRECTIONS[number]

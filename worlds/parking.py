@@ -99,7 +99,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, npt.NDArray[np.float64]], dict[str, Any]]:
         """Draw a heading of the car, a spot and where other cars stand."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         lot = self._lot
         lot.np_random = self.np_random
         observation, info = lot.reset()

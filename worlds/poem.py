@@ -80,6 +80,7 @@ class Poem(World[Truth, int, str]):
     reward_range = (-1.0, 0.0)
     failure_reward = -1.0
     several_lines = True
+    reset_options = tuple(_OPTIONS.values())
     _truth: Truth
     action_syntax = (
         f"the poem itself, one line of verse a line of text, at most {MAX_LENGTH} characters, no control characters"
@@ -104,10 +105,15 @@ class Poem(World[Truth, int, str]):
         Raises:
             ValueError: one of these options with another form, or a number out of range.
         """
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         pattern = self._required(options or {}) or _PATTERNS.get(self.form) or self._drawn()
         self._load(Truth(pattern, self.form == ONE_NUMBER, ""))
         return 0, {"success": False}
+
+    def check_reset(self, options: dict[str, Any] | None) -> None:
+        """Check the options; see `reset`."""
+        super().check_reset(options)
+        self._required(options or {})
 
     @property
     def truth(self) -> Truth:

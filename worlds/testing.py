@@ -154,10 +154,10 @@ def check_lab(make: Make) -> None:
 def check_legal(make: Make) -> None:
     """What is no action is refused by a ValueError that says so, and changes nothing."""
     world = started(make)
-    for wrong in (None, "\x00", -1, 10**9, 0.5, [], {}, object()):
+    for wrong in (None, "\x00", -1, 10**9, 0.5, True, [], {}, object()):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a Box warns of what it has to cast
-            if wrong in world.action_space:
+            if wrong is not True and wrong in world.action_space:  # Gymnasium takes True for the number 1
                 continue
         before = plain(world.save())
         try:
@@ -167,6 +167,25 @@ def check_legal(make: Make) -> None:
         else:
             raise AssertionError(f"{wrong!r} was taken for an action")
         require(plain(world.save()) == before, f"the refused action {wrong!r} changed the state")
+
+
+def check_reset_options(make: Make) -> None:
+    """Options of a reset that are none are refused by a ValueError that says so, which changes nothing."""
+    world = started(make)
+    for wrong in (3, {"no such option": 1}):
+        if world.reset_options is None and isinstance(wrong, dict):
+            continue
+        before = plain(world.save())
+        try:
+            world.reset(seed=1, options=wrong)  # type: ignore[arg-type]
+        except ValueError:
+            require(
+                plain(world.save()) == before, f"reset with the options {wrong!r} was refused and changed the world"
+            )
+        else:
+            require(
+                False, f"reset ignores the options {wrong!r}; pass them on: super().reset(seed=seed, options=options)"
+            )
 
 
 def check_describe(make: Make) -> None:

@@ -64,6 +64,8 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     """Key of the info under which it lists the actions that come to something now; empty if it lists none."""
     options: dict[str, Any]
     """Keyword arguments that construct an equal world."""
+    reset_options: tuple[str, ...] | None = ()
+    """The options that `reset` knows; None: it takes any."""
 
     def __init__(self, *, render_mode: str | None = None, **options: Any) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
@@ -71,6 +73,27 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
             raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, {allowed}")
         self.render_mode = render_mode
         self.options = options
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+        """What every world's `reset` calls before it draws anything: check the options, and seed the random stream.
+
+        Raises:
+            ValueError: as `check_reset`; nothing has changed.
+        """
+        self.check_reset(options)
+        return super().reset(seed=seed)
+
+    def check_reset(self, options: dict[str, Any] | None) -> None:
+        """Check the options of a reset; a world checks their values, too.
+
+        Raises:
+            ValueError: an option is unknown, or its value is not allowed.
+        """
+        if options is not None and not isinstance(options, Mapping):
+            raise ValueError(f"options must be a dict or None, got {options!r}")
+        known = self.reset_options
+        if known is not None and (strange := [name for name in options or () if name not in known]):
+            raise ValueError(f"reset knows no option {strange[0]!r}; allowed: {', '.join(known) or 'none here'}")
 
     @property
     @abstractmethod

@@ -24,6 +24,6 @@ def main() -> None:
     """Run the command line; what a user can mend is one line on standard error and exit status 2."""
     try:
         app()
-    except (ValueError, ModuleNotFoundError) as error:
+    except (ValueError, ModuleNotFoundError, OSError) as error:
         errors.print(f"llf: {error}")
         sys.exit(2)

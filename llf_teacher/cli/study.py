@@ -2,7 +2,7 @@
 
 import os
 import sys
-from functools import partial
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -87,15 +87,22 @@ def _run(
         TimeElapsedColumn(),
         TimeRemainingColumn(),
     )
+    progress = Progress(*columns, console=console)
+    task = progress.add_task("episodes", total=None)
     with Store(path) as store:
         try:
-            with Progress(*columns, console=console) as progress:
-                task = progress.add_task("episodes", total=None)
-                show = partial(progress.update, task)
-                played = play(study, store, workers, lambda done, total: show(completed=done, total=total), environment)
+            with ExitStack() as shown:
+
+                def show(done: int, total: int) -> None:
+                    if not progress.live.is_started:  # nothing is shown of a study that cannot start
+                        shown.enter_context(progress)
+                    progress.update(task, completed=done, total=total)
+
+                played = play(study, store, workers, show, environment)
         except EpisodeError as error:
             errors.print(f"{error.trace}llf: {error}")
-            errors.print(f"What was played is in {path}; the same command goes on from there.")
+            if store.keys():
+                errors.print(f"What was played is in {path}; the same command goes on from there.")
             raise typer.Exit(1) from None
         except KeyboardInterrupt:
             console.print(f"Interrupted. What was played is in {path}; the same command goes on from there.")

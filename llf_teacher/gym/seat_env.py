@@ -1,5 +1,7 @@
 """One seat of a `TutoringEnv` as a Gymnasium environment."""
 
+import inspect
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium
@@ -8,6 +10,12 @@ from gymnasium.error import ResetNeeded
 from llf_teacher.registry import entry
 from pz_envs.seatings.tutoring import SEATING as TUTORING
 from pz_envs.subject import Subject
+from teachers.spec import unknown
+
+
+def _settings(door: Callable[..., Any]) -> list[str]:
+    """The names of the arguments of a function or a class."""
+    return [name for name, each in inspect.signature(door).parameters.items() if each.kind != each.VAR_KEYWORD]
 
 
 class SeatEnv(gymnasium.Env):
@@ -24,6 +32,10 @@ class SeatEnv(gymnasium.Env):
             self.env_id, self.family = env_id.name, env_id
         else:
             self.env_id, self.family, options, _ = entry(env_id)
+        known = {*_settings(type(self)), *_settings(TUTORING.raw_env), *self.family.options()}
+        allowed = sorted(known - {"env_id", "max_cycles", "subject"})
+        if strange := [name for name in settings if name not in allowed]:
+            raise ValueError(f"{self.env_id} does not take these options: {unknown('option', strange[0], allowed)}")
         self.aec = TUTORING.raw_env(
             self.family, max_cycles=max_turns, render_mode=render_mode, **{**options, **settings}
         )
@@ -38,8 +50,8 @@ class SeatEnv(gymnasium.Env):
 
     def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:
         """Reset the seats. Without a seed all streams go on."""
-        super().reset(seed=seed)
         self.aec.reset(seed, options)
+        super().reset(seed=seed)
         self._running = True
 
     def _check_running(self) -> None:

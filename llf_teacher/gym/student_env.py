@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.registry import entry
-from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.seats import STUDENT, TEACHER, check_flags
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE
 from teachers.personality import Personality
@@ -56,6 +56,7 @@ class StudentEnv(SeatEnv):
         render_mode: str | None = None,
         **options: Any,
     ) -> None:
+        check_flags(visual=visual, privileged_info=privileged_info)
         if visual:
             if not (env_id if isinstance(env_id, Subject) else entry(env_id).family).visual:
                 raise ValueError(f"visual=True is not supported by {env_id}: its world has no images; allowed: False")

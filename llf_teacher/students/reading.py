@@ -1,21 +1,20 @@
 """Reading: a student who knows the phrasebooks recognises their sentences in a text, without any atoms."""
 
+import itertools
+import math
 import re
-import string
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from operator import itemgetter
 from typing import Any, NamedTuple
 
+from llf_teacher.students.sentences import Beginnings, Place, Sentence, Text
 from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late
 from teachers.phrasebook import Phrasebook
 from teachers.voice import PLAIN
 
 _SENTENCE_END = re.compile(r"[.!?:]\s+")
-_NUMBER = r"[-+]?(?:\d+(?:\.\d+)?(?:e[-+]?\d+)?|inf|nan)"  # what a slot with a format for numbers can hold
-
-_TEXT = r'(?:".+?"|.+?)'  # what opens with a quotation mark closes with one, whatever sentences are in it
 
 
 class Heard(NamedTuple):
@@ -48,20 +47,23 @@ class Reader:
     ) -> None:
         self._phrasebook, self._is_action = phrasebook, is_action
         self._unread = list(reversed(voices))
-        self._known: list[_Book] = []  # the one of the voice that was heard last comes first
+        self._known: list[str] = []  # the voice that was heard last comes first
+        self._lines: Beginnings[_Line] = Beginnings()
 
     def read(self, text: str) -> Iterator[Heard]:
-        """The sentences that are recognised, in order; what is not is skipped."""
+        """The sentences that are recognised, in order; what is not is skipped. It takes time linear in the text."""
+        heard = Text(text)
         at = 0
         about: int | None = None
         while at < len(text):
-            best, frame = self._recognise(text, at)
-            if frame:
-                about, at = int(frame["turn"]), frame.end()
+            best = self._recognise(heard, at)
+            if best and best.line.claim is Late:
+                about, at = int(heard[best.place.slots["turn"]]), best.place.end
                 continue
             if best:
-                yield Heard(best.claim, best.slots, about)
-                at = best.end
+                slots = {name: heard[span] for name, span in best.place.slots.items()}
+                yield Heard(best.line.claim, slots, about)
+                at = best.place.end
             else:
                 end = _SENTENCE_END.search(text, at)
                 at = end.end() if end else len(text)
@@ -69,79 +71,85 @@ class Reader:
             while at < len(text) and text[at].isspace():
                 at += 1
 
-    def _recognise(self, text: str, at: int) -> tuple["_Found | None", re.Match[str] | None]:
+    def _recognise(self, text: Text, at: int) -> "_Found | None":
         """The sentence that begins here, if any, or the words that tell which turn the next one is about."""
         best: _Found | None = None
-        for book in self._books():
-            frame = next(filter(None, (frame.match(text, at) for frame in book.frames)), None)
-            if frame:
-                return None, frame
-            for cls, sentence in book.sentences:
-                if match := sentence.match(text, at):
-                    found = self._found(cls, match, book)
-                    best = found if best is None else min(best, found, key=_RANK)
+        lines = text.beginning(self._lines, at)
+        tried: set[tuple[Any, ...]] = set()
+        for number in itertools.count() if lines or self._unread else ():
+            if number == len(self._known):
+                if not self._unread:
+                    break
+                self._learn(self._unread.pop())
+                lines = text.beginning(self._lines, at)
+            for line in lines:
+                what = line.claim, line.sentence
+                if line.voice == self._known[number] and what not in tried:
+                    tried.add(what)  # many voices say it alike
+                    if place := line.sentence.match(text, at):
+                        found = self._found(line, place, text, at, number * _MANY + line.number)
+                        best = found if best is None else min(best, found, key=_RANK)
             if best and not best.doubtful:
                 break
-        if best and best.book is not self._known[0]:
-            self._known.remove(best.book)
-            self._known.insert(0, best.book)
-        return best, None
+        if best and best.line.claim is not Late and best.line.voice != self._known[0]:
+            self._known.remove(best.line.voice)
+            self._known.insert(0, best.line.voice)
+        return best
 
-    def _books(self) -> Iterator["_Book"]:
-        yield from tuple(self._known)
-        while self._unread:
-            book = _Book(self._phrasebook(self._unread.pop()))
-            self._known.append(book)
-            yield book
+    def _learn(self, voice: str) -> None:
+        """Learn the sentences of a voice."""
+        self._known.append(voice)
+        number = itertools.count()
+        for claim, templates in self._phrasebook(voice).items():
+            for template in templates:
+                line = _Line(next(number), voice, claim, _sentence(template, claim is Late))
+                for beginning in line.sentence.beginnings:
+                    self._lines.add(beginning, line)
 
-    def _found(self, cls: type[Claim[Any]], match: re.Match[str], book: "_Book") -> "_Found":
-        slots = match.groupdict()
-        doubtful = any(map(_SENTENCE_END.search, slots.values()))
-        if self._is_action and issubclass(cls, ActionClaim) and cls.action_slot in slots:
-            doubtful = doubtful or not self._is_action(slots[cls.action_slot])
-        in_slots = sum(map(len, slots.values()))
-        own = match.end() - match.start() - in_slots
+    def _found(self, line: "_Line", place: Place, text: Text, at: int, rank: int) -> "_Found":
+        if line.claim is Late:
+            return _Found(False, -math.inf, 0, rank, line, place)
+        doubtful = any(map(text.has_end, place.slots.values()))
+        if not doubtful and self._is_action and issubclass(line.claim, ActionClaim):
+            span = place.slots.get(line.claim.action_slot)
+            doubtful = span is not None and not self._is_action(text[span])
+        in_slots = sum(end - begin for begin, end in place.slots.values())
+        own = place.end - at - in_slots
         # What is doubtful should take in little; of the rest, what says most in words of its own is meant.
-        return _Found(doubtful, match.end() if doubtful else -own, in_slots, match.end(), cls, slots, book)
+        return _Found(doubtful, place.end if doubtful else -own, in_slots, rank, line, place)
 
 
-class _Book:
-    """A phrasebook as regular expressions."""
+class _Line(NamedTuple):
+    """A template of a phrasebook."""
 
-    def __init__(self, phrasebook: Phrasebook) -> None:
-        self.sentences = [
-            (cls, _pattern(template, r"(?=\s|$)"))
-            for cls, templates in phrasebook.items()
-            if cls is not Late
-            for template in templates
-        ]
-        self.frames = [_pattern(template.removesuffix("{text}")) for template in phrasebook.templates(Late)]
+    number: int
+    """Counts the templates of the voice."""
+    voice: str
+    claim: type[Claim[Any]]
+    sentence: Sentence
 
 
 class _Found(NamedTuple):
-    """What a sentence may be. The first three are its rank: the least is meant."""
+    """What a sentence may be. The first four are its rank: the least is meant."""
 
     doubtful: bool
     """Whether a slot holds more than one sentence, or no action where it must."""
-    size: int
+    size: float
     in_slots: int
     """Number of characters in slots."""
-    end: int
-    claim: type[Claim[Any]]
-    slots: dict[str, str]
-    book: _Book
+    number: int
+    """Where all else is equal, the voice that was heard later and the template that comes earlier are meant."""
+    line: _Line
+    place: Place
 
 
-_RANK = itemgetter(slice(3))
+_MANY = 1_000_000  # more than a voice has templates
+_RANK = itemgetter(slice(4))
 
 
 @cache
-def _pattern(template: str, end: str = "") -> re.Pattern[str]:
-    """A regular expression whose groups are the template's slots; a slot that comes twice must read the same."""
-    parts, seen = [], set()
-    for literal, slot, spec, _ in string.Formatter().parse(template):
-        parts.append(re.escape(literal))
-        if slot is not None:
-            parts.append(f"(?P={slot})" if slot in seen else f"(?P<{slot}>{_NUMBER if spec else _TEXT})")
-            seen.add(slot)
-    return re.compile("".join(parts) + end, re.DOTALL)
+def _sentence(template: str, late: bool) -> Sentence:
+    """A template to be read, but of what is late only the words before the sentence that comes late."""
+    if late:
+        return Sentence(template.removesuffix("{text}").replace("{turn}", "{turn:d}"), ends=False)
+    return Sentence(template)

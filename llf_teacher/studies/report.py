@@ -104,9 +104,10 @@ def render(store: Store, study: Study) -> str:
     """The report as HTML; the same episodes give the same text.
 
     Raises:
-        ValueError: no episode of the study has been played.
+        ValueError: no episode of the study has been played, or parts of one are missing.
     """
     specs = list(study.episodes())
+    store.check(specs)
     rows = store.episodes({spec.key for spec in specs})
     if not rows:
         raise ValueError(f"{store.path} holds no episode of this study; run it first")

@@ -62,9 +62,10 @@ def run(
 
     Raises:
         EpisodeError: an episode failed; what was played is stored.
-        ValueError, ModuleNotFoundError: a student cannot play here; nothing was played.
+        ValueError, ModuleNotFoundError: a student cannot play here, or the store is damaged; nothing was played.
     """
     specs = list(study.episodes())
+    store.check(specs)
     there = store.keys()
     todo = [spec for spec in specs if spec.key not in there]
     done = len(specs) - len(todo)

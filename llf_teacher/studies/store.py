@@ -2,7 +2,7 @@
 
 import json
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,11 @@ def _columns(row: Any) -> str:
     return ", ".join(f"{name} {_TYPES.get(kind, 'INTEGER' if kind == int | None else 'TEXT')}" for name, kind in kinds)
 
 
+_TABLES = {
+    "manifest": ("name", "value"),
+    "episode": ("key", *EpisodeSpec._fields, *EpisodeRow._fields),
+    "turn": ("episode", *TurnRow._fields),
+}
 _SCHEMA = f"""
 CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE episode (key TEXT PRIMARY KEY, {_columns(EpisodeSpec)}, {_columns(EpisodeRow)}) WITHOUT ROWID;
@@ -37,15 +42,18 @@ class StoreError(ValueError):
 class Store:
     """Episodes on disk. One process writes; others may read meanwhile.
 
+    As a context, it removes a file that it has made if an error leaves it without episodes.
+
     Args:
         path: the file; it is made if there is none.
 
     Raises:
-        StoreError: the file is of another schema version or no store, or cannot be written.
+        StoreError: the file is of another schema version, incomplete or no store, or cannot be written.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._made = not path.exists()
         try:
             self._db = sqlite3.connect(path, isolation_level=None)
             self._db.row_factory = sqlite3.Row
@@ -65,10 +73,29 @@ class Store:
                 f"{self.path} has schema version {version}, this release reads version {SCHEMA_VERSION}; "
                 "give another file by --store, or use the release that wrote it"
             )
+        for table, columns in () if empty else _TABLES.items():
+            there = {row["name"] for row in self._db.execute(f"PRAGMA table_info({table})")}
+            if lacking := [name for name in columns if name not in there]:
+                raise self._incomplete(f"the table {table} lacks {', '.join(lacking)}")
         self._db.execute("PRAGMA journal_mode = WAL")
         self._db.execute("PRAGMA synchronous = NORMAL")
         if empty:
             self._db.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
+
+    def _incomplete(self, what: str) -> StoreError:
+        return StoreError(f"{self.path} is no complete store: {what}; give another file by --store")
+
+    def check(self, specs: Iterable[EpisodeSpec]) -> None:
+        """Check that of each of these episodes all is there, or nothing.
+
+        Raises:
+            StoreError: it is not so.
+        """
+        said = dict(self._db.execute("SELECT key, turns FROM episode").fetchall())
+        for spec in specs:
+            found = self._db.execute("SELECT count(*) FROM turn WHERE episode = ?", (spec.key,)).fetchone()[0]
+            if found != (said[spec.key] + 1 if spec.key in said else 0):
+                raise self._incomplete(f"of the episode {spec._asdict()} only parts are there")
 
     def add(self, record: Record) -> None:
         """Write an episode and its turns, all or nothing; one that is there already stays as it is."""
@@ -126,8 +153,11 @@ class Store:
     def __enter__(self) -> "Store":
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+        vain = error is not None and self._made and not self.keys()
         self.close()
+        if vain:
+            self.path.unlink(missing_ok=True)
 
 
 def _marks(values: tuple[Any, ...]) -> str:

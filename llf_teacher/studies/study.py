@@ -14,6 +14,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX, entry, supported_types
 from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
+from pz_envs.teacher_seat import is_count
 from teachers.feedback import format_kinds
 from teachers.personality import parse_personality
 from teachers.seeds import TREE
@@ -76,24 +77,28 @@ class Study:
         set_ = object.__setattr__
         for name, check in _CHECKS.items():
             set_(self, name, _listed(name, getattr(self, name), check, problems))
-        if self.max_turns is not None and (not isinstance(self.max_turns, int) or self.max_turns < 1):
+        if self.max_turns is not None and not is_count(self.max_turns):
             problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
         set_(self, "fewer", self._shortened(problems))
         if not problems:
+            unsupported: dict[tuple[str, tuple[str, ...]], list[str]] = {}
             for id, type_ in itertools.product(self.ids, self.instruction_types):
                 if type_ not in (allowed := supported_types(id)[0]):
-                    problems.append(
-                        f"instruction_types: {id} does not support {type_!r}; allowed: {', '.join(allowed)}"
-                    )
+                    unsupported.setdefault((type_, allowed), []).append(id)
             problems += [
-                f"teachers: {id} does not serve {spec!r}: its oracle does not give what that needs; see "
-                "docs/personalities.md, or leave it out there by `fewer`"
-                for id in self.ids
-                for spec in self.grid(id).teachers
-                if not entry(id).family.serves(spec)
+                f"instruction_types: {', '.join(unable)} cannot have {type_!r}; allowed: {', '.join(allowed)}"
+                for (type_, allowed), unable in unsupported.items()
             ]
+            for spec in self.teachers:
+                asked = {id: entry(id).family for id in self.ids if spec in self.grid(id).teachers}
+                served = {family.name: family.serves(spec) for family in asked.values()}
+                if unable := [id for id, family in asked.items() if not served[family.name]]:
+                    problems.append(
+                        f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle does not give what that "
+                        "needs; see docs/personalities.md, or leave it out there by `fewer`"
+                    )
         if problems:
-            raise ValueError("; ".join(problems))
+            raise ValueError("; ".join(dict.fromkeys(problems)))
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
         """`fewer` in canonical form; what is wrong with it is added to the problems."""
@@ -149,22 +154,30 @@ def _seed(value: Any) -> int:
     return value
 
 
+def _type(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"an instruction type must be a string, got {value!r}")
+    return value
+
+
 _CHECKS: dict[str, Callable[[Any], Any]] = {
     "ids": lambda id: entry(id).id,
     "teachers": lambda spec: str(parse_personality(spec)),
     "students": lambda spec: str(parse_student(spec)),
     "feedback_types": format_kinds,
-    "instruction_types": str,
+    "instruction_types": _type,
     "seeds": _seed,
 }
 
 
 def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[str]) -> tuple[Any, ...]:
     """The values in canonical form, without repetitions; what is wrong with them is added to the problems."""
+    given = values
     if check is _seed and isinstance(values, int) and not isinstance(values, bool):
         values = tuple(range(values))
     if not isinstance(values, list | tuple) or not values:
-        problems.append(f"{name} must be a non-empty list, got {values!r}")
+        number = " or a number of at least 1" if check is _seed else ""
+        problems.append(f"{name} must be a non-empty list{number}, got {given!r}")
         return ()
     canonical = []
     for value in values:

@@ -78,8 +78,16 @@ def documents(folder: Path) -> list[Path]:
 
 
 def write(path: Path) -> None:
-    """Update a file; errors as in `update`."""
-    path.write_text(update(path.read_text(encoding="utf-8")), encoding="utf-8")
+    """Update a file.
+
+    Raises:
+        ValueError: as in `update`, or the file cannot be read.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ValueError(f"cannot read {path}: {error}; give a Markdown file that has places for tables") from None
+    path.write_text(update(text), encoding="utf-8")
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

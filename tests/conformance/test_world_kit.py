@@ -10,6 +10,7 @@ from gymnasium import spaces
 
 from worlds import testing as kit
 from worlds.world import World, illegal
+from worlds.wrapped.actions import is_element
 
 
 class Truth(NamedTuple):
@@ -28,7 +29,7 @@ class Counter(World):
         self.action_space = spaces.Discrete(2)
 
     def reset(self, *, seed=None, options=None):
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         self.count = self.options["start"]
         return self.observe(), {"success": False}
 
@@ -37,7 +38,7 @@ class Counter(World):
         return Truth(self.count)
 
     def legal(self, action):
-        if not self.action_space.contains(action):
+        if not is_element(self.action_space, action):
             raise illegal(action, self.action_syntax)
         return int(action)
 
@@ -79,7 +80,7 @@ class Generous(Counter):
 
 class Unseeded(Counter):
     def reset(self, *, seed=None, options=None):
-        result = super().reset(seed=seed)
+        result = super().reset(seed=seed, options=options)
         self.np_random.bit_generator.state = np.random.default_rng().bit_generator.state
         return result
 
@@ -97,7 +98,7 @@ class LivingTruth(Counter):
         return result
 
     def reset(self, *, seed=None, options=None):
-        result = super().reset(seed=seed)
+        result = super().reset(seed=seed, options=options)
         self.truth.cell[0] = self.count
         return result
 
@@ -125,9 +126,14 @@ class SelfScratch(Counter):
 
 class Careless(Counter):
     def legal(self, action):
-        if not self.action_space.contains(action):
+        if not is_element(self.action_space, action):
             self.count += 1
         return super().legal(action)
+
+
+class Heedless(Counter):
+    def reset(self, *, seed=None, options=None):
+        return super().reset(seed=seed)
 
 
 class Moody(Counter):
@@ -194,6 +200,7 @@ LIARS = {
     kit.check_save: Forgetful,
     kit.check_lab: SelfScratch,
     kit.check_legal: Careless,
+    kit.check_reset_options: Heedless,
     kit.check_describe: Moody,
     kit.check_copies: Uncopied,
     kit.check_global_random: GlobalNoise,

@@ -2,6 +2,7 @@
 
 import json
 import re
+import sqlite3
 import subprocess
 import sys
 
@@ -49,6 +50,9 @@ def test_a_study_from_file_to_report(tmp_path):
         (("study", "run", "study.toml", "--store", "notes.db"), "cannot use notes.db as a store"),
         (("study", "run", "study.toml", "--store", "none/s.db"), "cannot use none/s.db as a store"),
         (("study", "run", "study.toml", "--report", "none/r.html"), "none"),
+        (("study", "run", "renamed.toml"), "unknown factory in agents_of_mine 'Old'; allowed: New"),
+        (("shelf", "missing.md"), "cannot read missing.md: "),
+        (("golden", "notes.db/folder", "llf-gridworld-v0"), "notes.db"),
         (("play", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("play", "llf-gridworld-v0", "--feedback-type", "q"), "feedback type 'q'"),
         (("golden", "folder", "nothing"), "unknown environment 'nothing'"),
@@ -62,12 +66,54 @@ def test_a_study_from_file_to_report(tmp_path):
 def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
     (tmp_path / "study.toml").write_text(STUDY)
     (tmp_path / "bad.toml").write_text(STUDY.replace("oracle", "orakle"))
+    (tmp_path / "renamed.toml").write_text(STUDY.replace("obedient", "agents_of_mine:Old"))
+    (tmp_path / "agents_of_mine.py").write_text("class New:\n    pass\n")
     (tmp_path / "notes.db").write_text("not a database " * 100)
     result = llf(*arguments, cwd=tmp_path)
     assert result.returncode == 2
     assert said in result.stderr
     assert result.stderr.startswith("llf: ")
     assert len(result.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "llf-study.db").exists()
+
+
+@pytest.mark.parametrize(
+    ("harm", "said"),
+    [
+        ("DROP TABLE turn", "the table turn lacks episode, turn"),
+        ("ALTER TABLE episode DROP COLUMN regret", "the table episode lacks regret"),
+        ("DELETE FROM turn WHERE turn = 3", "only parts are there"),
+        ("DELETE FROM episode", "only parts are there"),
+    ],
+)
+def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
+    (tmp_path / "study.toml").write_text(STUDY)
+    command = ("study", "run", "study.toml", "--workers", "1")
+    assert llf(*command, cwd=tmp_path).returncode == 0
+    path, report = tmp_path / "llf-study.db", tmp_path / "llf-study.html"
+    report.unlink()
+    with sqlite3.connect(path) as store:
+        store.execute(harm)
+    store.close()
+    before = path.read_bytes()
+    result = llf(*command, cwd=tmp_path)
+    assert result.returncode == 2
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert said in result.stderr
+    assert "give another file by --store" in result.stderr
+    assert path.read_bytes() == before
+    assert not report.exists()
+
+
+def test_a_study_that_fails_at_once_leaves_no_store(tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY.replace("obedient", "agents_of_mine:Broken"))
+    (tmp_path / "agents_of_mine.py").write_text(
+        "class Broken:\n    def act(self, observation):\n        return 1 / 0\n"
+    )
+    result = llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
+    assert result.returncode == 1
+    assert "division by zero" in result.stderr
+    assert "What was played" not in result.stderr
     assert not (tmp_path / "llf-study.db").exists()
 
 

@@ -92,7 +92,8 @@ def test_supported_types():
     [
         ({"id": "llf-gridwold-v0"}, "unknown environment 'llf-gridwold-v0'; did you mean llf-gridworld-v0"),
         ({"id": "llf-bandits-BanditTenArmed-v0"}, "did you mean llf-bandits-BanditTenArmed"),
-        ({"id": 3}, "unknown environment 3"),
+        ({"id": 3}, "an id must be a string such as 'llf-alfworld-v0', got 3"),
+        ({"id": ["llf-gridworld-v0"]}, r"an id must be a string such as .*, got \['llf-gridworld-v0'\]"),
         ({"instruction_type": "x"}, "instruction type 'x' is not supported; allowed: b, p, c"),
         ({"instruction_type": ["b"]}, "instruction type"),
         ({"feedback_type": "hq"}, "names 'hq'; allowed: 'a'"),
@@ -109,12 +110,60 @@ def test_supported_types():
         ({"visual": True}, "visual=True is not supported"),
         ({"max_turns": 0}, "must be an integer of at least 1, got 0"),
         ({"num_rooms": 1}, "num_rooms must be an integer from 2"),
-        ({"num_room": 10}, "does not take these options"),
+        ({"num_romos": 3}, "llf-gridworld-v0 does not take .*unknown option 'num_romos'; did you mean num_rooms"),
+        ({"feedback_tpye": "a"}, "unknown option 'feedback_tpye'; did you mean feedback_type"),
+        ({"text": "yes"}, "text must be True or False, got 'yes'"),
+        ({"privileged_info": 1}, "privileged_info must be True or False, got 1"),
+        ({"visual": "no"}, "visual must be True or False, got 'no'"),
+        ({"until_success": None}, "until_success must be True or False, got None"),
+        ({"max_turns": True}, "must be an integer of at least 1, got True"),
     ],
 )
 def test_bad_arguments_are_value_errors_that_say_what_is_allowed(arguments, match):
     with pytest.raises(ValueError, match=match):
         llf_teacher.make(**({"id": GRID} | arguments))
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_strange_options_and_actions_are_refused_and_change_nothing(id):
+    env, twin = llf_teacher.make(id), llf_teacher.make(id)
+    env.reset(seed=0)
+    twin.reset(seed=0)
+    for strange in ({"no such option": 1}, "text"):
+        with pytest.raises(ValueError, match="option"):
+            env.reset(seed=5, options=strange)
+    with pytest.raises(ValueError, match="the state is unchanged"):
+        env.step(True)
+    for action in some_actions(twin.aec.world, 3):
+        assert plain(env.step(action)[:4]) == plain(twin.step(action)[:4])
+    assert plain(env.reset()[0]) == plain(twin.reset()[0])
+
+
+@pytest.mark.parametrize(
+    ("id", "options", "match"),
+    [
+        ("llf-poem-Haiku-v0", {"syllable": 7}, "does not apply to form"),
+        ("llf-poem-SyllableConstrainedPoem-v0", {"syllable": "7"}, "must be an integer from 1 to 40, got '7'"),
+        ("llf-alfworld-v0", {"game": "none/game.tw-pddl"}, "none/game.tw-pddl is no game .*No such file"),
+        ("llf-alfworld-v0", {"game": 3}, "option 'game' must be the path of a game file, got 3"),
+    ],
+)
+def test_an_option_of_another_type_is_refused_and_changes_nothing(id, options, match):
+    env = llf_teacher.make(id)
+    env.reset(seed=0)
+    before = env.aec.world.save()
+    with pytest.raises(ValueError, match=match):
+        env.reset(seed=1, options=options)
+    assert env.aec.world.save() == before
+
+
+def test_a_class_refuses_options_before_anything_is_drawn():
+    env = pettingzoo.make("aec", "llf/gridworld-classroom-v0")
+    env.reset(seed=0)
+    before = env.unwrapped.seeds.episode
+    with pytest.raises(ValueError, match="reset knows no option 'x'; allowed: none here"):
+        env.reset(options={"x": 1})
+    assert env.unwrapped.seeds.episode == before
 
 
 @pytest.mark.parametrize("id", SHOWCASE)

@@ -345,8 +345,9 @@ def test_bad_options(spec, match):
     ],
 )
 def test_what_is_missing_is_said_before_anything_runs(tmp_path, environment, match):
-    with Store(tmp_path / "s.db") as store, pytest.raises(ValueError, match=match) as caught:
+    with pytest.raises(ValueError, match=match) as caught, Store(tmp_path / "s.db") as store:
         run(study("http://localhost:1/v1"), store, environment=environment)
+    assert not list(tmp_path.iterdir())
     assert "cret" not in str(caught.value)
 
 

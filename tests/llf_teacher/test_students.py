@@ -1,5 +1,7 @@
 """Students: what each of them reaches, and what it may see."""
 
+import string
+import time
 from dataclasses import asdict
 from functools import partial
 from itertools import islice, product
@@ -286,6 +288,31 @@ def test_words_are_understood_like_claims(id, teacher):
     for seed in range(10):
         regrets = {episode(id, student, seed, teacher).episode.regret for student in ("obedient", "text_only")}
         assert len(regrets) == 1
+
+
+@pytest.mark.parametrize("family", all_families(), ids=lambda family: family.name)
+def test_reading_takes_time_linear_in_hostile_texts(family):
+    """Whatever begins like sentences and never ends; regular expressions took minutes for it."""
+    reader = Reader(family.phrasebook, VOICES, partial(is_action, family.make_world()))
+    list(reader.read("What nobody says."))  # now it has learned all voices
+    size, slowest = 65_536, 0.0
+    texts = ["The quick brown fox, they say, jumps over the lazy dog. ", '"a. ', '"', "a"]
+    for _, templates in family.phrasebook("plain").items():
+        literals = [literal for literal, *_ in string.Formatter().parse(templates[0])]
+        if len(literals) > 2:
+            texts += [literals[0] + literals[1] * (size // len(literals[1])), "x".join(literals[:-1])]
+    for text in texts:
+        begun = time.process_time()
+        list(reader.read((text * size)[:size] if len(text) < 1000 else text[:size]))
+        slowest = max(slowest, time.process_time() - begun)
+    assert slowest < 0.2  # a hundredth of what a square would take; mostly it is a twentieth of a second
+
+
+def test_a_turn_that_is_no_number_is_no_turn():
+    reader = Reader(entry("llf-gridworld-v0").family.phrasebook, VOICES)
+    assert not list(reader.read("Turn the page: it is blank. On turn 2.5: nothing."))
+    (heard,) = reader.read("This is about turn 3: Go north next.")
+    assert heard.about_turn == 3
 
 
 def test_reading_skips_what_it_does_not_know():

@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -68,6 +69,7 @@ class Alfworld(World[Truth, str, str]):
 
     reward_range = (0.0, 1.0)
     actions_key = "admissible_commands"
+    reset_options = ("game",)
     action_syntax = f"one command such as `go to desk 1`, of at most {MAX_LENGTH} characters, no control characters"
 
     _feedback: str
@@ -113,8 +115,10 @@ class Alfworld(World[Truth, str, str]):
         Raises:
             ValueError: the file is no game that can be played.
         """
-        super().reset(seed=seed)
-        game = self._draw((options or {}).get("game"))
+        self.check_reset(options)
+        given = self._given((options or {}).get("game"))
+        super().reset(seed=seed, options=options)
+        game = given or self._draw()
         self._load(Truth(game.start, "", False, game))
         self._feedback = self._engine.intro()
         return self.observe(), self._info()
@@ -190,12 +194,18 @@ class Alfworld(World[Truth, str, str]):
     def _info(self) -> dict[str, Any]:
         return {"success": self._won, self.actions_key: self._engine.commands()}
 
-    def _draw(self, path: Any) -> Game:
-        if path is not None:
-            game = read(path)
-            if game is None:
-                raise ValueError(f"option 'game' must be a file whose game can be solved, got {str(path)!r}")
-            return game
+    def _given(self, path: str | os.PathLike[str] | None) -> Game | None:
+        """The game of a file, if one is given."""
+        if path is None:
+            return None
+        if not isinstance(path, str | os.PathLike):
+            raise ValueError(f"option 'game' must be the path of a game file, got {path!r}")
+        game = read(Path(path))
+        if game is None:
+            raise ValueError(f"option 'game' must be a file whose game can be solved, got {str(path)!r}")
+        return game
+
+    def _draw(self) -> Game:
         if self._files:
             return drawn(self.np_random, self._files)
         return make(self.np_random, self.options["task"], self.options["split"])

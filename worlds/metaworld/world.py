@@ -109,7 +109,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Draw a variation of the task: where things are, and the goal."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         self._truth = simulator_of(self.task).reset(self.np_random)
         return self.observe(), {"success": False}
 

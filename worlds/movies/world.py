@@ -74,7 +74,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Draw a user with wishes that at least three titles meet."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         rng = self.np_random
         for _ in range(_DRAWS):
             profile = draw_profile(rng)

@@ -93,7 +93,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Draw a start, and a shift if there is to be one."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         x1, x2 = self.np_random.uniform(self.lows, self.highs).tolist()
         shift = self._draw_shift(self.np_random) if self.options["shift"] else (0.0, 0.0)
         self._load(Truth((x1, x2), Landscape(self.loss, shift).value(x1, x2), shift))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-__all__ = ["canonical", "native", "syntax", "tell"]
+__all__ = ["canonical", "is_element", "native", "syntax", "tell"]
 
 
 @singledispatch
@@ -39,8 +39,13 @@ def syntax(space: spaces.Space[Any]) -> str:
     return f"an element of {space}"
 
 
+def is_element(space: spaces.Space[Any], action: Any) -> bool:
+    """Whether the action is in the space; a truth value, which Gymnasium takes for 0 or 1, is not."""
+    return not isinstance(action, bool) and space.contains(action)
+
+
 def _member(space: spaces.Space[Any], action: Any) -> Any:
-    if not space.contains(action):
+    if not is_element(space, action):
         raise ValueError(f"{action!r} is not in {space}")
     return action
 

@@ -53,6 +53,8 @@ class GymWorld(World[Position, Any, Any]):
         ValueError: an argument is not allowed, or the environment cannot be copied faithfully as was asked.
     """
 
+    reset_options = None
+
     def __init__(
         self,
         env: _Env | Callable[[], _Env],

@@ -42,6 +42,8 @@ class OldGym(gymnasium.Env[Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; a seed goes to the old `seed(seed)`. The old interface knows no options."""
+        if options:
+            raise ValueError(f"the old interface of {self.old!r} has no reset options, got {options!r}; allowed: None")
         super().reset(seed=seed)
         if seed is not None and hasattr(self.old, "seed"):
             self.old.seed(seed)

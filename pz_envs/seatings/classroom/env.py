@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pz_envs.seatings.tutoring import TutoringEnv, words_space
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags
 from pz_envs.teacher_seat import CHOICES, CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
 from teachers.atoms import KINDS, SILENCE, Moment
 from teachers.seeds import Seeds
@@ -109,6 +109,7 @@ class ClassroomEnv(SeatsEnv):
             )
         check_cost("attention_cost", attention_cost)
         super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
+        check_flags(same_world=same_world)
         self.desks = tuple(desks)
         self.purse = desks[0].purse
         self._sayings: int = CHOICES.get(speech, 1) - 1
@@ -159,6 +160,7 @@ class ClassroomEnv(SeatsEnv):
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
+        self.desks[0].world.check_reset(options)
         if seed is None:
             self.seeds.episode += 1
         else:

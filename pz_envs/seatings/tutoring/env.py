@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from pz_envs.asking import ASK, asking_space, read_question
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
 from pz_envs.text_mode import failure, legal_text, parse_action
 from teachers.atoms import FN, FP, SILENCE, Atom, Moment, ParseFailure, Utterance
@@ -113,6 +113,7 @@ class TutoringEnv(SeatsEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(name, speech, render_mode)
+        check_flags(text=text, until_success=until_success)
         if not is_count(max_cycles):
             raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
         if ask_cost is not None:

@@ -31,7 +31,7 @@ class Thermostat(World):
         self.action_space = spaces.Discrete(len(KNOBS))
 
     def reset(self, *, seed=None, options=None):
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         away = int(self.np_random.integers(self.options["least"], self.options["most"] + 1))
         now = int(self.np_random.integers(15, 25))
         self._load(Truth(now, now + away * int(self.np_random.choice([-1, 1]))))
@@ -42,7 +42,7 @@ class Thermostat(World):
         return self._truth
 
     def legal(self, action):
-        if not self.action_space.contains(action):
+        if isinstance(action, bool) or not self.action_space.contains(action):
             raise illegal(action, self.action_syntax)
         return int(action)
 

@@ -36,7 +36,7 @@ class Door(World[Truth, Lights, tuple[int, int]]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Lights, dict[str, Any]]:
         """Draw a code, and set the dials to something else."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         code, dials = self.np_random.permutation(len(SETTINGS))[:2].tolist()
         self._load(Truth(SETTINGS[code], SETTINGS[dials]))
         return self.observe(), {"success": False}

@@ -1,0 +1,190 @@
+"""Sentences of a phrasebook, found in a text in linear time.
+
+A template is read like the regular expression of lazy groups that it suggests, but without its backtracking: what
+stands between two slots of text is looked for as a whole, and what can follow a later place can follow the first, too.
+"""
+
+import re
+import string
+from bisect import bisect_left
+from collections.abc import Hashable
+from functools import cached_property
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+
+_NUMBER = r"[-+]?(?:\d+(?:\.\d+)?(?:e[-+]?\d+)?|inf|nan)"  # what a slot with a format for numbers can hold
+_INTEGER = r"[-+]?\d{1,9}"
+_NUMBER_BEGINS = "+-0123456789in"
+_END = r"(?=\s|$)"
+
+
+class Place(NamedTuple):
+    """Where a sentence stands in a text."""
+
+    end: int
+    slots: dict[str, tuple[int, int]]
+    """Where the text of each slot begins and ends."""
+
+
+class _Chunk:
+    """What stands between two slots of text: words, and slots of numbers."""
+
+    def __init__(self, pattern: str) -> None:
+        self._pattern = pattern
+
+    @cached_property
+    def plain(self) -> re.Pattern[str]:
+        """The chunk."""
+        return re.compile(self._pattern)
+
+    @cached_property
+    def quoted(self) -> re.Pattern[str]:
+        """The chunk behind a quotation mark."""
+        return re.compile(f'"{self._pattern}')
+
+
+class Sentence:
+    """A template, as what it makes is found in a text.
+
+    A slot of text that opens with a quotation mark closes with one, if it can, whatever sentences are in it. A slot
+    that comes twice must read the same.
+
+    Args:
+        template: the template, with something between any two slots of text.
+        ends: whether space, or the end of the text, must follow.
+    """
+
+    def __init__(self, template: str, *, ends: bool = True) -> None:
+        parts = [""]
+        self._slots: list[str] = []
+        fields = list(string.Formatter().parse(template))
+        for literal, slot, spec, _ in fields:
+            parts[-1] += re.escape(literal)
+            if slot is not None and spec:
+                parts[-1] += (
+                    f"(?P={slot})"
+                    if f"(?P<{slot}>" in parts[-1]
+                    else f"(?P<{slot}>{_INTEGER if spec == 'd' else _NUMBER})"
+                )
+            elif slot is not None:
+                self._slots.append(slot)
+                parts.append("")
+        if ends:
+            parts[-1] += _END
+        self._first, *self._rest = map(_Chunk, parts)
+        literal, _, spec, _ = fields[0]
+        self.beginnings = tuple(_NUMBER_BEGINS) if spec and not literal else (literal,)
+        """It begins with one of these."""
+
+    def match(self, text: "Text", at: int) -> Place | None:
+        """The sentence, if it begins here."""
+        head = self._first.plain.match(text.text, at)
+        if head is None:
+            return None
+        slots = {name: head.span(name) for name in head.groupdict()}
+        place, way = head.end(), 0
+        ahead = self._ahead(text, 0, place, way)
+        if ahead is None:
+            text.hopeless.add(self)
+            return None
+        for i, (slot, chunk) in enumerate(zip(self._slots, self._rest, strict=True)):
+            found, *ahead = ahead
+            end = found.start()
+            if text.text[place] == '"' and (closed := text.find(chunk.quoted, place + 2, way)):
+                behind = self._ahead(text, i + 1, closed.end(), way | 1 << i)
+                if behind is not None:
+                    found, end, ahead, way = closed, closed.start() + 1, behind, way | 1 << i
+            spans = {slot: (place, end), **{name: found.span(name) for name in found.groupdict()}}
+            if any(name in slots and text[slots[name]] != text[span] for name, span in spans.items()):
+                return None
+            slots |= spans
+            place = found.end()
+        return Place(place, slots)
+
+    def _ahead(self, text: "Text", i: int, at: int, way: int) -> list[re.Match[str]] | None:
+        """The first places of the chunks from the i-th on, each after some text; None if one is missing."""
+        places = []
+        for chunk in self._rest[i:]:
+            found = text.find(chunk.plain, at + 1, (self, way))
+            if found is None:
+                return None
+            places.append(found)
+            at = found.end()
+        return places
+
+
+class _Line(Protocol):
+    """Something with a sentence."""
+
+    @property
+    def sentence(self) -> Sentence: ...
+
+
+LineT = TypeVar("LineT", bound=_Line)
+
+
+class Beginnings(Generic[LineT]):
+    """Lines by the words that they begin with, letter by letter."""
+
+    def __init__(self) -> None:
+        self.root: dict[str, Any] = {}
+        """Per letter what goes on with it, and under the empty string the lines that are complete."""
+        self.size = 0
+
+    def add(self, beginning: str, line: LineT) -> None:
+        """Add a line."""
+        node = self.root
+        for letter in beginning:
+            node = node.setdefault(letter, {})
+        node.setdefault("", []).append(line)
+        self.size += 1
+
+    def of(self, text: str) -> list[LineT]:
+        """The lines with whose words the text begins."""
+        node = self.root
+        found: list[LineT] = node.get("", [])
+        for letter in text:
+            node = node[letter]
+            found = found + node.get("", [])
+        return found
+
+
+class Text:
+    """A text that is read from its beginning to its end, with what was found on the way."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.hopeless: set[Sentence] = set()
+        """Sentences that cannot begin any more: what must follow in them does not."""
+        self._known: dict[tuple[re.Pattern[str], Hashable], tuple[int, re.Match[str] | None]] = {}
+        self._left: dict[int, tuple[int, list[Any]]] = {}
+
+    def __getitem__(self, span: tuple[int, int]) -> str:
+        return self.text[slice(*span)]
+
+    @cached_property
+    def _ends(self) -> list[int]:
+        return [end.start() for end in re.finditer(r"[.!?:]\s", self.text)]
+
+    def has_end(self, span: tuple[int, int]) -> bool:
+        """Whether a part of the text holds the end of a sentence, and more."""
+        i = bisect_left(self._ends, span[0])
+        return i < len(self._ends) and self._ends[i] + 2 <= span[1]
+
+    def find(self, pattern: re.Pattern[str], at: int, way: Hashable = None) -> re.Match[str] | None:
+        """The first place of a pattern from here on; those who go forwards on a way of their own search but once."""
+        since, found = self._known.get((pattern, way), (len(self.text) + 1, None))
+        if since > at or (found is not None and found.start() < at):
+            since, found = self._known[pattern, way] = at, pattern.search(self.text, at)
+        return found
+
+    def beginning(self, lines: Beginnings[LineT], at: int) -> list[LineT]:
+        """The lines that may begin here."""
+        last, end, stop = lines.root, at, len(self.text)
+        while end < stop and (node := last.get(self.text[end])):
+            last, end = node, end + 1
+        age = lines.size + len(self.hopeless)
+        since, left = self._left.get(id(last), (-1, []))
+        if since != age:
+            left = [line for line in lines.of(self.text[at:end]) if line.sentence not in self.hopeless]
+            self._left[id(last)] = age, left
+        return left
