@@ -148,7 +148,7 @@ def test_a_text_that_is_no_action_keeps_success_where_it_is_the_episodes(family)
     env.step("Begin.")
     oracle = family.oracle_class()(env.world.scratch)
     oracle.start(env.moment.after)
-    for action in oracle.plan(env.moment.after, 30):
+    for action in oracle.plan(env.moment.after, env.max_turns - 1):
         env.student_turn(action if isinstance(action, str) else f"{action}")
         env.teacher_turn("")
         if env.moment.success:
