@@ -48,7 +48,7 @@ class Lesson(Subject):
     def __init__(
         self,
         env: gymnasium.Env | Callable[[], gymnasium.Env],
-        oracle: Callable[[Callable[[], World[Any]]], Oracle] | None = None,
+        oracle: Callable[..., Oracle] | None = None,
         *,
         phrases: Phrases | None = None,
         look: Callable[[gymnasium.Env], Any] | None = None,

@@ -4,7 +4,7 @@ import hashlib
 import itertools
 import json
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -52,22 +52,22 @@ class Grid(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The full cross of its lists, but for the ids that have `fewer`. Specs are kept in their canonical form.
+    """The full cross of its lists, but for the ids that have `fewer`. Lists are kept as tuples, in canonical form.
 
     Raises:
         ValueError: one error that lists all that is not allowed.
     """
 
-    ids: tuple[str, ...]
-    teachers: tuple[str, ...]
-    students: tuple[str, ...]
-    instruction_types: tuple[str, ...] = ("b",)
-    feedback_types: tuple[str, ...] = ("a",)
-    seeds: tuple[int, ...] = tuple(range(10))
+    ids: Sequence[str]
+    teachers: Sequence[str]
+    students: Sequence[str]
+    instruction_types: Sequence[str] = ("b",)
+    feedback_types: Sequence[str] = ("a",)
+    seeds: int | Sequence[int] = 10
     """The seeds, each at least 0; a number n stands for 0 to n - 1."""
     max_turns: int | None = None
     """Turns after which episodes are truncated; None: each family's."""
-    fewer: Mapping[str, Mapping[str, tuple[Any, ...]]] = field(default_factory=dict)
+    fewer: Mapping[str, Mapping[str, Sequence[str] | Sequence[int] | int]] = field(default_factory=dict)
     """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
     are slow. Where several patterns fit an id, the first counts.
     """
@@ -175,7 +175,7 @@ def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[
     given = values
     if check is _seed and isinstance(values, int) and not isinstance(values, bool):
         values = tuple(range(values))
-    if not isinstance(values, list | tuple) or not values:
+    if not isinstance(values, Sequence) or isinstance(values, str | bytes) or not values:
         number = " or a number of at least 1" if check is _seed else ""
         problems.append(f"{name} must be a non-empty list{number}, got {given!r}")
         return ()

@@ -67,6 +67,12 @@ def test_the_quickstart_covers_what_it_promises():
     assert {"random", "obedient", "text_only", "oracle", "reward_only"} <= set(study.students)
 
 
+def test_any_sequence_is_a_list_and_kept_as_a_tuple():
+    study = small(ids=("llf-gridworld-v0",), seeds=range(2, 4), fewer={"*": {"seeds": range(3, 4)}})
+    assert (study.ids, study.seeds) == (("llf-gridworld-v0",), (2, 3))
+    assert study.grid("llf-gridworld-v0").seeds == (3,)
+
+
 @pytest.mark.parametrize(
     ("changes", "match"),
     [
@@ -91,6 +97,7 @@ def test_the_quickstart_covers_what_it_promises():
         ({"students": ["nobody"] * 5}, "^students: unknown student 'nobody'[^;]*;[^;]*$"),
         ({"seeds": "two"}, "seeds must be a non-empty list or a number of at least 1, got 'two'"),
         ({"seeds": 0}, "seeds must be a non-empty list"),
+        ({"seeds": b"7"}, "seeds must be a non-empty list"),
         ({"seeds": [-1]}, "a seed must be an integer of at least 0, got -1"),
         ({"seeds": True}, "seeds must be"),
         ({"max_turns": 0}, "max_turns must be an integer of at least 1"),
