@@ -105,7 +105,7 @@ def test_the_trace_is_the_environments_own():
         ({"instruction_type": "c"}, "instruction type 'c' is not supported; allowed: b$"),
         ({"feedback_type": "r+fp"}, "feedback type 'r\\+fp' is not supported; allowed: a, n, m, and of r$"),
         ({"snapshot": "maybe"}, "snapshot 'maybe' is unknown; allowed: auto, copy, replay"),
-        ({"num_rooms": 3}, "does not take these options: num_rooms"),
+        ({"num_rooms": 3}, "does not take these options: unknown option 'num_rooms'"),
         ({"max_turns": 0}, "must be an integer of at least 1"),
         ({"reward_range": (0, float("inf"))}, "reward_range must be two finite numbers"),
         ({"teacher": "orakle"}, "unknown personality"),

@@ -124,7 +124,7 @@ class GymWorld(World[Position, Any, Any]):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode. Without a seed the world draws one, so that the episode can be played again."""
-        super().reset(seed=seed)
+        super().reset(seed=seed, options=options)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
         self._at = None
         env = self._arrive()
