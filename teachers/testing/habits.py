@@ -9,6 +9,7 @@ from gymnasium import spaces
 
 from teachers.atoms import FN, FP, ActionClaim, Claim, FeedbackType, Moment
 from worlds.world import World
+from worlds.wrapped.position import same
 
 
 class Unread(str):
@@ -67,7 +68,7 @@ def idle(seen: Seen) -> Any:
     for action in thoughts:
         lab.restore(truth)
         lab.step(action)
-        if lab.state_of(lab.truth) == lab.state_of(truth):
+        if same(lab.state_of(lab.truth), lab.state_of(truth)):
             return action
     return thoughts[0]
 
