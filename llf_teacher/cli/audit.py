@@ -18,6 +18,8 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
+from llf_teacher.cli import say_missing
+
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
     from teachers.voice import Voice
@@ -52,7 +54,10 @@ def audit(
     if os.getcwd() not in sys.path:  # where `module:function` is looked for, as with `python -m`
         sys.path.append(os.getcwd())
     _voice(voice)
-    chosen = _matching(ids or ["*"], registry.ids(), lambda id: registry.entry(id).id)
+    if not ids:
+        say_missing()
+        ids = [id for id in registry.ids() if not registry.entry(id).family.missing()]
+    chosen = _matching(ids, registry.ids(), lambda id: registry.entry(id).id)
     specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_personality(spec)))
     console = Console(stderr=True)
     jobs = []
@@ -152,7 +157,7 @@ def _print(found: list["Audit"]) -> None:
                 f"{each.leaks}",
                 *([f"{each.changes}"] if changes else []),
             )
-        console.print(f"[bold]{id}[/]", table, sep="\n")
+        console.print(f"[bold]{escape(id)}[/]", table, sep="\n")
     console.print(
         "\nClaims by kind, the share that holds (the instruction's included), claims of the oracle that were", end=" "
     )
