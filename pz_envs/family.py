@@ -115,6 +115,15 @@ class Family(Subject):
         cls: type[Oracle[Any, Any]] = self._load(self.oracle, "teachers.oracles")
         return cls
 
+    def missing(self) -> str:
+        """What keeps the family from being played here, an extra that is not installed; empty if nothing does."""
+        try:
+            if self.extra:
+                self.oracle_class()
+        except ModuleNotFoundError as error:
+            return f"{error}"
+        return ""
+
     def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
         """The words of the family's teachers."""
         from teachers.phrasebook import load_phrasebook

@@ -19,6 +19,8 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
+from llf_teacher.cli import say_missing
+
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
     from teachers.voice import Voice
@@ -53,7 +55,10 @@ def audit(
     if os.getcwd() not in sys.path:  # where `module:function` is looked for, as with `python -m`
         sys.path.append(os.getcwd())
     _voice(voice)
-    chosen = _matching(ids or ["*"], registry.ids(), lambda id: registry.entry(id).id)
+    if not ids:
+        say_missing()
+        ids = [id for id in registry.ids() if not registry.entry(id).family.missing()]
+    chosen = _matching(ids, registry.ids(), lambda id: registry.entry(id).id)
     specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_personality(spec)))
     console = Console(stderr=True)
     jobs = []
@@ -153,7 +158,7 @@ def _print(found: list["Audit"]) -> None:
                 f"{each.leaks}",
                 *([f"{each.changes}"] if changes else []),
             )
-        console.print(f"[bold]{id}[/]", table, sep="\n")
+        console.print(f"[bold]{escape(id)}[/]", table, sep="\n")
     table = Table("claims", "false", "told to", box=None, padding=(0, 1, 0, 0))
     claims: Counter[str] = Counter()
     wrong: Counter[str] = Counter()

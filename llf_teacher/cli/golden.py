@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from llf_teacher.cli import say_missing
+
 
 def add_to(app: typer.Typer) -> None:
     """Add the command."""
@@ -19,5 +21,7 @@ def golden(
     from llf_teacher.registry import entry
     from llf_teacher.tools.golden import write
 
+    if not id:
+        say_missing()
     for path in write(folder, tuple(entry(name).id for name in id or ())):
         typer.echo(path)

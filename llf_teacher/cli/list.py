@@ -8,6 +8,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from llf_teacher.cli import say_missing
+
 
 def add_to(app: typer.Typer) -> None:
     """Add the command."""
@@ -23,10 +25,13 @@ def list_() -> None:
 
     console = Console(highlight=False)
     console.print("[bold]Environments[/]")
+    say_missing()
     for family in all_families():
+        if family.missing():
+            continue
         ids = [id for id, its_family, *_ in entries().values() if its_family is family]
         instructions, feedback = (" ".join(types) for types in supported_types(ids[0]))
-        console.print(f"\n[bold]{family.name}[/]: {family.summary}")
+        console.print(f"\n[bold]{family.name}[/]: {escape(family.summary)}")
         console.print(f"  {family.max_turns} turns, instructions {instructions}, feedback {feedback}")
         for id in ids:
             console.print(f"  [cyan]{id}[/]", soft_wrap=True)

@@ -6,6 +6,7 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+from llf_teacher.visible import visible
 from teachers.atoms import KINDS
 from teachers.feedback import parse_kinds
 
@@ -61,7 +62,7 @@ def _learn(console: Console, id: str, seed: int | None, **settings: Any) -> None
     while True:
         for key, style in (("instruction", "bold"), ("observation", "cyan"), ("feedback", "green")):
             if observation[key]:
-                console.print(f"[{style}]{escape(observation[key])}[/]\n")
+                console.print(f"[{style}]{_shown(observation[key])}[/]\n")
         if done:
             break
         turn += 1
@@ -79,16 +80,16 @@ def _teach(console: Console, id: str, seed: int | None, **settings: Any) -> None
     env = llf_teacher.TeacherEnv(id, until_success=True, **settings)
     aec, seat = env.aec, env.aec.seat
     env.reset(seed=seed)
-    console.print(f"[bold]{escape(aec.instruction)}[/]\n")
+    console.print(f"[bold]{_shown(aec.instruction)}[/]\n")
     total, done = 0.0, False
     while not done:
         told = aec.describe()
         if told["action"]:
-            console.print(f"The student did: [bold]{escape(told['action'])}[/]")
-        console.print(f"[cyan]{escape(told['state'])}[/]\n")
+            console.print(f"The student did: [bold]{_shown(told['action'])}[/]")
+        console.print(f"[cyan]{_shown(told['state'])}[/]\n")
         subset = _choose(console, seat)
         _, reward, terminated, truncated, _ = env.step(subset)
-        console.print(f"[green]{escape(aec.feedback)}[/]\n")
+        console.print(f"[green]{_shown(aec.feedback)}[/]\n")
         total += reward
         done = terminated or truncated
     _sum_up(console, aec.turn, aec.moment.success, total)
@@ -107,7 +108,7 @@ def _choose(console: Console, seat: "TeacherSeat") -> int:
         return 0
     for claim in seat.claims():
         if claim.kind is not None:
-            console.print(f"  {claim.kind:2} {escape(_worded(claim, seat))}", soft_wrap=True)
+            console.print(f"  {claim.kind:2} {_shown(_worded(claim, seat))}", soft_wrap=True)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
     while True:
@@ -115,7 +116,7 @@ def _choose(console: Console, seat: "TeacherSeat") -> int:
         try:
             kinds = parse_kinds("a" if words == ["a"] else words)
         except ValueError as error:
-            console.print(escape(str(error)))
+            console.print(_shown(str(error)))
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 
@@ -134,3 +135,8 @@ def _ask(console: Console, prompt: str, several_lines: bool) -> str:
     while several_lines and lines[-1].strip():
         lines.append(input())
     return "\n".join(lines)
+
+
+def _shown(text: str) -> str:
+    """Text that Rich prints as it is."""
+    return escape(visible(text))

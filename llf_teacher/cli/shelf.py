@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from llf_teacher.cli import say_missing
+
 
 def add_to(app: typer.Typer) -> None:
     """Add the command."""
@@ -19,6 +21,7 @@ def shelf(
     """  # noqa: D205
     from llf_teacher.tools.shelf import TABLES, documents, write
 
+    say_missing()
     found = documents(Path()) if file is None else [file]
     for path in found:
         write(path)

@@ -10,8 +10,9 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from llf_teacher.cli import errors
+from llf_teacher.cli import errors, say_missing
 from llf_teacher.models.settings import BUDGET
+from llf_teacher.visible import visible
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,6 +45,7 @@ def quickstart(
     if context.invoked_subcommand is None:
         from llf_teacher.studies import study
 
+        say_missing()
         _run(study.quickstart(), store, report, workers)
 
 
@@ -78,7 +80,7 @@ def _run(
     from llf_teacher.studies.runner import run as play
     from llf_teacher.studies.store import Store
 
-    console = Console(stderr=True)
+    console = Console(stderr=True, markup=False)
     check_writable(report)
     columns = (
         TextColumn("{task.description}"),
@@ -100,7 +102,7 @@ def _run(
 
                 played = play(study, store, workers, show, environment)
         except EpisodeError as error:
-            errors.print(f"{error.trace}llf: {error}")
+            errors.print(visible(f"{error.trace}llf: {error}"))
             if store.keys():
                 errors.print(f"What was played is in {path}; the same command goes on from there.")
             raise typer.Exit(1) from None

@@ -1,10 +1,14 @@
 """The client: ask a model, through the cache and within the spending limit."""
 
 import importlib.util
+import ipaddress
 import json
+import math
 import time
+import warnings
 from functools import cache
 from typing import Any
+from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, SpendingLimitError
 from llf_teacher.models.cache import Cache, Usage
@@ -32,6 +36,8 @@ class Endpoint:
         import openai
 
         self.base_url, self._settings = base_url, settings
+        if settings.key and _is_open(base_url):
+            warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
         self._cache = Cache(settings.cache)
         # It retries connection errors, timeouts, 408, 409, 429 and 5xx, with backoff and jitter or as Retry-After says.
         self._client = openai.OpenAI(
@@ -117,6 +123,17 @@ class Endpoint:
         return text.encode("utf-8", "replace").decode()
 
 
+def _is_open(base_url: str) -> bool:
+    """Whether what is sent goes unencrypted to another machine."""
+    address = urlsplit(base_url)
+    host = address.hostname or ""
+    try:
+        own = ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        own = host == "localhost" or host.endswith(".localhost")
+    return address.scheme == "http" and not own
+
+
 @cache
 def connect(base_url: str, settings: Settings) -> Endpoint:
     """An endpoint, the same for the same settings."""
@@ -154,5 +171,5 @@ def _read(reply: str, prices: tuple[float, float] | None) -> tuple[str | None, U
         tokens = int(data["usage"]["prompt_tokens"]), int(data["usage"]["completion_tokens"])
     except (LookupError, TypeError, ValueError):
         return text, Usage(None, None, None)
-    usd = None if prices is None else sum(n * price for n, price in zip(tokens, prices, strict=True)) / _TOKENS
+    usd = None if prices is None else math.fsum(n * price for n, price in zip(tokens, prices, strict=True)) / _TOKENS
     return text, Usage(*tokens, usd)

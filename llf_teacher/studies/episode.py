@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -182,8 +183,8 @@ def _summary(family: str, reads: str, rows: list[TurnRow]) -> EpisodeRow:
         turns=len(rows) - 1,
         success=rows[-1].success,
         first_success=next((row.turn for row in rows if row.success), None),
-        total_reward=sum(row.reward for row in rows),
-        regret=sum(row.regret for row in rows),
+        total_reward=math.fsum(row.reward for row in rows),
+        regret=math.fsum(row.regret for row in rows),
         parse_failures=sum(row.parse_failure is not None for row in rows),
         claims=len(said),
         claims_held=sum(atom["holds"] for atom in said),

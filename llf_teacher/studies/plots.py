@@ -113,7 +113,9 @@ def dot_plot(
                 there = [(i + offset, estimates[row, name]) for i, row in enumerate(rows) if (row, name) in estimates]
                 ys = [y for y, _ in there]
                 ax.hlines(ys, [e.low for _, e in there], [e.high for _, e in there], color, linewidth=1.6, alpha=0.55)
-                dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=name, clip_on=False)[0]
+                dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=_named(name), clip_on=False)[
+                    0
+                ]
                 dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
             ax.set_xlabel(label)
             ax.grid(axis="x")
@@ -159,7 +161,7 @@ def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], 
         for ax in axes[max(0, len(panels) - columns) : len(panels)]:
             ax.tick_params(labelbottom=True)
         for name, (color, marker) in looks.items():
-            axes[0].plot([], [], color=color, marker=marker, label=name)
+            axes[0].plot([], [], color=color, marker=marker, label=_named(name))
         figure.supxlabel("turn", size=9, color=SHADES["muted"].light)
         figure.supylabel(f"cumulative regret ({unit})", size=9, color=SHADES["muted"].light)
         _legend(figure, axes[0], 2.2)
@@ -199,6 +201,11 @@ def _ticks(integer: bool = False) -> MaxNLocator:
 
 def _folded(label: str) -> str:
     return textwrap.fill(label, 30)
+
+
+def _named(label: str) -> str:
+    """The label as Matplotlib shows it: one that begins with an underscore is left out."""
+    return f" {label}" if label.startswith("_") else label
 
 
 def _legend(figure: Figure, ax: Axes, handle: float) -> None:

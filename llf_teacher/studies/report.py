@@ -24,6 +24,7 @@ from llf_teacher.studies.sections import (
 )
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
+from llf_teacher.visible import visible
 from teachers.atoms import KINDS, Label
 
 _KIND_NAMES = {
@@ -121,7 +122,7 @@ def render(store: Store, study: Study) -> str:
         lstrip_blocks=True,
     )
     environment.filters |= {"digest": digest, "label": label, "reads": reads, "number": _number, "percent": _percent}
-    return environment.get_template("report.html.j2").render(
+    page = environment.get_template("report.html.j2").render(
         study=study,
         sections=found,
         accounts={pair: list(accounts(study, _of_pair(found, pair))) for pair in pairs},
@@ -138,6 +139,7 @@ def render(store: Store, study: Study) -> str:
         reference=REFERENCE,
         turns=lambda episode: _turns(store, episode),
     )
+    return visible(page)
 
 
 def _of_pair(found: Iterable[Section], pair: tuple[str, str]) -> list[Played]:

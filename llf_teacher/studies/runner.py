@@ -4,6 +4,7 @@ import contextlib
 import multiprocessing
 import os
 import platform
+import random
 import re
 import threading
 import traceback
@@ -12,6 +13,8 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from concurrent.futures.process import BrokenProcessPool
 from importlib import metadata
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from llf_teacher.models import LLMError, SpendingLimitError
 from llf_teacher.models.cache import spending
@@ -120,7 +123,10 @@ def run(
 
 
 def _attempt(spec: EpisodeSpec) -> Record | Failure:
-    """Play an episode, in a worker."""
+    """Play an episode, in a worker, whose global generators are seeded for agents that use them."""
+    seed = int(spec.key, 16)
+    random.seed(seed)
+    np.random.seed(seed % 2**32)  # noqa: NPY002 (agents of the user's own may use it)
     try:
         return play(spec)
     except LLMError as error:

@@ -90,7 +90,7 @@ def variance_split(values: ArrayLike) -> Split | None:
         shares.append(float((part**2).mean()) / total)
         rest = rest - part
     teachers, students, interaction = shares
-    return Split(teachers, students, interaction, 1 - sum(shares))
+    return Split(teachers, students, interaction, 1 - math.fsum(shares))
 
 
 def mean_band(values: ArrayLike, resamples: int = BAND_RESAMPLES) -> Band:

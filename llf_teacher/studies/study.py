@@ -210,9 +210,12 @@ def load_study(path: Path) -> Study:
 
 
 def quickstart() -> Study:
-    """The built-in study: every family, the controls and some personalities, students who read different things."""
+    """The built-in study: every family that is installed, controls and some personalities, students who read different
+    things.
+    """  # noqa: D205
+    families = [family for family in all_families() if not family.missing()]
     return Study(
-        ids=tuple(PREFIX + name for family in all_families() for name in family.showcase),
+        ids=tuple(PREFIX + name for family in families for name in family.showcase),
         teachers=(
             "oracle",
             "only(kinds='r+hp+hn')",
@@ -231,7 +234,7 @@ def quickstart() -> Study:
                 "students": ("random", "obedient"),
                 "seeds": tuple(range(3)),
             }
-            for family in all_families()
+            for family in families
             if family.slow
             for name in family.showcase
         },

@@ -61,7 +61,7 @@ def write(folder: Path, which: tuple[str, ...] = ()) -> list[Path]:
     """Write transcripts of the given environments, or of all that are sampled; the files written."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for id in which or [entry.id for entry in entries().values() if entry.sampled]:
+    for id in which or [each.id for each in entries().values() if each.sampled and not each.family.missing()]:
         path = folder / f"{id}.txt"
         path.write_text(transcript(id), encoding="utf-8")
         paths.append(path)

@@ -49,8 +49,8 @@ def matrix() -> str:
 
 
 def _own_families() -> list[Family]:
-    """Those of this distribution."""
-    return [family for family in all_families() if not family.version]
+    """Those of this distribution that are installed."""
+    return [family for family in all_families() if not family.version and not family.missing()]
 
 
 TABLES = {"families": families, "shelf": shelf, "matrix": matrix}

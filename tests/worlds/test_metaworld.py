@@ -282,9 +282,22 @@ print("seen")
 """
 
 
-def see(gl):
+TWICE = """
+from worlds.metaworld.world import MetaWorld
+
+refused = 0
+for task in ("reach-v3", "push-v3"):
+    try:
+        MetaWorld(task, visual=True).reset(seed=0)
+    except RuntimeError as error:
+        refused += "images need off-screen OpenGL" in str(error)
+print(refused)
+"""
+
+
+def see(gl, code=IMAGES):
     environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "MUJOCO_GL")}
-    program = [sys.executable, "-c", IMAGES]
+    program = [sys.executable, "-c", code]
     return subprocess.run(program, capture_output=True, text=True, env=environment | {"MUJOCO_GL": gl}, check=False)
 
 
@@ -299,3 +312,8 @@ def test_without_opengl_the_error_says_what_to_do():
     result = see("glfw")  # which needs a display
     assert "RuntimeError: images need off-screen OpenGL" in result.stderr
     assert "MUJOCO_GL to egl" in result.stderr
+
+
+def test_without_opengl_it_is_an_error_the_second_time_too():
+    result = see("glfw", TWICE)
+    assert result.stdout == "2\n", result.stderr

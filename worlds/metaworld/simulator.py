@@ -18,6 +18,16 @@ _CAMERA = "corner2"
 _NONE = Episode((), b"", b"", ())  # the episode of a simulator that has loaded none
 
 
+_FAILED: list[str] = []  # why this process has no OpenGL: to ask for it again would end the process
+
+
+def _no_images(why: str) -> RuntimeError:
+    return RuntimeError(
+        f"images need off-screen OpenGL, which failed with {why}; set the environment variable MUJOCO_GL "
+        f"to egl (Debian: libegl1) or to osmesa (Debian: libosmesa6) before Python starts, or do without images"
+    )
+
+
 class Simulator:
     """The environment of metaworld of a task, with cheaper steps; worlds of one thread take turns to use it."""
 
@@ -90,6 +100,8 @@ class Simulator:
     def image(self) -> ImageArray:
         """What the camera sees now, uint8 (240, 240, 3)."""
         mujoco, env = self._mujoco, self.env
+        if _FAILED:
+            raise _no_images(_FAILED[0])
         physics = self._physics()
         try:
             if self._renderer is None:
@@ -98,10 +110,8 @@ class Simulator:
             self._renderer.update_scene(env.data, camera=_CAMERA)
             image = self._renderer.render()
         except Exception as error:
-            raise RuntimeError(
-                f"images need off-screen OpenGL, which failed with {error!r}; set the environment variable MUJOCO_GL "
-                f"to egl (Debian: libegl1) or to osmesa (Debian: libosmesa6) before Python starts, or do without images"
-            ) from error
+            _FAILED.append(f"{error!r}")
+            raise _no_images(_FAILED[0]) from error
         mujoco.mj_setState(env.model, env.data, physics, self._kind)
         upright: ImageArray = image[::-1, ::-1].copy()
         return upright  # this camera hangs upside down

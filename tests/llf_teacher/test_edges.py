@@ -1,0 +1,200 @@
+"""At the edges: other people's files and names, text that steers terminals, extras that are not there."""
+
+import os
+import random
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from llf_teacher.models.client import Endpoint
+from llf_teacher.models.settings import Settings
+from llf_teacher.studies.episode import TurnRow, _summary
+from llf_teacher.studies.runner import run
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study
+from llf_teacher.visible import visible
+
+STUDY = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle"]
+students = ["_mine:Agent"]
+seeds = 1
+"""
+AGENT = """
+import random
+
+import numpy as np
+
+
+class Agent:
+    def __init__(self, answer="north"):
+        self.answer = answer
+
+    def act(self, observation):
+        return self.answer
+
+
+class Gambler:
+    def act(self, observation):
+        return random.choice(["north", "east"]) if np.random.random() < 0.5 else random.choice(["west", "south"])
+
+
+class Broken:
+    def act(self, observation):
+        raise KeyError("\\x1b[31mred\\x1b]0;title\\x07 \\u202e [/b]")
+"""
+ESCAPE, OVERRIDE = "\x1b", "\u202e"
+
+
+def python(*arguments, cwd, **environment):
+    command = [sys.executable, *arguments]
+    return subprocess.run(
+        command, cwd=cwd, capture_output=True, text=True, check=False, env={**os.environ, **environment}
+    )
+
+
+@pytest.mark.parametrize("file", ["worlds/__init__.py", "worlds.py", "teachers/__init__.py", "pz_envs.py"])
+@pytest.mark.parametrize(
+    "arguments",
+    [("script.py",), ("-m", "llf_teacher", "list"), ("-c", "import llf_teacher")],
+    ids=["script", "-m", "-c"],
+)
+def test_a_file_that_hides_a_package_is_named(tmp_path, file, arguments):
+    path = tmp_path / file
+    path.parent.mkdir(exist_ok=True)
+    path.touch()
+    (tmp_path / "script.py").write_text("import llf_teacher\n")
+    result = python(*arguments, cwd=tmp_path)
+    last = result.stderr.splitlines()[-1]
+    assert last.startswith("ImportError: llf_teacher needs its own package ")
+    assert f"Python finds {path} first; rename that" in last
+
+
+def test_a_package_that_was_imported_before_is_named(tmp_path):
+    (tmp_path / "teachers.py").touch()
+    result = python("-c", "import teachers, llf_teacher", cwd=tmp_path)
+    assert f"Python finds {tmp_path / 'teachers.py'} first" in result.stderr
+
+
+def test_a_folder_that_is_no_package_hides_nothing(tmp_path):
+    (tmp_path / "teachers").mkdir()
+    result = python("-c", "import llf_teacher; print(len(llf_teacher.ids()) > 8)", cwd=tmp_path)
+    assert result.stdout == "True\n", result.stderr
+
+
+def test_names_that_look_like_markup(tmp_path):
+    (tmp_path / "_mine.py").write_text(AGENT)
+    (tmp_path / "study.toml").write_text(STUDY.replace("_mine:Agent", "_mine:Agent(answer='[/b] \\u202e')"))
+    command = ("study", "run", "study.toml", "--store", "x[.]y[b].db", "--report", "r[i].html", "--workers", "1")
+    result = python("-m", "llf_teacher", *command, cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    assert "Played 1 episodes, stored in x[.]y[b].db." in result.stderr
+    assert "r[i].html" in "".join(result.stderr.split())
+    page = (tmp_path / "r[i].html").read_text(encoding="utf-8")
+    assert OVERRIDE not in page
+    assert r"[/b] \u202e" in page
+    assert page.count("_mine:Agent") > 2
+
+
+def test_a_student_whose_module_begins_with_an_underscore_is_in_the_plots(tmp_path, monkeypatch):
+    (tmp_path / "_other.py").write_text(AGENT)
+    (tmp_path / "study.toml").write_text(STUDY.replace("_mine", "_other"))
+    result = python("-m", "llf_teacher", "study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
+    assert result.returncode == 0, result.stderr
+    page = (tmp_path / "llf-study.html").read_text(encoding="utf-8")
+    assert any("_other:Agent" in plot.partition("</svg>")[0] for plot in page.split("<svg")[1:])
+
+
+def test_what_an_agent_says_does_not_steer_the_terminal(tmp_path):
+    (tmp_path / "_mine.py").write_text(AGENT)
+    (tmp_path / "study.toml").write_text(STUDY.replace("Agent", "Broken"))
+    result = python("-m", "llf_teacher", "study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
+    assert result.returncode == 1
+    assert ESCAPE not in result.stderr
+    assert OVERRIDE not in result.stderr
+    assert "[/b]" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("a\tb\nç — 東京 🎬", "a\tb\nç — 東京 🎬"),
+        ("\x1b[31m\x07\x9b", r"\x1b[31m\x07\x9b"),
+        ("\u202egnp\u2066\u200b\ufeff", r"\u202egnp\u2066\u200b\ufeff"),
+        ("\ud800", r"\ud800"),
+    ],
+)
+def test_visible(text, shown):
+    assert visible(text) == shown
+
+
+def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monkeypatch):
+    (tmp_path / "gamblers_of_mine.py").write_text(AGENT)
+    monkeypatch.syspath_prepend(tmp_path)
+    study = Study(
+        ids=("llf-gridworld-v0",),
+        teachers=("silent",),
+        students=("gamblers_of_mine:Gambler",),
+        seeds=(0, 1, 2, 3),
+        max_turns=8,
+    )
+    before = random.getstate(), np.random.get_state()[1].tolist()  # noqa: NPY002
+    played = []
+    for name, workers in (("one", 1), ("two", 2)):
+        with Store(tmp_path / f"{name}.db") as store:
+            run(study, store, workers=workers)
+            played.append([[turn["action"] for turn in store.turns(spec.key)] for spec in study.episodes()])
+    assert played[0] == played[1]
+    assert len({tuple(map(str, actions)) for actions in played[0]}) == 4
+    assert (random.getstate(), np.random.get_state()[1].tolist()) == before  # noqa: NPY002
+
+
+def test_sums_do_not_depend_on_the_order_or_the_python():
+    rows = [TurnRow(n, "", None, None, 0.1, 0.1, False, None, None, "", "[]") for n in range(10)]
+    found = _summary("family", "words", rows)
+    assert (found.total_reward, found.regret) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("url", "warned"),
+    [
+        ("http://models.example/v1", True),
+        ("http://10.0.0.7:8000/v1", True),
+        ("http://localhost:8000/v1", False),
+        ("http://127.0.0.1:8000/v1", False),
+        ("http://[::1]:8000/v1", False),
+        ("https://models.example/v1", False),
+    ],
+)
+def test_a_key_that_goes_unencrypted_to_another_machine_is_warned_of(url, warned, recwarn):
+    for key in ("sk-secret-0123456789", ""):
+        recwarn.clear()
+        Endpoint(url, Settings(key=key, cache=":memory:", budget=None, timeout=1.0, retries=0))
+        said = [str(each.message) for each in recwarn if "for everyone to read; use https" in str(each.message)]
+        assert len(said) == (warned and key != "")
+
+
+def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.modules['alfworld'] = None\n")
+    path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
+    for command in (("list",), ("shelf",), ("golden", "out")):
+        result = python("-m", "llf_teacher", *command, cwd=tmp_path, PYTHONPATH=path)
+        assert result.returncode == 0, result.stderr
+        assert result.stderr.count("pip install 'llf-teacher[alfworld]'") == 1
+        assert len(result.stderr.strip().splitlines()) == 1
+        assert "llf-alfworld" not in result.stdout
+        assert "gridworld" in result.stdout
+    code = (
+        "from llf_teacher.studies.study import quickstart\n"
+        "from llf_teacher.cli import audit\n"
+        "audit._audits = lambda jobs, workers: print(sorted({job[0] for job in jobs})) or iter(())\n"
+        "print(quickstart().ids)\n"
+        "audit.audit(None, ['silent'], 10, 'a', 'plain', 1, True)\n"
+    )
+    result = python("-c", code, cwd=tmp_path, PYTHONPATH=path)
+    assert result.returncode == 0, result.stderr
+    assert "llf-alfworld" not in result.stdout
+    assert result.stdout.count("llf-gridworld-v0") == 2
+    assert result.stderr.count("left out: ") == 1
