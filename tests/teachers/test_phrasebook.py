@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import re
 import string
 from collections import Counter
 from functools import cache
@@ -17,6 +18,8 @@ from teachers import common
 from teachers.atoms import SILENCE, Claim, FeedbackType, claim, slots_of
 from teachers.common import Late, Reward, Solved, TryAgain
 from teachers.oracle import claims_of
+from teachers.oracles.poem import PoemOracle
+from teachers.oracles.poem.claims import AvoidCount, AvoidLines, Count, LinesRight, Write, WrongLine, WrongNumber
 from teachers.phrasebook import Draws, Phrasebook, check_paraphrase, load_phrasebook
 from teachers.testing import Pupil
 
@@ -318,3 +321,25 @@ def test_draws_do_not_depend_on_how_many_are_taken_at_once():
     one, other = draws(), draws()
     assert [one.take(1)[0] for _ in range(5)] == [other.take(1)[0] for _ in range(5)]
     assert one.take(0) == []
+
+
+@pytest.mark.parametrize("voice", ["plain", "curt", "socratic"])
+def test_one_syllable_and_one_line_are_no_plural(voice):
+    """Poems of one line and lines of one syllable are poems, too."""
+    book = next(family for family in FAMILIES.values() if family.oracle == PoemOracle.__name__).phrasebook(voice)
+    for said in (
+        WrongLine(line=1, counted=1, required=5),
+        Count(line=1, syllables=1),
+        AvoidCount(line=1, counted=1),
+        Write(action="la", line=1, syllables=1),
+        WrongNumber(lines=1, required=3),
+        AvoidLines(lines=1),
+    ):
+        slots = {name: getattr(said, name) for name in slots_of(type(said))}
+        for template in book.templates(type(said)):
+            assert re.search(r"\b1 (syllable|line)\b", template.format(**slots)), template
+
+
+def test_a_list_of_lines_is_a_part_of_the_sentence():
+    book = next(family for family in FAMILIES.values() if family.oracle == PoemOracle.__name__).phrasebook()
+    assert not [template for template in book.templates(LinesRight) if ": {listing}" in template]

@@ -80,11 +80,12 @@ def off_by(place: Place, wanted: Place) -> Errors:
 
 def tell(errors: Errors) -> str:
     """Errors in words."""
-    return " and ".join(
-        f"{axis} was {abs(error)} cm too {'large' if error > 0 else 'small'}"
+    parts = [
+        f"{axis} {abs(error)} cm too {'large' if error > 0 else 'small'}"
         for axis, error in zip(AXES, errors, strict=True)
         if error
-    )
+    ]
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if parts[1:] else parts).replace(" ", " was ", 1)
 
 
 def directions(hand: Place, place: Place, slack: float = 0.0) -> tuple[str, ...]:

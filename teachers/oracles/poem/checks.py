@@ -58,6 +58,16 @@ def listing_of(items: tuple[int, ...]) -> str:
     return ", ".join(map(str, items[:-1])) + " and " * (len(items) > 1) + str(items[-1])
 
 
+def syllables_of(count: int) -> str:
+    """A number of syllables in words."""
+    return "1 syllable" if count == 1 else f"{count} syllables"
+
+
+def length_of(count: int) -> str:
+    """A number of lines in words."""
+    return "1 line" if count == 1 else f"{count} lines"
+
+
 def example_of(truth: Truth) -> tuple[str, ...]:
     """The lines of a poem that is right."""
     pattern = truth.pattern * _FREE_LINES if truth.free else truth.pattern

@@ -3,7 +3,19 @@
 from collections.abc import Sequence
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, EditClaim, Grounded, Moment, Verdict, claim, opposed
-from teachers.oracles.poem.checks import drum, editable, judged, line_of, listing_of, pays, plays, required_of, solves
+from teachers.oracles.poem.checks import (
+    drum,
+    editable,
+    judged,
+    length_of,
+    line_of,
+    listing_of,
+    pays,
+    plays,
+    required_of,
+    solves,
+    syllables_of,
+)
 from worlds.poem import HAIKU, TANKA, Poem, Truth, compose, lines_of
 
 TITLES = {HAIKU: "haiku", TANKA: "tanka"}
@@ -182,6 +194,11 @@ class WrongLine(Claim[Truth, Poem]):
     counted: int
     required: int
 
+    @property
+    def reading(self) -> str:
+        """How it can be read."""
+        return syllables_of(self.counted)
+
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the line as a poem of its own."""
         if not judged(moment, self.line) or self.required != required_of(moment.past, self.line):
@@ -203,6 +220,11 @@ class WrongNumber(Claim[Truth, Poem]):
     kind = HN
     lines: int
     required: int
+
+    @property
+    def length(self) -> str:
+        """How long it is."""
+        return length_of(self.lines)
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Count the lines that hold more than space, and ask for so many."""
@@ -244,6 +266,11 @@ class Write(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
     action: str
     line: int
     syllables: int
+
+    @property
+    def amount(self) -> str:
+        """How many that are."""
+        return syllables_of(self.syllables)
 
     @property
     def words(self) -> str:  # type: ignore[override]  # they follow from the poem
@@ -288,6 +315,11 @@ class Count(Claim[Truth, Poem]):
     kind = FP
     line: int
     syllables: int
+
+    @property
+    def amount(self) -> str:
+        """How many that are."""
+        return syllables_of(self.syllables)
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with so many syllables where a line like that is asked for."""
@@ -353,6 +385,11 @@ class AvoidCount(Claim[Truth, Poem]):
     line: int
     counted: int
 
+    @property
+    def amount(self) -> str:
+        """How many that are."""
+        return syllables_of(self.counted)
+
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with the required number where a line of so many syllables is asked for."""
         return not plays(lab, drum(required_of(moment.after, self.line)), self.counted)
@@ -368,6 +405,11 @@ class AvoidLines(Claim[Truth, Poem]):
 
     kind = FN
     lines: int
+
+    @property
+    def length(self) -> str:
+        """How many that are."""
+        return length_of(self.lines)
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer so many lines of one syllable where each line must have one: they must not earn anything."""
