@@ -146,7 +146,7 @@ class Catalogue:
         """Every item, in the order of the source."""
         self._bits = np.array([item.bits for item in self.items], np.int64)
         self._named = np.array([item.named for item in self.items], bool)
-        self.find: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.find)
+        self.find: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=32_768)(self._titles.find)
         """The items that a title stands for: none, one, or several if it is ambiguous."""
         self.near: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.near)
         """The items that a title, which stands for none, is spelt like."""

@@ -26,7 +26,7 @@ _SHORTEST = 6  # characters of a word in which a slip is forgiven, and of a titl
 _LONG = 12  # characters of a title from which on two typos are near, not one
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=32_768)
 def fold(title: str) -> str:
     """A title without case, accents and punctuation, its article in front."""
     text = title.casefold().replace("&", " and ")
@@ -50,14 +50,14 @@ class Titles:
         self._keys = [fold(title) for title, _ in works]
         self._by_key: dict[str, list[int]] = {}
         self._by_form: dict[str, list[int]] = {}
-        self._by_length: dict[int, list[str]] = {}
+        self._by_start: dict[tuple[str, int], list[str]] = {}
         self._by_mask: dict[str, list[str]] = {}
         for i, (key, (title, _)) in enumerate(zip(self._keys, works, strict=True)):
             self._by_key.setdefault(key, []).append(i)
             for form in _forms(title):
                 self._by_form.setdefault(form, []).append(i)
         for form in self._by_form:
-            self._by_length.setdefault(len(form), []).append(form)
+            self._by_start.setdefault((form[:1], len(form)), []).append(form)
             for mask in _masks(form):
                 self._by_mask.setdefault(mask, []).append(form)
 
@@ -111,13 +111,13 @@ class Titles:
         return sorted({i for form in found for i in self._by_form[form]})
 
     def _close(self, form: str) -> list[tuple[int, str]]:
-        """Forms of titles that are at most one typo away, of long ones two, with the number of typos."""
+        """Forms of titles of this first letter, at most one typo away, if long two, with the number of typos."""
         if len(form) < _SHORTEST:
             return []
         most = 2 if len(form) >= _LONG else 1
         found = []
         for length in range(max(len(form) - most, _SHORTEST), len(form) + most + 1):
-            forms = self._by_length.get(length, ())
+            forms = self._by_start.get((form[0], length), ())
             close = process.extract(form, forms, scorer=OSA.distance, score_cutoff=most, limit=None)
             found += [(int(distance), other) for other, distance, _ in close]
         return found
@@ -129,7 +129,7 @@ def _split(text: str) -> tuple[str, int | None]:
     return (text[: year.start()], int(year[1])) if year else (text, None)
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=32_768)
 def _forms(title: str) -> frozenset[str]:
     """A title as it may be spelt: with its hyphens or without; without its article if two words are left.
 
