@@ -12,7 +12,8 @@ FAMILY = Family(
     showcase=("reco-movie-v0",),
     max_turns=30,
     repeated=True,
-    regret_unit="share of unmet requirements",
+    rules=2,
+    regret_unit="share of titles that do not meet every wish",
     learning=BestAnswer(),
 )
 env, raw_env, parallel_env = FAMILY.env, FAMILY.raw_env, FAMILY.parallel_env

@@ -22,9 +22,12 @@ from teachers.oracles.movies.claims import (
     Fits,
     Nothing,
     NotInCatalogue,
+    OthersFit,
+    OthersMiss,
     Recommend,
     Repeat,
     Seek,
+    SpeltLike,
     TakenFor,
     Unrated,
 )
@@ -79,6 +82,7 @@ def test_each_attribute_is_judged():
         (["Jurrasic Park"], [AllFit(), TakenFor(item=1, said="Jurrasic Park", title="Jurassic Park")]),
         ([], [Nothing()]),
         (["Jaws", "Gone Badly"], [Fits(item=1, title="Jaws"), NotInCatalogue(item=2, said="Gone Badly")]),
+        (["Vertigu"], [SpeltLike(item=1, said="Vertigu", title="Vertigo")]),
         (["Jaws (1990)"], [NotInCatalogue(item=1, said="Jaws (1990)")]),
         (
             ["Aladdin"],
@@ -91,10 +95,22 @@ def test_existence_is_judged(titles, said):
     assert hindsight(Profile(False), *titles) == said
 
 
-def test_a_long_list_is_not_told_in_full():
+def test_every_title_of_a_long_list_is_told_of():
     said = hindsight(Profile(True, (0,), (COMEDY,), 0), *LABELS[:100])
-    assert sum(claim.kind == HP for claim in said) <= 12
-    assert sum(claim.kind == HN for claim in said) <= 12
+    assert {claim.item for claim in said} == set(range(1, 101))
+
+
+@pytest.mark.parametrize("most", [0, 1, 2, 5])
+def test_titles_behind_max_items_are_counted(most):
+    """Of five titles three fit; nothing is left out without a word."""
+    titles = ["Jaws", "Friends", "The Matrix", "Turnip Season", "Psycho (1960)"]
+    said = judged(Profile(False), titles, world=Movies(max_items=most))[2]
+    told = [claim for claim in said if claim.kind in (HP, HN)]
+    assert {claim.item for claim in told if hasattr(claim, "item")} == set(range(1, most + 1))
+    fit, behind = {0: 3, 1: 2, 2: 2, 5: 0}[most], 5 - most
+    counted = [OthersFit(first=most + 1, count=fit, total=behind)] if fit else []
+    counted += [OthersMiss(first=most + 1, count=behind - fit, total=behind)] if behind > fit else []
+    assert [claim for claim in told if not hasattr(claim, "item")] == counted
 
 
 def test_advice_replaces_the_first_title_that_does_not_fit():

@@ -6,6 +6,7 @@ import pickle
 import re
 import sqlite3
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -25,19 +26,31 @@ def found(text, catalogue=None):
 
 def test_the_catalogue_is_large_and_in_order():
     entries = list(shipped())
-    assert sum(not entry.series for entry in entries) >= 500
-    assert sum(entry.series for entry in entries) >= 200
+    assert sum(not entry.series for entry in entries) >= 6500
+    assert sum(entry.series for entry in entries) >= 1000
+    assert sum({"Film-Noir"} <= set(entry.genres) for entry in entries) >= 40
+    assert sum({"Superhero"} <= set(entry.genres) for entry in entries) >= 150
     assert len({(entry.title, entry.series, entry.first) for entry in entries}) == len(entries)
     for entry in entries:
         assert 1900 <= entry.first <= 2025, entry
         assert entry.last is None or entry.first <= entry.last <= 2025, entry
         assert entry.series or entry.last == entry.first, entry
-        assert 1 <= len(entry.genres) <= 3, entry
+        assert 1 <= len(set(entry.genres) - {"Superhero", "Film-Noir"}) <= 3, entry
         assert set(entry.genres) <= set(GENRES), entry
         assert list(entry.genres) == sorted(set(entry.genres)), entry
-        assert entry.certificate in (SHOWS if entry.series else FILMS), entry
+        assert entry.certificate in (SHOWS if entry.series else (*FILMS, None)), entry
         assert entry.source.startswith("general knowledge"), entry
         assert entry.title == " ".join(entry.title.split()), entry
+
+
+def test_the_document_tells_the_numbers_of_the_file():
+    text = (Path(__file__).parents[2] / "docs/catalogue.md").read_text(encoding="utf-8")
+    entries = list(shipped())
+    series = sum(entry.series for entry in entries)
+    assert f"{len(entries) - series:,} films and\n{series:,} series" in text
+    assert f"empty for {sum(entry.certificate is None for entry in entries)} films" in text
+    for source, count in Counter(entry.source for entry in entries).items():
+        assert f"| {source} | {count:,} |" in text
 
 
 def test_every_label_names_its_item():
@@ -70,7 +83,7 @@ def test_most_profiles_have_matches():
     profiles = [draw_profile(rng) for _ in range(4000)]
     share = np.mean([len(catalogue.fitting(profile.wishes.values())) >= LEAST_MATCHES for profile in profiles])
     assert share >= 0.6
-    assert share == pytest.approx(0.88, abs=0.03)
+    assert share == pytest.approx(0.916, abs=0.02)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +91,10 @@ def test_most_profiles_have_matches():
     [
         ("The Matrix", ["The Matrix"]),
         ("the MATRIX", ["The Matrix"]),
-        ("Matrix", ["The Matrix"]),
+        ("Matrix", []),  # with a single word, the article tells works apart
+        ("Heat", ["Heat"]),
+        ("The Heat", ["The Heat"]),
+        ("Dark Knight", ["The Dark Knight"]),
         ("Matrix, The", ["The Matrix"]),
         ("The Matrix (1999)", ["The Matrix"]),
         ("The Matrix (1998)", ["The Matrix"]),
@@ -87,7 +103,7 @@ def test_most_profiles_have_matches():
         ("shawshank redemtion", ["The Shawshank Redemption"]),
         ("Spiderman", ["Spider-Man"]),
         ("Wall-E", ["WALL·E"]),
-        ("MASH", ["M*A*S*H"]),
+        ("MASH", ["M*A*S*H (1970)", "M*A*S*H (1972)"]),
         ("la confidential", ["L.A. Confidential"]),
         ("Amelie", ["Amélie"]),
         ("Butch Cassidy & the Sundance Kid", ["Butch Cassidy and the Sundance Kid"]),
@@ -95,9 +111,10 @@ def test_most_profiles_have_matches():
         ("The Simpsons (1989\u2013)", ["The Simpsons"]),
         ("The Lion King", ["The Lion King (1994)", "The Lion King (2019)"]),
         ("Lion King (2019)", ["The Lion King (2019)"]),
-        ("The Lion Kng", ["The Lion King (1994)", "The Lion King (2019)"]),
+        ("The Lion Kng", []),  # a short word may be another one
+        ("The Lion Queen", []),
         ("Toy Story 5", []),  # another number is another work
-        ("Rocky V", []),
+        ("Rocky VII", []),
         ("Gladiators", []),  # and so is a plural
         ("Hea", []),  # too short for typos
         ("The Glimmerfoam Heist", []),
@@ -111,19 +128,56 @@ def test_titles_are_matched_forgivingly_but_not_guessed(text, labels):
     assert found(text) == labels
 
 
-def test_one_typo_behind_the_article_still_finds_a_long_title():
+def test_a_slip_within_a_longer_word_still_finds_its_title():
     title = "The Shawshank Redemption"
-    for i in range(len("The "), len(title)):
-        for wrong in (title[:i] + title[i + 1 :], title[:i] + "q" + title[i:], title[:i] + "q" + title[i + 1 :]):
+    assert found("The Shawhsank Redemption") == found("The Shawshank Redemptionn") == found("The Shawwshank Redemption")
+    for i in [*range(6, 12), *range(15, 23)]:  # within the words
+        for wrong in (title[:i] + title[i + 1 :], title[:i] + "q" + title[i:]):
             assert found(wrong) == [title], wrong
+        assert found(title[:i] + "q" + title[i + 1 :]) == []  # another letter
 
 
-def test_a_typo_between_two_titles_is_ambiguous():
-    titles = Titles([("Green Street", 1990), ("Greet Street", 1991), ("Same Name", 2000), ("Same Name", 2000)])
-    assert titles.find("Greex Street") == (0, 1)
-    assert titles.find("Greex Street (1991)") == (1,)
-    assert titles.label(0) == ("Green Street", True)
+def test_works_of_one_spelling_are_ambiguous():
+    titles = Titles([("Green Street", 1990), ("Green-Street", 1991), ("Same Name", 2000), ("Same Name", 2000)])
+    assert titles.find("Green Street") == (0, 1)
+    assert titles.find("Green Street (1991)") == (1,)
+    assert titles.label(0) == ("Green Street (1990)", True)
     assert titles.label(2) == ("Same Name (2000)", False)
+
+
+OTHER_WORKS = """
+The Witches/The Witcher; Man on Wire/Man on Fire; The Hustler/Hustle; Crooklyn/Brooklyn; The Hustle/Hustle
+The Heat/Heat; Mask/The Mask; Ring/The Ring; The Hunt/Hunt; The Hunter/The Hunted; Alien/Aliens; Predators/Predator
+Rocky II/Rocky III; Toy Story 2/Toy Story 3; Twisters/Twister; Cure/Cube; Cars/Care; Dune/June; Duel/Fuel; Emma/Emmy
+The Fly/Fly; Gone Girl/Gone Girls; House/The House; Insomnia/Insomniac; Klute/Flute; Lion/Loin; Loving/Living
+Looper/Looker; Lucy/Lucky; Manhunter/Manhunt; Master/Faster; Moonlight/Moonfall; Mother/Brother; Passengers/Passenger
+The Passenger/The Messenger; Platoon/Cartoon; The Prisoner/Prisoners; Psych/Psycho; Ran/Rain; Room/The Room; Rush/Brush
+Scanners/Scanner; Shame/Shane; Shine/Shrine; Sisters/Sister; Sleeper/Sleepers; Slacker/Slackers; Solaris/Polaris
+The Killer/The Killers; The Birds/The Bird; The Boxer/The Boxers; The Gambler/The Gamblers; The Game/Game
+The Man/The Mad; The Others/The Other; The Rover/The Lover; The Sting/The String; The Thing/The Ring
+Warrior/The Warriors; Witness/Fitness; A Single Man/A Simple Man; A Simple Plan/A Simple Man; Bad Boys/Bad Toys
+Blood Work/Blood Word; Dark City/Dark Pity; Easy Rider/Easy Riders; Fair Game/Fair Games; Ice Age/Ice Ages
+Iron Man/Iron Men; Lost Highway/Last Highway; Night Moves/Night Wolves; Open Water/Open Waters; Red Dragon/Bad Dragon
+The Last Stand/The Lost Stand; Stealing Beauty/Sleeping Beauty; Singles/Single; Chained/Changed; Candyman/Handyman
+The Interview/Interview; The Island/Island; Taken/Token; The Craft/The Draft; Saved!/Shaved; Notting Hill/Nothing Hill
+The Untouchables/The Intouchables; Marnie/Marni; Carol/Carole; Coraline/Caroline; Zombieland/Zombielands
+"""
+"""Titles, each with one that is spelt much like it and may be another work."""
+
+
+@pytest.mark.parametrize("pair", re.split(r"; |\n", OTHER_WORKS.strip()))
+def test_a_title_that_may_be_another_work_is_not_taken_for_one(pair):
+    one, other = pair.split("/")
+    assert Titles([(one, 2000)]).find(other) == Titles([(other, 2000)]).find(one) == ()
+    for title in (one, other):  # nor is one of the catalogue
+        assert {fold(load_catalogue().items[i].title) for i in load_catalogue().find(title)} <= {fold(title)}
+
+
+def test_what_a_title_is_spelt_like_can_be_asked_for():
+    titles = Titles([("The Witcher", 2019), ("The Witch", 2015), ("Heat", 1995), ("The Matrix", 1999)])
+    assert [titles.near(text) for text in ("The Witches", "The Heat", "Matrix", "Vertigo")] == [(0,), (2,), (3,), ()]
+    assert titles.near("The Witches (2019)") == (0,)
+    assert titles.near("The Witches (1990)") == ()
 
 
 @pytest.mark.parametrize("text", ["é" * 200, "the " * 50, "\u0301" * 200, "a, the, the", "ß" * 200, "(" * 200])
@@ -182,7 +236,7 @@ def test_import_of_imdb(tmp_path, packed):
     assert seen[-1] == (size, size)
     (sources,) = zip(*load_catalogue(target).query("SELECT source FROM title"), strict=True)
     assert sources[0] == "IMDb title.basics tt0133093"
-    assert found("matrix", load_catalogue(target)) == ["The Matrix (1999)", "The Matrix (2029)"]
+    assert found("the matrix", load_catalogue(target)) == ["The Matrix (1999)", "The Matrix (2029)"]
 
 
 def test_import_leaves_out_what_few_have_rated(tmp_path):

@@ -33,18 +33,20 @@ class Movies(World[Truth, dict[str, Any], str]):
     """A user to whom titles are recommended, again and again without a state.
 
     Observation: Dict of what the user says: `type` (Discrete(3): nothing, movie, TV show), `periods`
-    (MultiBinary(4)), `genres` (MultiBinary(21)), `age` (Discrete(4): nothing, child-friendly, family-friendly,
+    (MultiBinary(4)), `genres` (MultiBinary(23)), `age` (Discrete(4): nothing, child-friendly, family-friendly,
     R-rated) and `manner` (MultiDiscrete(10, 5)), the turns of phrase. One wish is left out of it.
     Action: a `Prose`, a JSON list of 0 to 100 titles, each a string or an object with a `title` and perhaps a
-    `year`; in canonical form a list of strings. Requirements on each title are to be in the catalogue and to meet
-    each wish. Reward: the share of met requirements, less 1; -1 for an empty list. A title that is unknown or
-    ambiguous meets none. Success: all are met. Nothing terminates.
+    `year`; in canonical form a list of strings. Reward: the share of the titles that meet every wish, less 1; -1 for
+    an empty list. A title that is unknown or ambiguous meets none. Success: all titles meet every wish. Nothing
+    terminates.
 
     Args:
         catalogue: path of a catalogue that `catalogue.importing.import_catalogue` made; None for the one that ships.
+        max_items: how many titles of a list, from the first on, are looked at one by one, where those behind are only
+            counted; 0 to 100. None for all. The reward counts all of them.
 
     Raises:
-        ValueError: the file is no catalogue, or has less than three titles of a type.
+        ValueError: the file is no catalogue, or has less than three titles of a type; or `max_items` is not allowed.
     """
 
     reward_range = (-1.0, 0.0)
@@ -54,8 +56,14 @@ class Movies(World[Truth, dict[str, Any], str]):
         f'a JSON list of at most {MAX_TITLES} titles, such as ["Title", "Title (1999)"] or [{{"title": "Title"}}]'
     )
 
-    def __init__(self, catalogue: str | None = None, *, render_mode: str | None = None) -> None:
-        super().__init__(render_mode=render_mode, catalogue=catalogue)
+    def __init__(
+        self, catalogue: str | None = None, max_items: int | None = None, *, render_mode: str | None = None
+    ) -> None:
+        super().__init__(render_mode=render_mode, catalogue=catalogue, max_items=max_items)
+        if max_items is not None and (type(max_items) is not int or not 0 <= max_items <= MAX_TITLES):
+            raise ValueError(f"max_items must be None or a whole number from 0 to {MAX_TITLES}, got {max_items!r}")
+        self.max_items: int = MAX_TITLES if max_items is None else max_items
+        """Titles of a list that are looked at one by one."""
         self.catalogue: Catalogue = load_catalogue(catalogue)
         if not any(self._enough(Profile(series)) for series in (False, True)):
             raise ValueError(f"the catalogue {catalogue!r} has less than {LEAST_MATCHES} titles of each type")
@@ -104,15 +112,9 @@ class Movies(World[Truth, dict[str, Any], str]):
         """Look the titles up and judge them."""
         profile, unsaid, manner, _ = self._truth
         self._truth = Truth(profile, unsaid, manner, action)
-        titles, wishes = titles_of(action), profile.wishes.values()
-        catalogue = self.catalogue
-        met = 0
-        for title in titles:
-            found = catalogue.find(title)
-            if len(found) == 1:
-                bits = catalogue.items[found[0]].bits
-                met += 1 + sum(bits & wish != 0 for wish in wishes)
-        reward = met / (len(titles) * (1 + len(wishes))) - 1.0 if titles else -1.0
+        titles = titles_of(action)
+        met = sum(self.catalogue.meets(title, profile.wishes.values()) for title in titles)
+        reward = met / len(titles) - 1.0 if titles else -1.0
         return self.observe(), reward, False, False, {"success": reward == 0.0}
 
     def observe(self) -> dict[str, Any]:

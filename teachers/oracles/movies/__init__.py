@@ -8,27 +8,27 @@ from functools import lru_cache
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
 from teachers.oracle import Oracle
+from teachers.oracles.movies import checks
 from teachers.oracles.movies.checks import found_words, wish_words
 from teachers.oracles.movies.claims import (
     LISTED,
-    AgeGroups,
     AllFit,
     Ambiguous,
-    Answer,
     AttributeFits,
     AttributeMisses,
     AvoidTitle,
     AvoidTrait,
     Fits,
-    Goal,
     Nothing,
     NotInCatalogue,
+    OthersFit,
+    OthersMiss,
     Recommend,
     Repeat,
-    Rules,
     Solution,
+    SpeltLike,
     TakenFor,
     TriedInVain,
     TriedWell,
@@ -37,6 +37,7 @@ from teachers.oracles.movies.claims import (
 )
 from worlds.movies import (
     AGE,
+    AGE_NAMES,
     MAX_LENGTH,
     MAX_TITLES,
     PERIOD_NAMES,
@@ -51,11 +52,57 @@ from worlds.movies import (
 )
 from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, period_bit
 
+
+@claim
+class Goal(Claim[Truth, Movies]):
+    """True if titles are wanted that meet a user's wishes, of which the request leaves out exactly one."""
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Count the wishes that the user has, and those that are uttered."""
+        return checks.leaves_one_out(lab, moment.after)
+
+
+@claim
+class Rules(Claim[Truth, Movies]):
+    """True if one of several wished periods or genres is enough, and a TV show counts for each period it ran in."""
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Offer shows of several periods and titles of several genres to users who wish for each of these alone."""
+        return checks.pays_by_rules(lab)
+
+
+@claim
+class AgeGroup(Claim[Truth, Movies]):
+    """True if `certificates` are those that count as `age`, which is child-friendly, family-friendly or R-rated."""
+
+    age: str
+    certificates: tuple[str, ...]
+
+    @property
+    def ratings(self) -> str:
+        """The certificates, one after the other."""
+        return ", ".join(self.certificates)
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Offer a title of each certificate to a user with this wish."""
+        return checks.pays_by_age(lab, AGE_NAMES.index(self.age), self.certificates)
+
+
+@claim
+class Answer(Claim[Truth, Movies]):
+    """True if an answer is a JSON list of at most `limit` titles, with a year in brackets where titles are equal."""
+
+    limit: int
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Offer lists of strings and of objects, and lists about the limit."""
+        return checks.takes_lists(lab, self.limit)
+
+
 _TRIES = 3
-_TOLD = 12  # claims of a kind: a list can have a hundred titles
 _SHOWN = 3
 _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
-_AGE_GROUPS = AgeGroups(groups=AGES)
+_AGE_GROUPS = tuple(AgeGroup(age=age, certificates=group) for age, group in zip(AGE_NAMES, AGES, strict=True))
 
 
 class MoviesOracle(Oracle[Truth, Movies]):
@@ -73,7 +120,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
         self._traits = [AvoidTrait(attribute=a, trait=t) for a, t in _traits(catalogue, truth.profile, items)]
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
-        return _GOAL, _RULES, _AGE_GROUPS, _ANSWER
+        return _GOAL, _RULES, *_AGE_GROUPS, _ANSWER
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A few titles that were tried; each is told once."""
@@ -95,22 +142,26 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """At most twelve claims of a kind are told."""
-        right: list[Claim] = []
-        wrong: list[Claim] = []
-        catalogue, profile = self.lab.catalogue, moment.past.profile
-        titles = titles_of(moment.action)
-        for place, said in enumerate(titles, 1):
-            for found in _verdicts(catalogue, profile, place, said):
-                (right if found.kind is HP else wrong).append(found)
-            if len(right) >= _TOLD and len(wrong) >= _TOLD:
-                break
+        """Each title is told of, up to `max_items`; those behind are counted."""
+        titles, catalogue, profile = titles_of(moment.action), self.lab.catalogue, moment.past.profile
+        limit = self.lab.max_items
+        told = [
+            found
+            for place, said in enumerate(titles[:limit], 1)
+            for found in _verdicts(catalogue, profile, place, said)
+            if found.kind in kinds
+        ]
         if HP in kinds:
-            if moment.success:
-                right = [_ALL_FIT, *(claim for claim in right if type(claim) is TakenFor)]
-            claims += right[:_TOLD]
+            claims += (_ALL_FIT,) if moment.success else ()
+            claims += [claim for claim in told if claim.kind is HP and (not moment.success or type(claim) is TakenFor)]
         if HN in kinds:
-            claims += wrong[:_TOLD] if titles else (_NOTHING,)
+            claims += [claim for claim in told if claim.kind is HN] if titles else (_NOTHING,)
+        if not moment.success and (behind := titles[limit:]):
+            fit = sum(catalogue.meets(title, profile.wishes.values()) for title in behind)
+            if HP in kinds and fit:
+                claims.append(OthersFit(first=limit + 1, count=fit, total=len(behind)))
+            if HN in kinds and fit < len(behind):
+                claims.append(OthersMiss(first=limit + 1, count=len(behind) - fit, total=len(behind)))
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """The first title that does not fit is replaced by one that does."""
@@ -184,7 +235,8 @@ def _verdicts(catalogue: Catalogue, profile: Profile, place: int, said: str) -> 
     """What there is to say of a title of the list."""
     found = catalogue.find(said)
     if not found:
-        return (NotInCatalogue(item=place, said=said),)
+        near = next((each.label for each in map(catalogue.items.__getitem__, catalogue.near(said)) if each.named), None)
+        return (SpeltLike(item=place, said=said, title=near) if near else NotInCatalogue(item=place, said=said),)
     if len(found) > 1:
         works = tuple([f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]])
         return (Ambiguous(item=place, said=said, count=len(found), works=works),)

@@ -6,6 +6,8 @@ from difflib import SequenceMatcher
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from teachers.atoms import Moment
 from worlds.movies import (
     AGE,
@@ -43,6 +45,20 @@ def pays(lab: Movies, profile: Profile, title: str) -> bool:
     return earns(lab, user_with(profile), json.dumps([title])) == 0.0
 
 
+def leaves_one_out(lab: Movies, truth: Truth) -> bool:
+    """Whether the user has one wish more than the request utters."""
+    lab.restore(truth)
+    said = lab.step("[]")[0]
+    uttered = sum(bool(np.any(said[name])) for name in ("type", "periods", "genres", "age"))
+    return uttered == sum(bool(truth.profile.words(attribute)) for attribute in NAMES) - 1
+
+
+def tally(lab: Movies, moment: Moment[Truth], first: int) -> tuple[int, int]:
+    """How many titles of the last list, from title `first` on, content the user when offered alone, and of how many."""
+    titles = titles_of(moment.action)[first - 1 :] if moment.before is not None and first >= 1 else ()
+    return sum(pays(lab, moment.after.profile, title) for title in titles), len(titles)
+
+
 def pays_by_rules(lab: Movies) -> bool:
     """Whether, as the world pays, one of several genres is enough, and a show is of each period in which it ran."""
     shows = lab.catalogue.query("SELECT title, first, last FROM title WHERE series LIMIT 5")
@@ -63,15 +79,15 @@ def pays_by_rules(lab: Movies) -> bool:
     return all(ran) and all(enough)
 
 
-def pays_by_age(lab: Movies, groups: Sequence[Sequence[str]]) -> bool:
+def pays_by_age(lab: Movies, age: int, group: Sequence[str]) -> bool:
     """Whether a title is of an age group exactly if the group has its certificate, as the world pays."""
     for certificate in CERTIFICATES:
         sql = "SELECT title, first, series FROM title WHERE certificate = ? LIMIT 1"
         for title, first, series in lab.catalogue.query(sql, certificate):
             label = f"{title} ({first})"
-            for age, group in enumerate(groups if len(lab.catalogue.find(label)) == 1 else ()):
-                if pays(lab, Profile(bool(series), age=age), label) != (certificate in group):
-                    return False
+            known = len(lab.catalogue.find(label)) == 1
+            if known and pays(lab, Profile(bool(series), age=age), label) != (certificate in group):
+                return False
     return True
 
 
@@ -131,8 +147,9 @@ def years_of(catalogue: Catalogue) -> dict[str, list[int]]:
 
 @lru_cache(maxsize=4096)
 def alike(said: str, title: str) -> bool:
-    """Whether a spelling is close to another one."""
-    return SequenceMatcher(None, fold(said), fold(title)).ratio() > 0.7
+    """Whether a spelling is close to another one, articles apart."""
+    one, other = (fold(text).removeprefix("the ").removeprefix("a ") for text in (said, title))
+    return SequenceMatcher(None, one, other).ratio() > 0.7
 
 
 def means(lab: Movies, said: str, title: str) -> bool:
@@ -146,6 +163,12 @@ def is_unknown(lab: Movies, said: str) -> bool:
     name, year = split_label(said)
     years = years_of(lab.catalogue).get(fold(name), ())
     return not exists(lab, said) and not any(not year or abs(first - year) <= 1 for first in years)
+
+
+def is_like(lab: Movies, said: str, title: str) -> bool:
+    """Whether what was said is spelt like a title of the catalogue."""
+    row = row_of(lab, title)
+    return row is not None and alike(split_label(said)[0], row[1])
 
 
 def could_be(lab: Movies, said: str, works: Sequence[str]) -> bool:
@@ -167,6 +190,12 @@ def wish_met(lab: Movies, profile: Profile, title: str, attribute: str, found: s
     if row is None or not profile.words(attribute) or row_words(lab, row, attribute) != found:
         return None
     return meets(lab, row[0], profile, attribute)
+
+
+def misses(lab: Movies, moment: Moment[Truth], title: str, attribute: str, found: str, wanted: str) -> bool:
+    """Whether an attribute of a title is what was found, and not what the user wants, `wanted`."""
+    profile = moment.after.profile
+    return wish_met(lab, profile, title, attribute, found) is False and wanted == profile.words(attribute)
 
 
 def meets(lab: Movies, id: int, profile: Profile, attribute: str) -> bool:
@@ -234,16 +263,25 @@ def traits_wished(profile: Profile) -> list[tuple[str, str]]:
     return wished + [(AGE, certificate) for certificate in (AGES[profile.age] if profile.age >= 0 else ())]
 
 
-def faults_of(lab: Movies, title: str, profile: Profile) -> list[tuple[str, str, str]]:
-    """Per attribute with a wish what could be found wrong: the attribute, what the title is, and the wish, in words."""
+def faults_of(lab: Movies, title: str, profile: Profile) -> list[dict[str, str]]:
+    """Per attribute with a wish the fields of a claim that finds fault with it."""
     item = item_of(lab, title)
-    return [(attribute, found_words(item, attribute), wanted) for attribute, wanted in wish_words(profile)]
+    return [
+        {"title": title, "attribute": attribute, "found": found_words(item, attribute), "wanted": wanted}
+        for attribute, wanted in wish_words(profile)
+    ]
 
 
-def unfit(lab: Movies, profile: Profile) -> Iterator[str]:
+def unfit(lab: Movies, moment: Moment[Truth]) -> Iterator[str]:
     """The labels of titles that do not meet all wishes."""
-    wishes = profile.wishes.values()
+    wishes = moment.after.profile.wishes.values()
     return (item.label for item in lab.catalogue.items if item.named and not all(item.bits & w for w in wishes))
+
+
+def is_better(lab: Movies, truth: Truth, action: str, title: str) -> bool:
+    """Whether a list has a title that meets all wishes, and earns more than the last list."""
+    before = earns(lab, truth, truth.answer) if truth.answer else -1.0
+    return title in json.loads(action) and suits(lab, truth.profile, title) and earns(lab, truth, action) > before
 
 
 def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:

