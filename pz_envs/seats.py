@@ -7,6 +7,8 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import AECEnv
 
+from worlds.world import World
+
 TEACHER, STUDENT = "teacher_0", "student_0"
 _RENDER_MODES = (None, "ansi", "human")
 SPEECHES = ("message", "kinds", "claims")
@@ -22,6 +24,13 @@ def check_flags(**flags: Any) -> None:
     for name, value in flags.items():
         if not isinstance(value, bool | np.bool_):
             raise ValueError(f"{name} must be True or False, got {value!r}")
+
+
+def known_options(options: dict[str, Any] | None, world: World[Any]) -> dict[str, Any] | None:
+    """The options of a reset that a world knows. PettingZoo's own checkers give others, which no environment minds."""
+    if options is None or world.reset_options is None:
+        return options
+    return {name: value for name, value in options.items() if name in world.reset_options}
 
 
 class SeatsEnv(AECEnv):

@@ -50,6 +50,7 @@ class SeatEnv(gymnasium.Env):
 
     def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:
         """Reset the seats. Without a seed all streams go on."""
+        self.aec.world.check_reset(options)  # which at PettingZoo's doors are ignored where they are unknown
         self.aec.reset(seed, options)
         super().reset(seed=seed)
         self._running = True

@@ -7,7 +7,7 @@ import numpy as np
 from gymnasium import spaces
 
 from pz_envs.seatings.tutoring import TutoringEnv, words_space
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
 from pz_envs.teacher_seat import CHOICES, CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
 from teachers.atoms import KINDS, SILENCE, Moment
 from teachers.seeds import Seeds
@@ -160,7 +160,8 @@ class ClassroomEnv(SeatsEnv):
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
-        self.desks[0].world.check_reset(options)
+        world = self.desks[0].world
+        world.check_reset(known_options(options, world))  # before any desk begins
         if seed is None:
             self.seeds.episode += 1
         else:

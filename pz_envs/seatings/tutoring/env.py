@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from pz_envs.asking import ASK, asking_space, read_question
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
 from pz_envs.text_mode import failure, legal_text, parse_action
 from teachers.atoms import FN, FP, SILENCE, Atom, Moment, ParseFailure, Utterance
@@ -167,7 +167,7 @@ class TutoringEnv(SeatsEnv):
 
     def _begin(self, seed: int | None, options: dict[str, Any] | None, start: Any) -> None:
         world = self.world
-        self._state, self._told = world.reset(seed=seed, options=options)
+        self._state, self._told = world.reset(seed=seed, options=known_options(options, world))
         if seed is None:
             self.seeds.episode += 1
         else:
