@@ -1,5 +1,6 @@
 """Students: what each of them reaches, and what it may see."""
 
+import re
 import string
 import time
 from dataclasses import asdict
@@ -23,7 +24,7 @@ from pz_envs.family import all_families
 from pz_envs.learning import KINDS, Learning, NoRewards
 from pz_envs.seats import STUDENT
 from pz_envs.text_mode import parse_action
-from teachers.atoms import ParseFailure
+from teachers.atoms import EditClaim, ParseFailure
 from teachers.phrasebook import Draws
 from teachers.voice import voice_names
 
@@ -331,3 +332,23 @@ def test_bad_specs():
     with pytest.raises(ValueError, match="lengths must be a tuple of positive integers"):
         parse_student("line_search(lengths=(0,))")
     assert str(parse_student("ucb(scale=2)")) == "ucb(scale=2)"
+
+
+@pytest.mark.parametrize("number", ["0", "9" * 5000, "1000", "two", "²"])
+def test_a_line_that_no_text_has_is_not_written(number):
+    """A liar may tell of line 10**5000: nothing is filled with blanks, and the episode goes on."""
+    poem = entry(POEMS[0])
+    world = poem.family.make_world(**poem.options)
+    student = parse_student("text_only").seat(poem.family, world)
+    student.reset(np.random.default_rng(0))
+    (template, *_) = [
+        each
+        for claim, templates in poem.family.phrasebook("plain").items()
+        if issubclass(claim, EditClaim)
+        for each in templates
+    ]
+    said = re.sub(r"\{line[^}]*\}", number, re.sub(r"\{(?!line)[^}]*\}", "word", template))
+    world.reset(seed=0)
+    observation = {"state": world.describe(world.observe()), "instruction": "", "feedback": said}
+    student.act(observation | {"feedback": ""}, {})
+    assert len(student.act(observation, {})) < 10_000

@@ -1,5 +1,6 @@
 """text_only: does what the teacher's words say; it knows the phrases of every voice but sees no atoms."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,7 @@ from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailu
 from teachers.voice import voice_names
 
 _BLANK = "..."  # a line that is yet to be written
+_LINE = re.compile(r"[1-9]\d?\d?", re.ASCII)  # what a text may call a line: no more are filled with blanks
 
 
 class _Policy(AdviceTaker["TextOnly"]):
@@ -39,7 +41,8 @@ class _Policy(AdviceTaker["TextOnly"]):
                 steps = slots[claim.plan_slot].split(claim.separator)
                 self._hear(claim, [_unquoted(step) for step in steps], at)
             elif issubclass(claim, EditClaim):
-                self.learn(FP, self._correct(int(slots[claim.line_slot]), slots[claim.words_slot]), turn)
+                if _LINE.fullmatch(number := slots[claim.line_slot]):
+                    self.learn(FP, self._correct(int(number), slots[claim.words_slot]), turn)
             elif issubclass(claim, ActionClaim) and claim.kind in (HP, HN) and 0 < at <= len(self._actions):
                 self.learn(claim.kind, self._actions[at - 1], at)
         action = self.decide()
