@@ -21,7 +21,7 @@ def check_origins() -> None:
             spec = find_spec(name)
             file = spec and spec.origin
         if file is None or Path(file).resolve().parent.parent != _HOME:
-            where = file or "something without a file"
+            where = file or f"a folder {name!r}"  # which goes before a package of an editable installation
             raise ImportError(
                 f"llf_teacher needs its own package {name!r} in {_HOME}, but Python finds {where} first; "
                 "rename that, or start Python in another folder",

@@ -4,10 +4,12 @@ import os
 import random
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import llf_teacher
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
 from llf_teacher.studies.episode import TurnRow, _summary
@@ -45,6 +47,17 @@ class Broken:
     def act(self, observation):
         raise KeyError("\\x1b[31mred\\x1b]0;title\\x07 \\u202e [/b]")
 """
+EXTRA = """
+import sys
+from dataclasses import replace
+
+import pz_envs.families.poem as declared
+from pz_envs.family import all_families
+
+declared.FAMILY = replace(declared.FAMILY, extra="verse")
+all_families.cache_clear()
+sys.modules["syllables"] = None
+"""
 ESCAPE, OVERRIDE = "\x1b", "\u202e"
 
 
@@ -79,9 +92,16 @@ def test_a_package_that_was_imported_before_is_named(tmp_path):
 
 
 def test_a_folder_that_is_no_package_hides_nothing(tmp_path):
+    """If ours are on the path, as a wheel is; an editable installation comes last, and says what is in its way."""
     (tmp_path / "teachers").mkdir()
-    result = python("-c", "import llf_teacher; print(len(llf_teacher.ids()) > 8)", cwd=tmp_path)
+    code = "import llf_teacher; print(len(llf_teacher.ids()) > 8)"
+    home = str(Path(llf_teacher.__file__).parents[1])
+    result = python("-c", code, cwd=tmp_path, PYTHONPATH=home)
     assert result.stdout == "True\n", result.stderr
+    if (Path(home) / "pyproject.toml").exists():
+        last = python("-c", code, cwd=tmp_path, PYTHONPATH="").stderr.splitlines()[-1]
+        assert "needs its own package 'teachers'" in last
+        assert "finds a folder 'teachers' first" in last
 
 
 def test_names_that_look_like_markup(tmp_path):
@@ -177,14 +197,14 @@ def test_a_key_that_goes_unencrypted_to_another_machine_is_warned_of(url, warned
 
 
 def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):
-    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.modules['alfworld'] = None\n")
+    (tmp_path / "sitecustomize.py").write_text(EXTRA)
     path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
     for command in (("list",), ("shelf",), ("golden", "out")):
         result = python("-m", "llf_teacher", *command, cwd=tmp_path, PYTHONPATH=path)
         assert result.returncode == 0, result.stderr
-        assert result.stderr.count("pip install 'llf-teacher[alfworld]'") == 1
+        assert result.stderr.count("pip install 'llf-teacher[verse]'") == 1
         assert len(result.stderr.strip().splitlines()) == 1
-        assert "llf-alfworld" not in result.stdout
+        assert "llf-poem" not in result.stdout
         assert "gridworld" in result.stdout
     code = (
         "from llf_teacher.studies.study import quickstart\n"
@@ -195,6 +215,6 @@ def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):
     )
     result = python("-c", code, cwd=tmp_path, PYTHONPATH=path)
     assert result.returncode == 0, result.stderr
-    assert "llf-alfworld" not in result.stdout
+    assert "llf-poem" not in result.stdout
     assert result.stdout.count("llf-gridworld-v0") == 2
     assert result.stderr.count("left out: ") == 1
