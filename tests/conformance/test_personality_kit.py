@@ -1,5 +1,6 @@
 """Liars: the kit for personalities accepts good ones; each of its checks rejects a liar that the others let pass."""
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,10 @@ def harmless(claims, view):
     return claims
 
 
+BEGUN = itertools.count()
+EPISODES = -(-kit.Pupil.turns // pupil().max_turns)
+
+
 class Memory(Stage):
     """Speaks until it has said enough."""
 
@@ -62,12 +67,13 @@ class Diary(list):
 
 @dataclass(frozen=True)
 class Restless(Personality):
-    """Draws from a stream of nobody's, at the beginning of an episode."""
+    """Goes by how many episodes it has begun before, of whomever."""
 
     stage = Memory
 
     def most(self):
-        return 100 * np.random.default_rng().integers(2)
+        """Nothing and everything take turns, as many episodes each as the kit plays, so that no two plays are alike."""
+        return 100 * (next(BEGUN) // EPISODES % 2)
 
 
 @dataclass(frozen=True)

@@ -158,12 +158,16 @@ def test_an_option_of_another_type_is_refused_and_changes_nothing(id, options, m
 
 
 def test_a_class_refuses_options_before_anything_is_drawn():
-    env = pettingzoo.make("aec", "llf/gridworld-classroom-v0")
+    """Those that the world knows; others are ignored at PettingZoo's doors, as its checkers ask, and refused here."""
+    env = pettingzoo.make("aec", "llf/poem-SyllableConstrainedPoem-classroom-v0")
     env.reset(seed=0)
     before = env.unwrapped.seeds.episode
-    with pytest.raises(ValueError, match="reset knows no option 'x'; allowed: none here"):
-        env.reset(options={"x": 1})
+    with pytest.raises(ValueError, match="syllable"):
+        env.reset(options={"syllable": "many"})
     assert env.unwrapped.seeds.episode == before
+    env.reset(options={"x": 1})
+    with pytest.raises(ValueError, match="reset knows no option 'x'; allowed: none here"):
+        llf_teacher.make("llf-gridworld-v0").reset(options={"x": 1})
 
 
 @pytest.mark.parametrize("id", SHOWCASE)

@@ -147,9 +147,10 @@ def years_of(catalogue: Catalogue) -> dict[str, list[int]]:
 
 @lru_cache(maxsize=4096)
 def alike(said: str, title: str) -> bool:
-    """Whether a spelling is close to another one, articles apart."""
-    one, other = (fold(text).removeprefix("the ").removeprefix("a ") for text in (said, title))
-    return SequenceMatcher(None, one, other).ratio() > 0.7
+    """Whether a spelling is close to another one, with their articles or without."""
+    whole = fold(said), fold(title)
+    bare = [text.removeprefix("the ").removeprefix("a ") for text in whole]
+    return any(SequenceMatcher(None, *pair).ratio() > 0.7 for pair in (whole, bare))
 
 
 def means(lab: Movies, said: str, title: str) -> bool:
