@@ -3,6 +3,7 @@
 import re
 import runpy
 import tomllib
+from collections import Counter
 
 import pytest
 from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
@@ -11,6 +12,7 @@ import llf_teacher
 from llf_teacher.tools.shelf import documents, families, matrix, update
 from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
+from worlds.movies.catalogue import shipped
 
 LEARN = "# Needs the extra `learn`"
 BLOCKS = [
@@ -79,3 +81,13 @@ def test_the_version_is_in_the_changelog():
         assert [path for path in (ROOT / "changes").glob("*.*.md") if path.read_text(encoding="utf-8").strip()]
     else:
         assert f"## {llf_teacher.__version__}" in (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
+def test_the_page_on_films_tells_the_numbers_of_the_catalogue():
+    text = (ROOT / "docs" / "catalogue.md").read_text(encoding="utf-8")
+    entries = list(shipped())
+    series = sum(entry.series for entry in entries)
+    assert f"{len(entries) - series:,} films and\n{series:,} series" in text
+    assert f"empty for {sum(entry.certificate is None for entry in entries)} films" in text
+    for source, count in Counter(entry.source for entry in entries).items():
+        assert f"| {source} | {count:,} |" in text

@@ -6,7 +6,6 @@ import pickle
 import re
 import sqlite3
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,16 +40,6 @@ def test_the_catalogue_is_large_and_in_order():
         assert entry.certificate in (SHOWS if entry.series else (*FILMS, None)), entry
         assert entry.source.startswith("general knowledge"), entry
         assert entry.title == " ".join(entry.title.split()), entry
-
-
-def test_the_document_tells_the_numbers_of_the_file():
-    text = (Path(__file__).parents[2] / "docs/catalogue.md").read_text(encoding="utf-8")
-    entries = list(shipped())
-    series = sum(entry.series for entry in entries)
-    assert f"{len(entries) - series:,} films and\n{series:,} series" in text
-    assert f"empty for {sum(entry.certificate is None for entry in entries)} films" in text
-    for source, count in Counter(entry.source for entry in entries).items():
-        assert f"| {source} | {count:,} |" in text
 
 
 def test_every_label_names_its_item():
