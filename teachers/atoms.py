@@ -1,6 +1,6 @@
 """What a teacher says: claims, atoms and utterances; and the moment of which it is said."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Any, ClassVar, Generic, NamedTuple, Self, dataclass_transform, get_origin
@@ -217,6 +217,11 @@ def slots_of(cls: type[Claim]) -> tuple[str, ...]:
     single = [field.name for field in fields(cls) if get_origin(field.type) is not tuple]  # type: ignore[arg-type]  # a dataclass
     derived = (name for base in cls.__mro__ for name, value in vars(base).items() if isinstance(value, property))
     return tuple(dict.fromkeys((*single, *(name for name in derived if name != "kind"))))
+
+
+def slot(words: Callable[[Any], Any], field: str) -> property:
+    """A slot for phrases that follows from one field of a claim: the field in words, or its length."""
+    return property(lambda claim: words(getattr(claim, field)))
 
 
 def opposed(praise: type[Verdict], blame: type[Verdict]) -> None:

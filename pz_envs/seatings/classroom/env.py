@@ -197,7 +197,7 @@ class ClassroomEnv(SeatsEnv):
             "students": rows.copy(),
             "available": true.copy(),
             "purse": np.array((self._left / self.attention, self.purse.share), np.float32),
-            "action_mask": mask.copy() if speaks else _nobody(len(mask)),
+            "action_mask": mask.copy() if speaks else np.eye(1, len(mask), dtype=np.int8)[0],  # nobody
         }
         if self.speech == "claims":
             present = set(self._class)
@@ -395,9 +395,3 @@ class ClassroomEnv(SeatsEnv):
         mask = np.ones(1 + self._sayings * len(rows), np.int8)
         mask[1:] = np.concatenate(legal)
         return np.array(rows, np.float32), SUBSET_BITS[true], mask
-
-
-def _nobody(length: int) -> np.ndarray:
-    mask = np.zeros(length, np.int8)
-    mask[0] = 1
-    return mask

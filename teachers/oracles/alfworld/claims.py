@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING, ExactEngine
@@ -28,11 +28,7 @@ class Commands(Claim[Truth, Alfworld]):
     """True if these are the forms of all commands that the house knows."""
 
     forms: tuple[str, ...]
-
-    @property
-    def listing(self) -> str:
-        """The forms, one after the other."""
-        return ", ".join(self.forms)
+    listing = slot(", ".join, "forms")
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Ask for help in the house itself."""
@@ -97,11 +93,7 @@ class Route(PlanClaim[Truth, Alfworld]):
     """True if these commands, in this order, do the task from here, and no shorter sequence does."""
 
     actions: tuple[str, ...]
-
-    @property
-    def listing(self) -> str:
-        """The commands, one after the other."""
-        return self.separator.join(self.actions)
+    listing = slot(PlanClaim.separator.join, "actions")
 
     def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Carry them out, and search for the length of a shortest plan."""

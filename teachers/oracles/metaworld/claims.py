@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.common import TryAgain
 from teachers.oracles.metaworld.checks import (
     CLOSE,
@@ -35,11 +35,7 @@ class Goal(Claim[Truth, MetaWorld]):
     """True if `purpose` says what solves the task."""
 
     task: str
-
-    @property
-    def purpose(self) -> str:
-        """What solves it, in words."""
-        return PURPOSES[self.task]
+    purpose = slot(PURPOSES.__getitem__, "task")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Look the task up."""
@@ -77,11 +73,7 @@ class _Posed(ActionClaim[Truth, MetaWorld]):
     __slots__ = ()
     action_slot = "target"
     action: Pose
-
-    @property
-    def target(self) -> str:
-        """The action as text."""
-        return write(self.action)
+    target = slot(write, "action")
 
 
 @claim
@@ -138,11 +130,7 @@ class Solution(PlanClaim[Truth, MetaWorld]):
     """True if these actions, in order, solve the task with the last one and not before."""
 
     actions: tuple[Pose, ...]
-
-    @property
-    def count(self) -> int:
-        """How many they are."""
-        return len(self.actions)
+    count = slot(len, "actions")
 
     @property
     def listing(self) -> str:
@@ -207,11 +195,7 @@ class RightPlace(Claim[Truth, MetaWorld]):
     kind = HP
     at: Place
     """The target's place, relative to the hand where actions are."""
-
-    @property
-    def place(self) -> str:
-        """The place as text."""
-        return write(self.at)
+    place = slot(write, "at")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
@@ -229,11 +213,7 @@ class RightGrip(Claim[Truth, MetaWorld]):
     kind = HP
     value: float
     """The grip that was taken."""
-
-    @property
-    def grip(self) -> str:
-        """The grip as text."""
-        return write_number(self.value)
+    grip = slot(write_number, "value")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
@@ -267,11 +247,7 @@ class Off(_Judged):
 
     kind = HN
     errors: Errors
-
-    @property
-    def faults(self) -> str:
-        """Per axis how much too large or too small."""
-        return tell(self.errors)
+    faults = slot(tell, "errors")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
@@ -374,11 +350,7 @@ class Heading(Claim[Truth, MetaWorld]):
     kind = FP
     axes: tuple[str, ...]
     """Each with its sign, such as `+x`."""
-
-    @property
-    def ways(self) -> str:
-        """The axes in words."""
-        return " and ".join(self.axes)
+    ways = slot(" and ".join, "axes")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Compute the place from the policy's command and gain."""

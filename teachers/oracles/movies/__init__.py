@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim, slot
 from teachers.oracle import Oracle
 from teachers.oracles.movies import checks
 from teachers.oracles.movies.checks import found_words, wish_words
@@ -77,11 +77,7 @@ class AgeGroup(Claim[Truth, Movies]):
 
     age: str
     certificates: tuple[str, ...]
-
-    @property
-    def ratings(self) -> str:
-        """The certificates, one after the other."""
-        return ", ".join(self.certificates)
+    ratings = slot(", ".join, "certificates")
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Offer a title of each certificate to a user with this wish."""

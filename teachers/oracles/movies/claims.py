@@ -4,7 +4,7 @@ import json
 from collections.abc import Sequence
 from itertools import islice
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, claim
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, claim, slot
 from teachers.oracles.movies import checks
 from worlds.movies import AGE, AGE_NAMES, Movies, Truth, answer_of
 from worlds.movies.catalogue import AGES
@@ -264,11 +264,7 @@ class Ambiguous(_Entry):
     count: int
     works: tuple[str, ...]
     """At most three works with their years, such as `Aladdin (1992)`."""
-
-    @property
-    def candidates(self) -> str:
-        """The works, one after the other."""
-        return "; ".join(self.works)
+    candidates = slot("; ".join, "works")
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look the works up by SQL, compare the spellings, and let the world refuse what was said."""

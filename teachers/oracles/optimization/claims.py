@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Verdict, claim, opposed, slot
 from teachers.oracles.optimization.checks import (
     NAMES,
     between,
@@ -87,11 +87,7 @@ class _Targeted(ActionClaim[Truth, Optimization]):
 
     action_slot = "target"
     action: Point
-
-    @property
-    def target(self) -> str:
-        """The action as text."""
-        return write(self.action)
+    target = slot(write, "action")
 
 
 @claim

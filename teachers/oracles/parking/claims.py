@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.oracles.parking.checks import (
     PEDALS,
     WHEELS,
@@ -75,11 +75,7 @@ class Controls(Claim[Truth, Parking]):
 class _Named(ActionClaim[Truth, Parking]):
     action_slot = "target"
     action: Action
-
-    @property
-    def target(self) -> str:
-        """The action as text."""
-        return write(self.action)
+    target = slot(write, "action")
 
 
 @claim

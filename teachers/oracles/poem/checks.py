@@ -58,6 +58,16 @@ def listing_of(items: tuple[int, ...]) -> str:
     return ", ".join(map(str, items[:-1])) + " and " * (len(items) > 1) + str(items[-1])
 
 
+def numbered_lines(numbers: tuple[int, ...]) -> str:
+    """The numbers of lines in words, such as `lines 1 and 3`."""
+    return ("lines " if len(numbers) > 1 else "line ") + listing_of(numbers)
+
+
+def near(number: int) -> tuple[int, ...]:
+    """Counts that somebody might come to who counts wrong."""
+    return tuple(n for n in (number - 1, number + 1, number - 2, number + 2) if n >= 0)
+
+
 def syllables_of(count: int) -> str:
     """A number of syllables in words."""
     return "1 syllable" if count == 1 else f"{count} syllables"

@@ -2,20 +2,22 @@
 
 from collections.abc import Sequence
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, EditClaim, Grounded, Moment, Verdict, claim, opposed
-from teachers.oracles.poem.checks import (
-    drum,
-    editable,
-    judged,
-    length_of,
-    line_of,
-    listing_of,
-    pays,
-    plays,
-    required_of,
-    solves,
-    syllables_of,
+from teachers.atoms import (
+    FN,
+    FP,
+    HN,
+    HP,
+    ActionClaim,
+    Claim,
+    EditClaim,
+    Grounded,
+    Moment,
+    Verdict,
+    claim,
+    opposed,
+    slot,
 )
+from teachers.oracles.poem import checks
 from worlds.poem import HAIKU, TANKA, Poem, Truth, compose, lines_of
 
 TITLES = {HAIKU: "haiku", TANKA: "tanka"}
@@ -30,25 +32,17 @@ class Goal(Claim[Truth, Poem]):
 
     form: str
     pattern: tuple[int, ...]
-
-    @property
-    def lines(self) -> int:
-        """How many lines that are."""
-        return len(self.pattern)
-
-    @property
-    def listing(self) -> str:
-        """The pattern in words, such as `5, 7 and 5`."""
-        return listing_of(self.pattern)
+    lines = slot(len, "pattern")
+    listing = slot(checks.listing_of, "pattern")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a poem of this pattern, and others with a syllable or a line too many, or a line too few."""
-        right = [drum(number) for number in self.pattern]
-        wrong = [[drum(n + (i == j)) for j, n in enumerate(self.pattern)] for i in range(len(self.pattern))]
+        right = [checks.drum(number) for number in self.pattern]
+        wrong = [[checks.drum(n + (i == j)) for j, n in enumerate(self.pattern)] for i in range(len(self.pattern))]
         return (
             self.form == TITLES.get(lab.form, "poem")
-            and solves(lab, moment.after, right)
-            and not any(solves(lab, moment.after, lines) for lines in (*wrong, [*right, right[-1]], right[:-1]))
+            and checks.solves(lab, moment.after, right)
+            and not any(checks.solves(lab, moment.after, lines) for lines in (*wrong, [*right, right[-1]], right[:-1]))
         )
 
 
@@ -60,9 +54,9 @@ class FreeGoal(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer poems of several lengths, and others with a syllable too many or without a line."""
-        right, wrong = drum(self.syllables), drum(self.syllables + 1)
-        return all(solves(lab, moment.after, [right] * lines) for lines in (1, 2, 3, 30)) and not any(
-            solves(lab, moment.after, lines) for lines in ([], [wrong], [right, wrong])
+        right, wrong = checks.drum(self.syllables), checks.drum(self.syllables + 1)
+        return all(checks.solves(lab, moment.after, [right] * lines) for lines in (1, 2, 3, 30)) and not any(
+            checks.solves(lab, moment.after, lines) for lines in ([], [wrong], [right, wrong])
         )
 
 
@@ -72,7 +66,7 @@ class Counting(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer `fire`, which is listed with one and with two syllables, and a word that nobody listed."""
-        return plays(lab, "fire", 1) and plays(lab, "fire", 2) and plays(lab, "glimmerfoam", 3)
+        return checks.plays(lab, "fire", 1) and checks.plays(lab, "fire", 2) and checks.plays(lab, "glimmerfoam", 3)
 
 
 @claim
@@ -85,9 +79,9 @@ class Answer(Claim[Truth, Poem]):
         """Offer two lines with and without a blank one between them, and as one; and texts about the limit."""
         two = Truth((1, 1), False, "")
         return (
-            solves(lab, two, ["la", "la"])
-            and solves(lab, two, ["la", " ", "la"])
-            and not solves(lab, two, ["la la"])
+            checks.solves(lab, two, ["la", "la"])
+            and checks.solves(lab, two, ["la", " ", "la"])
+            and not checks.solves(lab, two, ["la la"])
             and lab.action_space.contains("x" * self.limit)
             and not lab.action_space.contains("x" * (self.limit + 1))
         )
@@ -102,11 +96,13 @@ class _Tried(Verdict[Truth, Poem]):
 
     def applies(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the line as a poem of its own, where `counted` syllables are asked for."""
-        return required_of(moment.after, self.line) == self.required and plays(lab, self.words, self.counted)
+        return checks.required_of(moment.after, self.line) == self.required and checks.plays(
+            lab, self.words, self.counted
+        )
 
     def good(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer it where so many are asked for as are required."""
-        return plays(lab, self.words, self.required)
+        return checks.plays(lab, self.words, self.required)
 
 
 @claim
@@ -117,7 +113,7 @@ class TriedWell(_Tried):
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """The opposite verdict, by counting wrong."""
-        return tuple(self.opposing(counted=counted) for counted in _near(self.required))
+        return tuple(self.opposing(counted=counted) for counted in checks.near(self.required))
 
 
 @claim
@@ -138,7 +134,7 @@ class Solution(ActionClaim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer it."""
-        return solves(lab, moment.after, [self.action])
+        return checks.solves(lab, moment.after, [self.action])
 
 
 @claim
@@ -149,7 +145,7 @@ class AllRight(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the poem again."""
-        return moment.before is not None and solves(lab, moment.before, [moment.action])
+        return moment.before is not None and checks.solves(lab, moment.before, [moment.action])
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Find fault with the first line."""
@@ -158,23 +154,17 @@ class AllRight(Claim[Truth, Poem]):
 
 @claim
 class LinesRight(Claim[Truth, Poem]):
-    """True if each of these lines of the last poem can be read with its number of syllables.
-
-    The lines of a poem with a wrong number of lines are neither right nor wrong.
-    """
+    """True if these lines of the last poem, which has the right number of lines, can be read with their syllables."""
 
     kind = HP
     lines: tuple[int, ...]
-
-    @property
-    def listing(self) -> str:
-        """The lines in words, such as `lines 1 and 3`."""
-        return ("lines " if len(self.lines) > 1 else "line ") + listing_of(self.lines)
+    listing = slot(checks.numbered_lines, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer each line as a poem of its own."""
         return all(
-            judged(moment, line) and plays(lab, line_of(moment, line), required_of(moment.past, line))
+            checks.judged(moment, line)
+            and checks.plays(lab, checks.line_of(moment, line), checks.required_of(moment.past, line))
             for line in self.lines
         )
 
@@ -193,22 +183,18 @@ class WrongLine(Claim[Truth, Poem]):
     line: int
     counted: int
     required: int
-
-    @property
-    def reading(self) -> str:
-        """How it can be read."""
-        return syllables_of(self.counted)
+    reading = slot(checks.syllables_of, "counted")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the line as a poem of its own."""
-        if not judged(moment, self.line) or self.required != required_of(moment.past, self.line):
+        if not checks.judged(moment, self.line) or self.required != checks.required_of(moment.past, self.line):
             return False
-        words = line_of(moment, self.line)
-        return plays(lab, words, self.counted) and not plays(lab, words, self.required)
+        words = checks.line_of(moment, self.line)
+        return checks.plays(lab, words, self.counted) and not checks.plays(lab, words, self.required)
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Count wrong, or praise the line."""
-        counts = (n for n in _near(self.counted) if n != self.required)
+        counts = (n for n in checks.near(self.counted) if n != self.required)
         wrong = (WrongLine(line=self.line, counted=n, required=self.required) for n in counts)
         return (*wrong, LinesRight(lines=(self.line,)))
 
@@ -220,11 +206,7 @@ class WrongNumber(Claim[Truth, Poem]):
     kind = HN
     lines: int
     required: int
-
-    @property
-    def length(self) -> str:
-        """How long it is."""
-        return length_of(self.lines)
+    length = slot(checks.length_of, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Count the lines that hold more than space, and ask for so many."""
@@ -237,8 +219,8 @@ class WrongNumber(Claim[Truth, Poem]):
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Count the lines wrong."""
-        others = (WrongNumber(lines=n, required=self.required) for n in _near(self.lines) if n and n != self.required)
-        return (*others, AllRight())
+        counts = (n for n in checks.near(self.lines) if n and n != self.required)
+        return (*(WrongNumber(lines=n, required=self.required) for n in counts), AllRight())
 
 
 @claim
@@ -266,11 +248,7 @@ class Write(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
     action: str
     line: int
     syllables: int
-
-    @property
-    def amount(self) -> str:
-        """How many that are."""
-        return syllables_of(self.syllables)
+    amount = slot(checks.syllables_of, "syllables")
 
     @property
     def words(self) -> str:  # type: ignore[override]  # they follow from the poem
@@ -281,15 +259,14 @@ class Write(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
         """Offer both poems, and the line as a poem of its own."""
         return (
             self.line >= 1
-            and required_of(moment.after, self.line) == self.syllables
-            and plays(lab, self.words, self.syllables)
-            and pays(lab, moment.after, self.action) > pays(lab, moment.after, moment.after.draft)
+            and checks.required_of(moment.after, self.line) == self.syllables
+            and checks.plays(lab, self.words, self.syllables)
+            and checks.pays(lab, moment.after, self.action) > checks.pays(lab, moment.after, moment.after.draft)
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Miscount the syllables of the line."""
-        lines = self.action.split("\n")
-        return tuple(write_line(lines, self.line, self.syllables, wrong) for wrong in _near(self.syllables) if wrong)
+        return _miscounted(self.action.split("\n"), self.line, self.syllables)
 
     def coarser(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """The line to work on, then its number of syllables."""
@@ -315,19 +292,15 @@ class Count(Claim[Truth, Poem]):
     kind = FP
     line: int
     syllables: int
-
-    @property
-    def amount(self) -> str:
-        """How many that are."""
-        return syllables_of(self.syllables)
+    amount = slot(checks.syllables_of, "syllables")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with so many syllables where a line like that is asked for."""
-        return plays(lab, drum(self.syllables), required_of(moment.after, self.line))
+        return checks.plays(lab, checks.drum(self.syllables), checks.required_of(moment.after, self.line))
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Another number."""
-        return tuple(Count(line=self.line, syllables=number) for number in _near(self.syllables) if number)
+        return tuple(Count(line=self.line, syllables=number) for number in checks.near(self.syllables) if number)
 
 
 @claim
@@ -348,33 +321,31 @@ class Shorten(ActionClaim[Truth, Poem]):
         draft = moment.after.draft
         return (
             tuple(self.action.split("\n")) == lines_of(draft)[: self.lines]
-            and solves(lab, moment.after, [self.action])
-            and not solves(lab, moment.after, [draft])
+            and checks.solves(lab, moment.after, [self.action])
+            and not checks.solves(lab, moment.after, [draft])
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Cut it a line off the mark."""
         lines = lines_of(moment.after.draft)
-        return tuple(Shorten(action="\n".join(lines[:n])) for n in _near(self.lines) if 1 <= n <= len(lines))
+        return tuple(Shorten(action="\n".join(lines[:n])) for n in checks.near(self.lines) if 1 <= n <= len(lines))
 
 
 @claim
-class Repeat(ActionClaim[Truth, Poem]):
+class Repeat(Solution):
     """True if `action` is the last poem, and is right."""
 
     kind = FP
     action_slot = ""
-    action: str
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer it again."""
-        return self.action == moment.after.draft and solves(lab, moment.after, [self.action])
+        return self.action == moment.after.draft and Solution.holds(self, moment, lab)
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Put a line in it that does not fit."""
-        required = required_of(moment.after, 1)
-        lines = editable(lines_of(self.action), moment.after)
-        return tuple(write_line(lines, 1, required, wrong) for wrong in _near(required) if wrong)
+        lines = checks.editable(lines_of(self.action), moment.after)
+        return _miscounted(lines, 1, checks.required_of(moment.after, 1))
 
 
 @claim
@@ -384,19 +355,15 @@ class AvoidCount(Claim[Truth, Poem]):
     kind = FN
     line: int
     counted: int
-
-    @property
-    def amount(self) -> str:
-        """How many that are."""
-        return syllables_of(self.counted)
+    amount = slot(checks.syllables_of, "counted")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with the required number where a line of so many syllables is asked for."""
-        return not plays(lab, drum(required_of(moment.after, self.line)), self.counted)
+        return not checks.plays(lab, checks.drum(checks.required_of(moment.after, self.line)), self.counted)
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Warn of the required number."""
-        return (AvoidCount(line=self.line, counted=required_of(moment.after, self.line)),)
+        return (AvoidCount(line=self.line, counted=checks.required_of(moment.after, self.line)),)
 
 
 @claim
@@ -405,30 +372,26 @@ class AvoidLines(Claim[Truth, Poem]):
 
     kind = FN
     lines: int
-
-    @property
-    def length(self) -> str:
-        """How many that are."""
-        return length_of(self.lines)
+    length = slot(checks.length_of, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer so many lines of one syllable where each line must have one: they must not earn anything."""
         truth = moment.after
         ones = Truth((1,) * len(truth.pattern), truth.free, "")
-        return self.lines >= 1 and pays(lab, ones, "\n".join("a" * self.lines)) == -1.0
+        return self.lines >= 1 and checks.pays(lab, ones, "\n".join("a" * self.lines)) == -1.0
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Warn of the required number."""
         return (AvoidLines(lines=len(moment.after.pattern)),)
 
 
-def _near(number: int) -> tuple[int, ...]:
-    return tuple(n for n in (number - 1, number + 1, number - 2, number + 2) if n >= 0)
-
-
 def _faults(moment: Moment[Truth], line: int) -> tuple[Claim, ...]:
-    required = required_of(moment.past, line)
-    return tuple(WrongLine(line=line, counted=counted, required=required) for counted in _near(required))
+    required = checks.required_of(moment.past, line)
+    return tuple(WrongLine(line=line, counted=counted, required=required) for counted in checks.near(required))
+
+
+def _miscounted(lines: Sequence[str], line: int, syllables: int) -> tuple[Write, ...]:
+    return tuple(write_line(lines, line, syllables, wrong) for wrong in checks.near(syllables) if wrong)
 
 
 def write_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
