@@ -163,7 +163,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
         """Any number of other cars."""
         return self.options | {"vehicles_count": int(rng.integers(_SPOTS - 1))}
 
-    def original(self, actions: Sequence[Any]) -> ParkingEnv:
+    def original(self, actions: Sequence[Any], seed: int) -> ParkingEnv:
         """highway-env's own."""
         return ParkingEnv({"vehicles_count": self.options["vehicles_count"]})
 

@@ -186,11 +186,12 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         """Options that `reset` may be given, for the same purpose; by default none."""
         return {}
 
-    def original(self, actions: Sequence[Any]) -> gymnasium.Env[Any, Any] | None:
+    def original(self, actions: Sequence[Any], seed: int) -> gymnasium.Env[Any, Any] | None:
         """For benchmarks: the environment of another package that does this world's work; None if there is none.
 
         Args:
-            actions: what it will be stepped through after `reset(seed=0)`; a world may prepare for them.
+            actions: what it will be stepped through after `reset(seed=seed)`; a world may prepare for them.
+            seed: of the one episode that it is made for.
         """
         return None
 

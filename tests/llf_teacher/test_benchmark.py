@@ -1,24 +1,96 @@
-"""The benchmark runs every form of the seats; how fast they are is not a matter of tests."""
+"""The benchmark times every form on fresh work; how fast they are is not a matter of tests."""
 
-import io
-import operator
+import os
+import shutil
+import subprocess
+import sys
 
+import pytest
+from documents import ROOT
 from rich.console import Console
 
+from llf_teacher.registry import PREFIX
 from llf_teacher.tools import benchmark
+from llf_teacher.tools.benchmark import measuring, tables
+from llf_teacher.tools.benchmark.measuring import Call, Measured, Player, Writer, measure, ratio
+from llf_teacher.tools.benchmark.player import FORMS, Times
+from pz_envs.family import all_families
+
+GRID = "llf-gridworld-v0"
 
 
-def test_every_form_is_measured(monkeypatch):
-    monkeypatch.setattr(benchmark, "_STEPS", 10)
-    monkeypatch.setattr(benchmark, "_ROUNDS", 1)
-    monkeypatch.setattr(benchmark, "_alone", lambda function, *arguments: function(*arguments))
-    families = benchmark.simple_families()
-    assert len(families) >= 2
-    console = Console(file=io.StringIO(), width=160)
-    table = benchmark.forms()
-    assert table.row_count == 7 * len(families)
-    console.print(table)
-    text = console.file.getvalue()
+class Here:
+    """Plays in this process, which is at hand."""
+
+    def __init__(self, call, tree):
+        self.call = call
+
+    def play(self, scripts):
+        return FORMS[self.call.form](scripts, *self.call.arguments)
+
+    def close(self):
+        """Nothing was begun."""
+
+
+@pytest.fixture
+def little(monkeypatch):
+    monkeypatch.setattr(measuring, "Player", Here)
+    monkeypatch.setattr(measuring, "BLOCKS", 2)
+    monkeypatch.setattr(tables, "BLOCKS", 2)
+    monkeypatch.setattr(tables, "_STEPS", 10)
+    monkeypatch.setattr(tables, "_STEPS_OF_ORIGINALS", 5)
+
+
+def text_of(table):
+    console = Console(width=200)
+    with console.capture() as captured:
+        console.print(table)
+    return captured.get()
+
+
+def family(name):
+    return next(family for family in all_families() if family.name == name)
+
+
+def said(what):
+    """Nobody is told what comes next."""
+
+
+def test_no_seed_and_no_action_is_played_twice():
+    writer = Writer(GRID, "random")
+    scripts = writer.write(50) + writer.write(50)
+    assert sum(len(actions) for _, actions in scripts) == 100
+    assert len({seed for seed, _ in scripts}) == len(scripts)
+    assert len({tuple(actions) for _, actions in scripts}) == len(scripts)
+
+
+def test_advised_actions_lead_to_success_and_no_further():
+    import llf_teacher
+
+    for seed, actions in Writer(GRID, "obedient").write(60)[:-1]:  # the last is cut short
+        env = llf_teacher.make(GRID)
+        env.reset(seed=seed)
+        successes = [env.step(action)[4]["success"] for action in actions]
+        assert successes.index(True) == len(actions) - 1
+
+
+def test_steps_are_timed_with_and_without_teaching(little):
+    text = text_of(benchmark.steps([family("gridworld")], said))
+    for name in ("random", "advised"):
+        (row,) = (line.split() for line in text.splitlines() if f"{GRID} " in line and f" {name} " in line)
+        assert len(row) == 11
+
+
+def test_worlds_are_beside_the_originals_where_there_are_any(little):
+    text = text_of(benchmark.worlds([family("gridworld"), family("parking")], said))
+    mine, highway = (line.split() for line in text.splitlines() if line.startswith(PREFIX))
+    assert len(mine) == 2
+    assert float(highway[-1]) < 1
+
+
+def test_every_form_is_timed(little, monkeypatch):
+    monkeypatch.setattr(tables, "simple_families", lambda: [family("gridworld")])
+    text = text_of(benchmark.forms(said))
     for form in (
         "raw_env",
         "env",
@@ -28,8 +100,67 @@ def test_every_form_is_measured(monkeypatch):
         "ClassroomEnv(8)",
         "ClassroomEnv(64)",
     ):
-        assert text.count(f" {form} ") == len(families)
+        assert text.count(f" {form} ") == 1
+    assert "llf-gridworld-v0" in text_of(benchmark.seats([family("gridworld")], said))
 
 
-def test_a_fresh_process_answers():
-    assert benchmark._alone(operator.mul, 6, 7) == 42
+def test_a_process_that_dies_is_an_error():
+    player = Player(Call("student", ("llf-nowhere-v0", "a")))
+    with pytest.raises(RuntimeError, match=r"the process that plays Call.* has ended"):
+        player.play([(0, [0])])
+    player.close()
+
+
+def times(*seconds):
+    return Measured([Times([0.0] * 10, [], each * 10, 0.0) for each in seconds])
+
+
+def test_a_ratio_has_the_interval_of_its_logarithm():
+    mean, low, high = ratio(times(2, 4, 2, 4), times(1, 1, 1, 1))
+    assert mean == pytest.approx(8**0.5)
+    assert low == pytest.approx(1.4962, abs=1e-3)  # exp(1.0397 - 3.182 * 0.4002 / 2)
+    assert mean / low == pytest.approx(high / mean)
+    assert not benchmark.Compared(GRID, "", ratio(times(1, 1.01, 1), times(1, 1, 1))).slower
+    assert benchmark.Compared(GRID, "", ratio(times(2, 2.02, 2), times(1, 1, 1))).slower
+
+
+def test_a_process_answers():
+    player = Player(Call("lake"))
+    assert len(player.play([(0, [1, 2])]).steps) == 2
+    player.close()
+
+
+def test_what_is_no_installation_is_refused():
+    with pytest.raises(ValueError, match=r"'no-such-thing' is neither a folder .* nor a revision"):
+        next(benchmark.compare([], "no-such-thing", said))
+
+
+def test_work_is_played_by_the_installation_that_is_named(tmp_path):
+    """A tree of its own, in which everything is refused."""
+    (tmp_path / "llf_teacher").mkdir()
+    (tmp_path / "llf_teacher" / "__init__.py").write_text("raise SystemExit(7)")
+    blocks = {"there": [Writer(GRID, "random").write(1)]}
+    with pytest.raises(RuntimeError, match="has ended"):
+        measure({"there": (Call("student", (GRID, "a")), tmp_path)}, blocks)
+
+
+@pytest.mark.full
+def test_a_slowed_copy_fails_and_the_other_way_round_passes(tmp_path):
+    for package in ("worlds", "teachers", "pz_envs", "llf_teacher"):
+        shutil.copytree(ROOT / package, tmp_path / package)
+    slowed = tmp_path / "llf_teacher" / "gym" / "student_env.py"
+    code = slowed.read_text()
+    line = "        aec.student_turn(action)\n"
+    assert code.count(line) == 1
+    slowed.write_text(code.replace(line, line + "        sum(range(4000))\n"))
+
+    def against(mine, other):
+        command = [sys.executable, "-m", "llf_teacher", "benchmark", "gridworld", "--against", str(other)]
+        environment = os.environ | {"PYTHONPATH": str(mine)}
+        return subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+
+    slow, fast = against(tmp_path, ROOT), against(ROOT, tmp_path)
+    assert slow.returncode == 1, slow.stdout + slow.stderr
+    assert slow.stdout.count("SLOWER") == 4
+    assert fast.returncode == 0, fast.stdout + fast.stderr
+    assert "SLOWER" not in fast.stdout

@@ -215,7 +215,7 @@ def test_what_needs_alfworld_says_so(bare, tmp_path, monkeypatch):
     world = Alfworld(games="generated")
     with pytest.raises(ModuleNotFoundError, match=needs):
         world.reset(options={"game": folder / "game.tw-pddl"})
-    assert world.original([]) is None
+    assert world.original([], 0) is None
 
 
 @STOCK

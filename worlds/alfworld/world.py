@@ -163,7 +163,7 @@ class Alfworld(World[Truth, str, str]):
         pattern, thing, place = (each[rng.integers(len(each))] for each in (_TRIED, _THINGS, _PLACES))
         return pattern.format(f"{thing} {rng.integers(1, 4)}", f"{place} {rng.integers(1, 4)}")
 
-    def original(self, actions: Sequence[Any]) -> "Alfworld | None":
+    def original(self, actions: Sequence[Any], seed: int) -> "Alfworld | None":
         """The same world on TextWorld's engine, if that is installed."""
         return type(self)(**self.options | {"engine": "textworld"}) if installed() else None
 

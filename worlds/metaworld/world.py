@@ -232,10 +232,10 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         simulator.load(self._truth)
         return simulator
 
-    def original(self, actions: Sequence[Any]) -> Original:
+    def original(self, actions: Sequence[Any], seed: int) -> Original:
         """The environment of metaworld, which takes the low-level steps of these turns and nothing else."""
         world = type(self)(**self.options)
-        world.reset(seed=0)
+        world.reset(seed=seed)
         turns: list[list[FloatArray]] = []
         world._watch = lambda command: turns[-1].append(command.copy())
         variation = world.truth.episode.variation

@@ -1,0 +1,196 @@
+"""What is timed, in a process of its own: it plays what it is sent, and answers with times.
+
+The process may run another installation of this package than the one that asks, so that this module keeps to what every
+release offers. It reads pickled calls of `FORMS` from its standard input, and writes pickled results to its standard
+output. Both ends are ours.
+"""
+
+import pickle
+import resource
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from time import perf_counter, process_time
+from typing import Any, NamedTuple
+
+Script = tuple[int, Sequence[Any]]
+"""An episode to play: its seed, and the student's actions."""
+
+
+class Times(NamedTuple):
+    """What some episodes took, in seconds."""
+
+    steps: list[float]
+    """Of each step, on the clock."""
+    resets: list[float]
+    """Of each reset, on the clock."""
+    cpu: float
+    """Of all steps, on the processor."""
+    peak: float
+    """MB that the process has used at most, until now."""
+
+
+def lake(scripts: Sequence[Script]) -> Times:
+    """FrozenLake's steps, by Gymnasium alone."""
+    import gymnasium
+
+    return _steps(gymnasium.make("FrozenLake-v1"), scripts)
+
+
+def student(scripts: Sequence[Script], id: str, feedback_type: str) -> Times:
+    """The student's environment."""
+    import llf_teacher
+
+    return _steps(llf_teacher.make(id, feedback_type=feedback_type), scripts)
+
+
+def world(scripts: Sequence[Script], id: str) -> Times:
+    """The bare world."""
+    return _steps(_family_of(id).make_world(**_options_of(id)), scripts)
+
+
+def original(scripts: Sequence[Script], id: str) -> Times:
+    """The environment of another package whose work the world does."""
+    bare = _family_of(id).make_world(**_options_of(id))
+    times = [_steps(bare.original(actions, seed), [(seed, actions)]) for seed, actions in scripts]
+    steps, resets, cpu, _ = zip(*times, strict=True)
+    return Times([*chain(*steps)], [*chain(*resets)], sum(cpu), _peak())
+
+
+def tictactoe(scripts: Sequence[Script]) -> Times:
+    """PettingZoo's tictactoe: the first square that is free."""
+    import pettingzoo
+
+    def first_free(observation: Any, agent: str) -> int:
+        return int(observation["action_mask"].argmax())
+
+    env = pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped
+    return _turns(env, ((seed, first_free) for seed, _ in scripts))
+
+
+def seats(scripts: Sequence[Script], id: str, form: str, students: int = 0) -> Times:
+    """An AEC environment whose teacher says everything: `raw_env` or `env`, of a class if there are `students`."""
+    options: dict[str, Any] = {"speech": "kinds", **_options_of(id)}
+    if students:
+        options |= {"seating": "classroom", "students": students, "attention": students, "until_success": False}
+    env = getattr(_family_of(id), form)(**options)
+    return _turns(env, ((seed, _everything(actions)) for seed, actions in scripts))
+
+
+def teacher(scripts: Sequence[Script], id: str) -> Times:
+    """The teacher's environment, where it says everything; each step is a turn of each seat."""
+    import llf_teacher
+
+    played = _Actor()
+    env = llf_teacher.TeacherEnv(id, student=played)
+    subsets = int(env.action_space.n)  # type: ignore[attr-defined]  # it is Discrete
+    everything = []
+    for seed, actions in scripts:
+        played.scripts.append(list(actions))
+        everything.append((seed, [subsets - 1] * len(actions)))
+    return _steps(env, everything)
+
+
+FORMS: dict[str, Callable[..., Times]] = {
+    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher)
+}
+
+
+class _Actor:
+    """A student that acts as its scripts say, one for each episode."""
+
+    def __init__(self) -> None:
+        self.scripts: list[list[Any]] = []
+        self._actions: Iterator[Any] = iter(())
+
+    def reset(self, rng: Any) -> None:
+        """Take the next script."""
+        self._actions = iter(self.scripts.pop(0))
+
+    def act(self, observation: Any, info: Any) -> Any:
+        """The next action."""
+        return next(self._actions)
+
+
+def _family_of(id: str) -> Any:
+    from llf_teacher.registry import entry
+
+    return entry(id).family
+
+
+def _options_of(id: str) -> dict[str, Any]:
+    from llf_teacher.registry import entry
+
+    return dict(entry(id).options)
+
+
+def _steps(env: Any, scripts: Sequence[Script]) -> Times:
+    steps, resets, cpu = [], [], 0.0
+    for seed, actions in scripts:
+        begin = perf_counter()
+        env.reset(seed=seed)
+        resets.append(perf_counter() - begin)
+        started = process_time()
+        for action in actions:
+            begin = perf_counter()
+            ended = env.step(action)[2:4]
+            steps.append(perf_counter() - begin)
+            if any(ended):
+                break
+        cpu += process_time() - started
+    return Times(steps, resets, cpu, _peak())
+
+
+def _turns(env: Any, episodes: Iterator[tuple[int, Callable[[Any, str], Any]]]) -> Times:
+    """An AEC environment's turns, each with `last`, as its users play it."""
+    steps, resets, cpu = [], [], 0.0
+    for seed, choose in episodes:
+        begin = perf_counter()
+        env.reset(seed=seed)
+        resets.append(perf_counter() - begin)
+        started = process_time()
+        for agent in env.agent_iter():
+            begin = perf_counter()
+            observation, _, terminated, truncated, _ = env.last()
+            try:
+                action = None if terminated or truncated else choose(observation, agent)
+            except StopIteration:
+                break
+            env.step(action)
+            steps.append(perf_counter() - begin)
+        cpu += process_time() - started
+    return Times(steps, resets, cpu, _peak())
+
+
+def _everything(actions: Sequence[Any]) -> Callable[[Any, str], Any]:
+    """Teachers say the most that they can say; students act as the script says."""
+    script = chain(actions)
+
+    def choose(observation: Any, agent: str) -> Any:
+        if not agent.startswith("teacher"):
+            return next(script)
+        mask = observation["action_mask"]
+        return len(mask) - 1 - int(mask[::-1].argmax())
+
+    return choose
+
+
+def _peak() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def main() -> None:
+    """Answer until nothing more is asked."""
+    calls, answers = sys.stdin.buffer, sys.stdout.buffer
+    sys.stdout = sys.stderr  # what simulators print is no answer
+    while True:
+        try:
+            form, arguments = pickle.load(calls)  # noqa: S301  # of the process that began this one
+        except EOFError:
+            return
+        pickle.dump(tuple(FORMS[form](*arguments)), answers)
+        answers.flush()
+
+
+if __name__ == "__main__":
+    main()

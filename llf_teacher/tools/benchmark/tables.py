@@ -1,0 +1,190 @@
+"""The tables of `llf benchmark`: each row is fresh work, beside what it is compared with, in one run."""
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from itertools import chain
+from statistics import median
+
+import numpy as np
+from gymnasium.spaces import Discrete
+from rich.table import Table
+
+from llf_teacher.registry import PREFIX
+from llf_teacher.tools.benchmark.measuring import BLOCKS, Call, Measured, Writer, measure
+from llf_teacher.tools.benchmark.player import Script
+from pz_envs.family import Family, all_families
+
+STUDENTS = {"random": "random", "advised": "obedient"}
+"""Whose actions are played: as the table calls them, and the student's spec."""
+_STEPS = 300
+_STEPS_OF_SLOW = 30
+_STEPS_OF_ORIGINALS = 100
+_CLASSES = (1, 8, 64)
+_BASE = "gymnasium, pettingzoo"
+Progress = Callable[[str], None]
+"""Is told what comes next."""
+
+
+def steps_of(family: Family, most: int = _STEPS) -> int:
+    """How many steps a block has."""
+    return min(most, _STEPS_OF_SLOW) if family.slow else most
+
+
+def blocks_of(id: str, student: str, steps: int) -> list[list[Script]]:
+    """Blocks of scripts, one more than are counted."""
+    writer = Writer(id, student)
+    return [writer.write(steps) for _ in range(BLOCKS + 1)]
+
+
+def _tries(steps: int) -> list[list[Script]]:
+    """Random actions for FrozenLake, and seeds for tictactoe."""
+    rng = np.random.default_rng(0)
+    episodes = max(steps // 8, 1)  # that is how long they are
+    return [
+        [(int(rng.integers(2**31)), rng.integers(4, size=100).tolist()) for _ in range(episodes)]
+        for _ in range(BLOCKS + 1)
+    ]
+
+
+def steps(families: Sequence[Family], progress: Progress) -> Table:
+    """Steps of `make(...)` with all feedback and with none, beside FrozenLake's; ratios are of time on the processor.
+
+    `teaching` is the share of a step with all feedback that one without does not take.
+    """
+    table = _table(
+        "Steps, all feedback",
+        ("environment", "actions"),
+        "CPU us", "wall us", "median", "99 %", "/ FrozenLake", "silent / FrozenLake", "teaching", "reset us", "peak MB",
+    )  # fmt: skip
+    for family in families:
+        id = PREFIX + family.showcase[0]
+        for name, student in STUDENTS.items():
+            progress(f"{id}, {name} actions")
+            blocks = blocks_of(id, student, steps_of(family))
+            found = measure(
+                {
+                    "lake": (Call("lake"), None),
+                    "all": (Call("student", (id, "a")), None),
+                    "none": (Call("student", (id, "n")), None),
+                },
+                {"lake": _tries(_STEPS), "all": blocks, "none": blocks},
+            )
+            lake, taught, silent = found["lake"], found["all"], found["none"]
+            table.add_row(
+                id,
+                name,
+                _us(taught.cpu),
+                _us(float(np.mean(taught.steps))),
+                _us(median(taught.steps)),
+                _us(float(np.quantile(taught.steps, 0.99))),
+                f"{taught.cpu / lake.cpu:.2f}",
+                f"{silent.cpu / lake.cpu:.2f}",
+                f"{1 - silent.cpu / taught.cpu:.0%}",
+                _us(taught.reset),
+                f"{taught.peak:.0f}",
+            )
+    return table
+
+
+def worlds(families: Sequence[Family], progress: Progress) -> Table:
+    """Bare worlds, beside the environments of other packages whose work they do."""
+    table = _table("Worlds, random actions", ("environment",), "CPU, us", "the original's, us", "ratio")
+    for family in families:
+        id = PREFIX + family.showcase[0]
+        progress(f"{id}, world")
+        calls: dict[str, tuple[Call, None]] = {"world": (Call("world", (id,)), None)}
+        if family.make_world(**family.environments[family.showcase[0]]).original([], 0) is not None:
+            calls["original"] = Call("original", (id,)), None
+        blocks = blocks_of(id, "random", steps_of(family, _STEPS_OF_ORIGINALS))
+        found = measure(calls, dict.fromkeys(calls, blocks))
+        bare, other = found["world"].cpu, found.get("original")
+        table.add_row(id, _us(bare), _us(other.cpu) if other else "", f"{bare / other.cpu:.3f}" if other else "")
+    return table
+
+
+def seats(families: Sequence[Family], progress: Progress) -> Table:
+    """Turns of the bare AEC environments, each beside PettingZoo's tictactoe; random actions, everything said."""
+    table = _table('Seats, speech="kinds"', ("raw_env",), "CPU, us", "tictactoe / this", "reset, us")
+    for family in families:
+        id = PREFIX + family.showcase[0]
+        progress(f"{id}, seats")
+        blocks = blocks_of(id, "random", steps_of(family))
+        found = measure(
+            {"tictactoe": (Call("tictactoe"), None), "seats": (Call("seats", (id, "raw_env")), None)},
+            {"tictactoe": _tries(_STEPS), "seats": blocks},
+        )
+        mine = found["seats"]
+        table.add_row(id, _us(mine.cpu), f"{found['tictactoe'].cpu / mine.cpu:.2f}", _us(mine.reset))
+    return table
+
+
+def simple_families() -> list[Family]:
+    """Families whose first environment has finitely many actions."""
+    spaces = ((f, f.make_world(**f.environments[f.showcase[0]]).action_space) for f in all_families() if not f.slow)
+    return [family for family, space in spaces if isinstance(space, Discrete)]
+
+
+def forms(progress: Progress) -> Table:
+    """Turns of every form of the seats, where the worlds cost least: in families with finitely many actions.
+
+    A turn is one of a teacher or of a student; a step of a Gymnasium environment is one of each. In a classroom the
+    teacher speaks to every student in every round, and `per student` is what a student's turn and the words to it cost
+    together, relative to a class of one.
+    """
+    table = _table('Forms of the seats, speech="kinds"', ("form",), "CPU, us", "tictactoe / this", "per student")
+    for family in simple_families():
+        id = PREFIX + family.showcase[0]
+        progress(f"{id}, forms")
+        calls = {
+            "tictactoe": Call("tictactoe"),
+            "raw_env": Call("seats", (id, "raw_env")),
+            "env": Call("seats", (id, "env")),
+            "StudentEnv": Call("student", (id, "a")),
+            "TeacherEnv": Call("teacher", (id,)),
+            **{f"ClassroomEnv({n})": Call("seats", (id, "raw_env", n)) for n in _CLASSES},
+        }
+        blocks = dict.fromkeys(calls, blocks_of(id, "random", _STEPS)) | {"tictactoe": _tries(_STEPS)}
+        found = measure({name: (call, None) for name, call in calls.items()}, blocks)
+        seconds = {name: _turn(name, each) for name, each in found.items()}
+        for name, each in seconds.items():
+            if name != "tictactoe":
+                per = f"{each / seconds[f'ClassroomEnv({_CLASSES[0]})']:.2f}" if "Classroom" in name else ""
+                table.add_row(f"{family.showcase[0]} {name}", _us(each), f"{seconds['tictactoe'] / each:.2f}", per)
+    return table
+
+
+def _turn(form: str, measured: Measured) -> float:
+    """CPU seconds of a turn: a step of a Gymnasium environment is two."""
+    return measured.cpu / (2 if form in ("StudentEnv", "TeacherEnv") else 1)
+
+
+def imports(progress: Progress) -> Table:
+    """Seconds to import this package in a fresh interpreter, beside what it is built on."""
+    progress("imports")
+    programs = {_BASE: f"import {_BASE}", "llf_teacher": "import llf_teacher"}
+    seconds: dict[str, list[float]] = {name: [] for name in programs}
+    for name in chain(*[programs] * (2 * BLOCKS)):
+        begin = time.perf_counter()
+        subprocess.run([sys.executable, "-c", programs[name]], check=True)  # noqa: S603
+        seconds[name].append(time.perf_counter() - begin)
+    ratios = sorted(b / a for a, b in zip(seconds[_BASE], seconds["llf_teacher"], strict=True))
+    table = _table("Imports", ("import",), "median, s", "ratio", "ratios")
+    table.add_row(_BASE, f"{median(seconds[_BASE]):.2f}", "1.00", "")
+    spread = f"{ratios[0]:.2f} to {ratios[-1]:.2f}"
+    table.add_row("llf_teacher", f"{median(seconds['llf_teacher']):.2f}", f"{median(ratios):.2f}", spread)
+    return table
+
+
+def _us(seconds: float) -> str:
+    return f"{seconds * 1e6:,.0f}" if seconds >= 1e-4 else f"{seconds * 1e6:.1f}"
+
+
+def _table(title: str, names: Sequence[str], *figures: str) -> Table:
+    table = Table(title=title, title_justify="left", box=None, padding=(0, 2, 0, 0))
+    for name in names:
+        table.add_column(name, no_wrap=True)
+    for figure in figures:
+        table.add_column(figure, justify="right")
+    return table
