@@ -88,6 +88,11 @@ class Personality(Spec):
         """Whether it passes every claim on as it is, so that it need not be asked."""
         return False
 
+    @property
+    def mute(self) -> bool:
+        """Whether it withholds everything, so that neither it nor the oracle need be asked."""
+        return False
+
     def start(self, rng: np.random.Generator) -> Stage[Any]:
         """The stage for one episode."""
         return self.stage(self, rng)
@@ -130,6 +135,7 @@ def personality(
     honest: bool = True,
     reveals: bool = True,
     transparent: bool = False,
+    mute: bool = False,
 ) -> _Maker:
     """Make a personality of a function that is asked once a turn and remembers nothing.
 
@@ -167,6 +173,7 @@ def personality(
             "honest": honest,
             "reveals": reveals,
             "transparent": transparent,
+            "mute": mute,
         }
         cls: Any = dataclass(frozen=True, kw_only=True)(type(function.__name__, (Memoryless,), members | defaults))
         cls()  # checks the defaults
@@ -223,6 +230,11 @@ class Pipeline(Personality):
     def transparent(self) -> bool:
         """Whether every stage is."""
         return all(stage.transparent for stage in self.stages)
+
+    @property
+    def mute(self) -> bool:
+        """Whether the last stage is; one after it might speak for itself."""
+        return self.stages[-1].mute
 
     @property
     def honest(self) -> bool:

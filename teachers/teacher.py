@@ -55,8 +55,8 @@ class Teacher:
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
-        self.offered: tuple[Claim, ...] = ()
-        """The claims among which the personality chose last; none if it passes on everything."""
+        self._offered: tuple[Claim, ...] = ()
+        self._unasked: tuple[Moment, frozenset[FeedbackType]] | None = None  # where the oracle need not be asked
 
     @property
     def instruction_type(self) -> str:
@@ -88,6 +88,11 @@ class Teacher:
     def kinds(self) -> frozenset[FeedbackType]:
         """The kinds that may be said at all."""
         return self._kinds
+
+    @property
+    def offered(self) -> tuple[Claim, ...]:
+        """The claims among which the personality chose last; none if it passes on everything."""
+        return self._offered if self._unasked is None else self.oracle.judge(*self._unasked)
 
     @property
     def paraphrase(self) -> Paraphrase:
@@ -158,19 +163,27 @@ class Teacher:
         kinds = self._mix() if self._mixed else self._kinds
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
+        if self.personality.mute:
+            self._unasked = moment, kinds
+            return ()
         self._view.see(moment, self._able)
-        self.offered = self.oracle.judge(moment, kinds)
-        said = self._stage.speak(self.offered, self._view)
-        return tuple(claim for claim in said if claim.kind in kinds)
+        return self._choose(moment, kinds)
 
     def answer(self, moment: Moment) -> tuple[Claim, ...]:
         """The advice of this turn, after personality and bound, for a student who asks for it after all was said."""
         kinds = self._kinds & {FP, FN}
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
-        self.offered = self.oracle.judge(moment, kinds)
+        if self.personality.mute:
+            return ()
         self._view.ask()
-        return tuple(claim for claim in self._stage.speak(self.offered, self._view) if claim.kind in kinds)
+        return self._choose(moment, kinds)
+
+    def _choose(self, moment: Moment, kinds: frozenset[FeedbackType]) -> tuple[Claim, ...]:
+        """What the personality makes of what the oracle offers it."""
+        assert self._stage is not None  # noqa: S101  # who is asked has a stage
+        self._offered = self.oracle.judge(moment, kinds)
+        return tuple(claim for claim in self._stage.speak(self._offered, self._view) if claim.kind in kinds)
 
     def _mix(self) -> frozenset[FeedbackType]:
         """A random subset of the kinds for this turn."""

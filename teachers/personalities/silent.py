@@ -3,7 +3,7 @@
 from teachers.personality import Claims, View, personality
 
 
-@personality(source="LLF-Bench's `n`", reveals=False)
+@personality(source="LLF-Bench's `n`", reveals=False, mute=True)
 def silent(claims: Claims, view: View) -> Claims:
     """Withholds everything."""
     return ()

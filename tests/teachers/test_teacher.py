@@ -92,6 +92,19 @@ def test_advice_ends_with_the_episode(name):
 
 
 @on_every_family
+def test_who_says_nothing_asks_nothing_until_somebody_wants_to_know(name, monkeypatch):
+    teacher, _, moments = begun(name, "delayed(turns=2) | silent")
+    asked, judge = [], teacher.oracle.judge
+    monkeypatch.setattr(teacher.oracle, "judge", lambda moment, kinds: asked.append(moment) or judge(moment, kinds))
+    assert teacher.speak(moments[0]) == SILENCE
+    assert not asked
+    assert teacher.offered == judge(moments[0], teacher.kinds) != ()
+    teacher, said, _ = begun(name, "silent | delayed(turns=2)")
+    assert said.atoms
+    assert not any(atom.kind for atom in said.atoms)
+
+
+@on_every_family
 @pytest.mark.parametrize("settings", [{}, {"feedback_type": "n"}, {"personality": "silent"}, {"feedback_type": "m"}])
 def test_a_text_that_is_no_action_is_always_answered(name, settings):
     teacher, _, moments = begun(name, **settings)
