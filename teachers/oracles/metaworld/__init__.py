@@ -36,6 +36,7 @@ from teachers.oracles.metaworld.claims import (
     TriedWell,
     WellAimed,
 )
+from teachers.oracles.metaworld.corrections import aim_of
 from worlds.metaworld import Aim, MetaWorld, Pose, Truth
 
 _TRIES = 3
@@ -44,7 +45,7 @@ _ASIDE = 0.15  # metres by which warnings lead away
 
 
 class MetaWorldOracle(Oracle[Truth, MetaWorld]):
-    """Advises what metaworld's scripted policy aims at now, and judges an action by what it aimed at before."""
+    """Advises what metaworld's scripted policy, corrected for turns, aims at now; judges by what it aimed at before."""
 
     max_importance = 4.0
 
@@ -58,7 +59,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         for known, aim in self._aims:
             if known is truth:
                 return aim
-        aim = self.lab.script.aim(truth.observation)
+        aim = aim_of(self.lab, truth)
         self._aims = [*self._aims[-1:], (truth, aim)]
         return aim
 
@@ -174,7 +175,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         actions: list[Pose] = []
         lab.restore(truth)
         while not truth.solved and len(actions) < n:
-            actions.append(action_for(lab.script.aim(truth.observation), truth, lab))
+            actions.append(action_for(aim_of(lab, truth), truth, lab))
             lab.advance(actions[-1])
             truth = lab.truth
         return tuple(actions), truth.solved

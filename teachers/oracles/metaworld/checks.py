@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 from teachers.atoms import Moment
+from teachers.oracles.metaworld.corrections import correction_for
 from worlds.metaworld import REACH, Aim, MetaWorld, Pose, Truth
 
 Place = tuple[float, float, float]
@@ -67,9 +68,13 @@ def action_for(aim: Aim, truth: Truth, world: MetaWorld) -> Pose:
 
 def commanded(truth: Truth, lab: MetaWorld) -> tuple[Place, float]:
     """What is wanted, from the command that the policy itself would send: the hand, and the command over the gain."""
-    x, y, z, grip = lab.script.command(truth.observation).tolist()
-    gain, hand = lab.script.aim(truth.observation).gain, hand_of(truth)
-    return (hand[0] + x / gain, hand[1] + y / gain, hand[2] + z / gain), grip
+    correction = correction_for(lab)
+    seen, hand = correction.seen(truth), hand_of(truth)
+    x, y, z, grip = lab.script.command(seen).tolist()
+    gain = lab.script.aim(seen).gain
+    aim = Aim((hand[0] + x / gain, hand[1] + y / gain, hand[2] + z / gain), gain, grip)
+    wanted = correction.applied(aim, truth)
+    return wanted.target, wanted.grip
 
 
 def off_by(place: Place, wanted: Place) -> Errors:

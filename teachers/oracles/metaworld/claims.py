@@ -1,4 +1,4 @@
-"""What is said about driving the hand, each measured in a copy of the simulator or by the policy's own command."""
+"""What is said about driving the hand, each measured in a copy of the simulator or by the policy's command."""
 
 import math
 from collections.abc import Sequence
@@ -26,6 +26,7 @@ from teachers.oracles.metaworld.checks import (
     write_compactly,
     write_number,
 )
+from teachers.oracles.metaworld.corrections import aim_of
 from teachers.oracles.metaworld.purposes import PURPOSES
 from worlds.metaworld import MetaWorld, Pose, Truth
 
@@ -297,7 +298,7 @@ class TooTight(_Slip):
 
 @claim
 class Aiming(_Posed):
-    """True if `action` is, to two decimals, the pose that metaworld's scripted policy aims at in this state."""
+    """True if `action` is, to two decimals, the pose that metaworld's scripted policy, corrected, aims at now."""
 
     kind = FP
     action: Pose
@@ -380,7 +381,7 @@ class Avoid(_Posed):
 
     def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
         """Warn of the pose that is wanted, as if it led away."""
-        action = action_for(lab.script.aim(moment.after.observation), moment.after, lab)
+        action = action_for(aim_of(lab, moment.after), moment.after, lab)
         return (Avoid(action=action, before=self.before, after=self.after),)
 
 
