@@ -9,6 +9,7 @@ from llf_teacher.students.student import entitled
 from pz_envs.seats import STUDENT
 from teachers.atoms import FN, FP, HN, HP, KINDS, Moment
 from teachers.oracles.metaworld import MetaWorldOracle
+from teachers.oracles.metaworld.checks import action_for
 from teachers.oracles.metaworld.claims import (
     Aiming,
     Avoid,
@@ -25,6 +26,7 @@ from teachers.oracles.metaworld.claims import (
     TooTight,
     WellAimed,
 )
+from teachers.oracles.metaworld.corrections import CORRECTIONS, aim_of
 from teachers.oracles.metaworld.purposes import PURPOSES
 from teachers.testing import Pupil, check_honesty
 from worlds.metaworld import CONTROLS, TASKS, MetaWorld
@@ -91,6 +93,78 @@ def test_a_complete_instruction_is_a_rollout_that_solves_the_task(task, control)
         assert claim.holds(moment, world.scratch())
         if type(claim) is Solution:
             assert [played(world, action).success for action in claim.actions].index(True) + 1 == claim.count
+
+
+def turns_to_solve(world, seed, aim):
+    """How many turns it takes who aims so, or None."""
+    world.reset(seed=seed)
+    for turn in range(1, 31):
+        if world.advance(action_for(aim(world, world.truth), world.truth, world))[4]["success"]:
+            return turn
+    return None
+
+
+def uncorrected(world, truth):
+    """What the scripted policy aims at."""
+    return world.script.aim(truth.observation)
+
+
+@pytest.mark.parametrize(
+    ("task", "seed"),
+    [
+        ("basketball-v3", 105),
+        ("box-close-v3", 102),
+        ("handle-pull-side-v3", 0),
+        ("lever-pull-v3", 101),
+        ("pick-place-wall-v3", 7),
+        ("push-back-v3", 1),
+        ("stick-pull-v3", 112),
+    ],
+)
+def test_corrected_aims_solve_what_the_policy_loses(task, seed):
+    world = MetaWorld(task)
+    assert turns_to_solve(world, seed, uncorrected) is None
+    assert turns_to_solve(world, seed, aim_of) is not None
+
+
+def test_the_hand_goes_down_then_closes_then_carries():
+    world = MetaWorld("pick-place-wall-v3")
+    world.reset(seed=7)
+    phases = []
+    while not world.truth.solved:
+        hand, gripper = world.truth.observation[:3], world.truth.observation[3]
+        aim = aim_of(world, world.truth)
+        if aim.grip == -1:
+            phases.append("go")
+        elif gripper > 0.9:
+            assert aim.target[:2] == hand[:2]
+            assert hand[2] - 0.04 <= aim.target[2] <= hand[2]
+            phases.append("close")
+        else:
+            phases.append("carry")
+        world.advance(action_for(aim, world.truth, world))
+    assert sorted(set(phases), key=phases.index) == ["go", "close", "carry"]
+    assert phases == sorted(phases, key=["go", "close", "carry"].index)
+
+
+@pytest.mark.parametrize("task", [task for task, correction in CORRECTIONS.items() if correction.stride])
+def test_a_stride_is_never_longer(task):
+    world = MetaWorld(task)
+    world.reset(seed=0)
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        aim = aim_of(world, world.truth)
+        apart = np.subtract(aim.target, world.truth.observation[:3])
+        assert np.abs(apart).max() <= CORRECTIONS[task].stride + 1e-12
+        world.step(world.sample_action(rng))
+
+
+def test_with_the_teachers_event_the_policy_is_not_corrected():
+    own, event = MetaWorld("handle-pull-side-v3"), MetaWorld("handle-pull-side-v3", "teacher_event")
+    for world in (own, event):
+        world.reset(seed=0)
+    assert aim_of(event, event.truth) == uncorrected(event, event.truth)
+    assert aim_of(own, own.truth) != uncorrected(own, own.truth)
 
 
 def test_hindsight_is_about_place_and_grip():
@@ -199,7 +273,17 @@ def test_warnings_lose_ground(task):
     assert warnings >= 2
 
 
-@pytest.mark.parametrize("options", [{"control": "relative"}, {"control": "teacher_event"}, {"gain": 10.0}], ids=str)
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"control": "relative"},
+        {"control": "teacher_event"},
+        {"gain": 10.0},
+        {"task": "handle-pull-side-v3", "control": "relative"},
+        *(pytest.param({"task": task}, marks=pytest.mark.full) for task in CORRECTIONS),
+    ],
+    ids=str,
+)
 def test_honesty_with_other_options(options):
     from pz_envs.families.metaworld import FAMILY
 
@@ -207,8 +291,8 @@ def test_honesty_with_other_options(options):
 
 
 @pytest.mark.full
-@pytest.mark.parametrize(("control", "least"), [("absolute", 0.95), ("teacher_event", 0.975)])
-def test_obedient_students_succeed(control, least):
+@pytest.mark.parametrize(("control", "least", "each"), [("absolute", 0.985, 8), ("teacher_event", 0.96, 5)])
+def test_obedient_students_succeed(control, least, each):
     """All tasks, ten seeds; docs/metaworld.md has the table."""
     won = []
     for task in TASKS:
@@ -220,6 +304,5 @@ def test_obedient_students_succeed(control, least):
             while not env.aec.moment.success and not env.aec.moment.over:
                 env.step(student.act(env.aec.observe(STUDENT), entitled(student, env.aec)))
             won.append(env.aec.moment.success)
-        if control == "teacher_event":
-            assert sum(won[-10:]) >= 6, task
+        assert sum(won[-10:]) >= each, task
     assert np.mean(won) >= least
