@@ -7,8 +7,8 @@ from worlds.metaworld import Aim, MetaWorld, Truth
 
 _OPEN = 0.9
 """So far open at least is a gripper that has not begun to close."""
-_ABOVE = 0.04
-"""Metres: a hand that is wanted lower than by this has not arrived; one that is farther aside is travelling."""
+_NEAR = 0.04
+"""Metres within which a hand has come down to what it is to grasp, and beyond which aside it still travels."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,15 +21,17 @@ class Correction:
     """The policy's largest grip that does not take hold; the gripper is then opened wide. What takes hold comes in
     turns of their own: the hand goes down, closes where it is, and only then carries. None: nothing is grasped."""
     stride: float | None = None
-    """So far, in metres along an axis, from where the hand is, is it sent at most."""
+    """So far from where it is, in metres along an axis, the hand is sent at most."""
     travel: float | None = None
     """The height at which an open hand goes to what it is to grasp."""
-    nudge: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    nudge: tuple[float, float, float] | None = None
     """The policy is asked as if the first object were so far from where it is."""
 
     def seen(self, truth: Truth) -> tuple[float, ...]:
         """The observation that the policy is asked with."""
         numbers = truth.observation
+        if self.nudge is None:
+            return numbers
         return (*numbers[:4], *(a + b for a, b in zip(numbers[4:7], self.nudge, strict=True)), *numbers[7:])
 
     def applied(self, aim: Aim, truth: Truth) -> Aim:
@@ -38,10 +40,10 @@ class Correction:
         (x, y, z), grip = aim.target, aim.grip
         if self.opening is not None and grip <= self.opening:
             grip = -1.0
-            if self.travel is not None and math.dist(hand[:2], (x, y)) > _ABOVE:
+            if self.travel is not None and math.dist(hand[:2], (x, y)) > _NEAR:
                 z = self.travel
         elif self.opening is not None and gripper > _OPEN:
-            if z < hand[2] - _ABOVE:
+            if z < hand[2] - _NEAR:
                 grip = -1.0
             else:
                 x, y, z = hand[0], hand[1], min(z, hand[2])
