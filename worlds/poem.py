@@ -83,7 +83,7 @@ class Poem(World[Truth, int, str]):
     reset_options = tuple(_OPTIONS.values())
     _truth: Truth
     action_syntax = (
-        f"the poem itself, one line of verse a line of text, at most {MAX_LENGTH} characters, no control characters"
+        f"the poem itself, one line of verse a line of text, of at most {MAX_LENGTH} characters without control characters"
     )
 
     def __init__(self, form: str = HAIKU, *, render_mode: str | None = None) -> None:

@@ -70,7 +70,7 @@ class Alfworld(World[Truth, str, str]):
     reward_range = (0.0, 1.0)
     actions_key = "admissible_commands"
     reset_options = ("game",)
-    action_syntax = f"one command such as `go to desk 1`, of at most {MAX_LENGTH} characters, no control characters"
+    action_syntax = f"one command such as `go to desk 1`, of at most {MAX_LENGTH} characters without control characters"
 
     _feedback: str
     _won: bool
