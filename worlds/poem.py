@@ -83,7 +83,8 @@ class Poem(World[Truth, int, str]):
     reset_options = tuple(_OPTIONS.values())
     _truth: Truth
     action_syntax = (
-        f"the poem itself, one line of verse a line of text, of at most {MAX_LENGTH} characters without control characters"
+        f"the poem itself, one line of verse a line of text, "
+        f"of at most {MAX_LENGTH} characters without control characters"
     )
 
     def __init__(self, form: str = HAIKU, *, render_mode: str | None = None) -> None:
@@ -123,7 +124,7 @@ class Poem(World[Truth, int, str]):
     def legal(self, action: Any) -> str:
         """The poem as a plain string."""
         if not self.action_space.contains(action) or _CONTROL(action):
-            raise illegal(action, f"a text of at most {MAX_LENGTH} characters without control characters")
+            raise illegal(action, f"a text at most {MAX_LENGTH} characters, none of control")
         return str(action)
 
     def advance(self, action: str) -> tuple[int, float, bool, bool, dict[str, Any]]:
