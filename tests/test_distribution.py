@@ -1,9 +1,11 @@
-"""What is built from the source tree has all of it that is needed: the modules, the data and the marks of types."""
+"""What is built from the source tree is whole, and what it asks of other packages is what is tested."""
 
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -32,3 +34,17 @@ def test_the_wheel_has_every_file_of_the_packages_and_nothing_else(tmp_path):
     assert all(any(name.endswith(f"licenses/{text}") for name in packed) for text in ("LICENSE", "NOTICE"))
     with tarfile.open(archive) as tar:
         assert files < {name.partition("/")[2] for name in tar.getnames()}
+
+
+def test_the_lowest_versions_that_are_declared_are_those_that_are_tried():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    declared = {*project["dependencies"], *extras["llm"], *extras["test"]}
+    lines = (ROOT / "constraints-lowest.txt").read_text().splitlines()
+    tried = [line for line in lines if not line.startswith("#")]
+    assert tried == sorted(requirement.replace(">=", "==") for requirement in declared)
+    assert all(requirement.count("==") == 1 for requirement in tried)
+    (python,) = re.findall(r">=([\d.]+)", project["requires-python"])
+    stage = (ROOT / ".ci" / "run").read_text().partition("lowest() {")[2].partition("\n}")[0]
+    assert f"python{python} -m venv" in stage
+    assert "-c constraints-lowest.txt" in stage
