@@ -166,9 +166,9 @@ class Catalogue:
         bits = self.items[found[0]].bits
         return all(bits & wish for wish in wishes)
 
-    def query(self, sql: str, *parameters: Any) -> list[tuple[Any, ...]]:
+    def query(self, sql: str, *parameters: Any, **named: Any) -> list[tuple[Any, ...]]:
         """Rows of the tables `title` (id, title, series, first, last, certificate, source) and `genre` (id, genre)."""
-        return self._database.execute(sql, parameters).fetchall()
+        return self._database.execute(sql, named or parameters).fetchall()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Catalogue":
         return self
