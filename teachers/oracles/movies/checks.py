@@ -22,7 +22,7 @@ from worlds.movies import (
     Truth,
     titles_of,
 )
-from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS, Catalogue, Item
+from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS, Catalogue, Item, aliases
 from worlds.movies.catalogue.titles import fold
 
 NAMES = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}
@@ -147,10 +147,13 @@ def years_of(catalogue: Catalogue) -> dict[str, list[int]]:
 
 @lru_cache(maxsize=4096)
 def alike(said: str, title: str) -> bool:
-    """Whether a spelling is close to another one, with their articles or without."""
-    whole = fold(said), fold(title)
-    bare = [text.removeprefix("the ").removeprefix("a ") for text in whole]
-    return any(SequenceMatcher(None, *pair).ratio() > 0.7 for pair in (whole, bare))
+    """Whether a spelling is close to a title or to another name of the work, with their articles or without."""
+    for name in (title, *(alias for alias, meant, _ in aliases() if meant == title)):
+        whole = fold(said), fold(name)
+        bare = [text.removeprefix("the ").removeprefix("a ") for text in whole]
+        if any(SequenceMatcher(None, *pair).ratio() > 0.7 for pair in (whole, bare)):
+            return True
+    return False
 
 
 def means(lab: Movies, said: str, title: str) -> bool:
