@@ -51,7 +51,7 @@ def ids() -> tuple[str, ...]:
 
 
 def entry(id: str) -> Entry:
-    """The environment of an id, of its alias `verbal-...`, or of another alias, which warns if there is reason to.
+    """The environment of an id, of its alias `verbal-...`, or of another alias, which is warned of once a process.
 
     Raises:
         ValueError: there is none; the message names the nearest ids.
@@ -61,13 +61,25 @@ def entry(id: str) -> Entry:
     name = PREFIX + id.removeprefix(ALIAS) if id.startswith(ALIAS) else id
     if name in _aliases():
         found = _aliases()[name]
-        warnings.warn(f"{id} stands for {found.id}: {found.family.alias_warning}", UserWarning, stacklevel=3)
+        _warn(f"{name} stands for {found.id}: {found.family.alias_warning}")
         return found
     if name not in entries():
         from teachers.spec import unknown
 
         raise ValueError(unknown("environment", id, ids()))
     return entries()[name]
+
+
+_SHOWN: set[str] = set()
+
+
+def _warn(message: str) -> None:
+    """Warn once a process; whoever filters warnings so as to see all of them, or none, gets that."""
+    if message not in _SHOWN:
+        kept: dict[Any, Any] = {}
+        warnings.warn_explicit(message, UserWarning, "llf_teacher", 1, module=__name__, registry=kept)
+        if any(type(key) is tuple for key in kept):  # a filter that shows things once has shown it
+            _SHOWN.add(message)
 
 
 def family(name: str) -> Family:

@@ -1,34 +1,72 @@
-"""What is built from the source tree has all of it that is needed: the modules, the data and the marks of types."""
+"""What is built from the source tree is whole, and what it asks of other packages is what is tested."""
 
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
+BESIDES = ("tests", "docs", "examples", "changes", ".ci")
 
 
-def test_the_wheel_has_every_file_of_the_packages_and_nothing_else(tmp_path):
-    """It is built from the source distribution, which needs them, too; of a copy, as building leaves files behind."""
-    left_out = shutil.ignore_patterns("__pycache__", ".*", "*.egg-info", "build", "dist", "tests")
-    source = shutil.copytree(ROOT, tmp_path / "source", ignore=left_out)
+def _files(folders):
+    """The files in folders of the source tree, but for what running them leaves."""
+    return {
+        path.relative_to(ROOT).as_posix()
+        for folder in folders
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+def test_what_is_built_is_whole(tmp_path):
+    """The wheel has every file of the packages and nothing else, the source distribution that it is built of all files.
+
+    Of a copy, as building leaves files behind.
+    """
+    source, top = tmp_path / "source", {path.name for path in ROOT.iterdir() if path.is_file()}
+    top = {name for name in top if not name.startswith((".coverage", ".git", "llf-study")) or name == ".gitignore"}
+    for folder in (*PACKAGES, *BESIDES):
+        shutil.copytree(ROOT / folder, source / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in top:
+        shutil.copy(ROOT / name, source)
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", tmp_path / "dist", source]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stdout + result.stderr
     (wheel,) = (tmp_path / "dist").glob("*.whl")
     (archive,) = (tmp_path / "dist").glob("*.tar.gz")
-    files = {
-        path.relative_to(ROOT).as_posix()
-        for package in PACKAGES
-        for path in (ROOT / package).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
-    }
+    files = _files(PACKAGES)
     assert {f"{package}/py.typed" for package in PACKAGES} < files
     packed = set(zipfile.ZipFile(wheel).namelist())
     assert {name for name in packed if ".dist-info/" not in name} == files
     assert all(any(name.endswith(f"licenses/{text}") for name in packed) for text in ("LICENSE", "NOTICE"))
     with tarfile.open(archive) as tar:
-        assert files < {name.partition("/")[2] for name in tar.getnames()}
+        entries = {entry.name.partition("/")[2] for entry in tar.getmembers() if entry.isfile()}
+    made = {"PKG-INFO", "setup.cfg"}
+    assert {name for name in entries if ".egg-info/" not in name} - made == top | files | _files(BESIDES)
+
+
+def test_the_project_has_addresses():
+    metadata = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert {"Repository", "Documentation", "Changelog"} <= metadata["urls"].keys()
+    documented = metadata["urls"]["Documentation"].removeprefix(metadata["urls"]["Repository"] + "/tree/main/")
+    assert (ROOT / documented).is_dir()
+
+
+def test_the_lowest_versions_that_are_declared_are_those_that_are_tried():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    declared = {*project["dependencies"], *extras["llm"], *extras["test"]}
+    lines = (ROOT / "constraints-lowest.txt").read_text().splitlines()
+    tried = [line for line in lines if not line.startswith("#")]
+    assert tried == sorted(requirement.replace(">=", "==") for requirement in declared)
+    assert all(requirement.count("==") == 1 for requirement in tried)
+    (python,) = re.findall(r">=([\d.]+)", project["requires-python"])
+    stage = (ROOT / ".ci" / "run").read_text().partition("lowest() {")[2].partition("\n}")[0]
+    assert f"python{python} -m venv" in stage
+    assert "-c constraints-lowest.txt" in stage

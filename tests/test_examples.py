@@ -1,5 +1,6 @@
 """The examples run, shortened."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -35,3 +36,25 @@ def test_learn_to_teach(tmp_path):
     assert "| announced mistake | " in result.stdout
     assert {file.name for file in (tmp_path / "teacher").iterdir()} == {"teacher.zip", "scales.pkl"}
     assert (tmp_path / "plot.png").stat().st_size > 10_000
+
+
+def test_checking_the_catalogue(tmp_path):
+    """The films of other data are counted that are found, and that agree; those that are not found are named."""
+    keys = ("Title", "Release Date", "MPAA Rating", "IMDB Votes")
+    films = [
+        ("Star Wars", "May 25 1977", "PG", 9),
+        ("Psycho", "Jun 16 2060", "R", 8),
+        ("The Matrix", "Mar 31 1989", "PG", 7),
+        ("Turnip Season", "Jan 01 1990", None, None),
+    ]
+    vega, ggplot2 = tmp_path / "movies.json", tmp_path / "movies.csv"
+    vega.write_text(json.dumps([dict(zip(keys, film, strict=True)) for film in films]))
+    ggplot2.write_text('title,year,votes,mpaa\n"Matrix, The",1999,7,R\nAladdin,1992,6,G\nAladdin,1950,6,\n')
+    command = [sys.executable, ROOT / "examples" / "check_catalogue.py", "--vega", vega, "--ggplot2", ggplot2]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in result.stdout.splitlines()]
+    assert ["vega-datasets", "100", "3", "2", "2 of 3"] in rows
+    assert ["ggplot2movies", "100", "2", "2", "2 of 2"] in rows
+    assert "vega-datasets, not found: Turnip Season (1990)" in result.stdout
+    assert "ggplot2movies, not found: Aladdin (1950)" in result.stdout

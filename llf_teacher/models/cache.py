@@ -5,6 +5,7 @@ import hashlib
 import json
 import sqlite3
 import time
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -46,6 +47,7 @@ class Cache:
         self.path = path
         try:
             self._db = sqlite3.connect(path, timeout=60, isolation_level=None)
+            weakref.finalize(self, self._db.close)
             self._db.execute("PRAGMA journal_mode = WAL")
             self._db.execute("PRAGMA synchronous = FULL")  # a paid answer outlasts even the computer
             self._db.executescript(_SCHEMA)

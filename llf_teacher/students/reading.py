@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from operator import itemgetter
@@ -13,8 +12,6 @@ from teachers.atoms import ActionClaim, Claim
 from teachers.common import Late
 from teachers.phrasebook import Phrasebook
 from teachers.voice import PLAIN
-
-_SENTENCE_END = re.compile(r"[.!?:]\s+")
 
 
 class Heard(NamedTuple):
@@ -65,8 +62,7 @@ class Reader:
                 yield Heard(best.line.claim, slots, about)
                 at = best.place.end
             else:
-                end = _SENTENCE_END.search(text, at)
-                at = end.end() if end else len(text)
+                at = heard.next(None if self._unread else self._lines, at)
             about = None
             while at < len(text) and text[at].isspace():
                 at += 1

@@ -15,6 +15,9 @@ _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?(?:e[-+]?\d+)?|inf|nan)"  # what a slot with a 
 _INTEGER = r"[-+]?\d{1,9}"
 _NUMBER_BEGINS = "+-0123456789in"
 _END = r"(?=\s|$)"
+_SENTENCE_END = r"[.!?:]\s++"
+_ANYTHING = re.compile(_SENTENCE_END)
+_LETTERS = 3  # of their beginnings, by which most places where no line begins are passed over
 
 
 class Place(NamedTuple):
@@ -129,6 +132,8 @@ class Beginnings(Generic[LineT]):
         self.root: dict[str, Any] = {}
         """Per letter what goes on with it, and under the empty string the lines that are complete."""
         self.size = 0
+        self._short: dict[str, list[LineT]] = {}
+        self._behind: dict[tuple[int, frozenset[str]], re.Pattern[str]] = {}
 
     def add(self, beginning: str, line: LineT) -> None:
         """Add a line."""
@@ -136,7 +141,18 @@ class Beginnings(Generic[LineT]):
         for letter in beginning:
             node = node.setdefault(letter, {})
         node.setdefault("", []).append(line)
+        if len(beginning) < _LETTERS:
+            self._short[beginning] = node[""]
         self.size += 1
+
+    def behind_an_end(self, hopeless: set[Sentence]) -> re.Pattern[str]:
+        """The end of a sentence, behind which a line may begin that is not hopeless."""
+        dead = frozenset(
+            beginning for beginning, lines in self._short.items() if all(line.sentence in hopeless for line in lines)
+        )
+        if (key := (self.size, dead)) not in self._behind:
+            self._behind[key] = re.compile(_SENTENCE_END + f"(?={_first_letters(self.root, dead)})")
+        return self._behind[key]
 
     def of(self, text: str) -> list[LineT]:
         """The lines with whose words the text begins."""
@@ -148,6 +164,14 @@ class Beginnings(Generic[LineT]):
         return found
 
 
+def _first_letters(node: dict[str, Any], dead: frozenset[str], said: str = "") -> str:
+    """What matches the first letters of all lines, but for short beginnings that are dead."""
+    if len(said) == _LETTERS or ("" in node and said not in dead):
+        return ""
+    ways = [re.escape(letter) + _first_letters(node[letter], dead, said + letter) for letter in node if letter]
+    return f"(?:{'|'.join(ways)})" if ways else "(?!)"
+
+
 class Text:
     """A text that is read from its beginning to its end, with what was found on the way."""
 
@@ -156,6 +180,7 @@ class Text:
         self.hopeless: set[Sentence] = set()
         """Sentences that cannot begin any more: what must follow in them does not."""
         self._known: dict[tuple[re.Pattern[str], Hashable], tuple[int, re.Match[str] | None]] = {}
+        self._behind = -1, _ANYTHING
         self._left: dict[int, tuple[int, list[Any]]] = {}
 
     def __getitem__(self, span: tuple[int, int]) -> str:
@@ -176,6 +201,16 @@ class Text:
         if since > at or (found is not None and found.start() < at):
             since, found = self._known[pattern, way] = at, pattern.search(self.text, at)
         return found
+
+    def next(self, lines: Beginnings[LineT] | None, at: int) -> int:
+        """Behind the next end of a sentence, where one of the lines can begin; anything can if there are none."""
+        pattern = _ANYTHING
+        if lines:
+            if len(self.hopeless) != self._behind[0]:
+                self._behind = len(self.hopeless), lines.behind_an_end(self.hopeless)
+            pattern = self._behind[1]
+        end = pattern.search(self.text, at)
+        return end.end() if end else len(self.text)
 
     def beginning(self, lines: Beginnings[LineT], at: int) -> list[LineT]:
         """The lines that may begin here."""

@@ -2,6 +2,7 @@
 
 import json
 import sqlite3
+import weakref
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -56,6 +57,7 @@ class Store:
         self._made = not path.exists()
         try:
             self._db = sqlite3.connect(path, isolation_level=None)
+            weakref.finalize(self, self._db.close)
             self._db.row_factory = sqlite3.Row
             self._prepare()
         except sqlite3.DatabaseError as error:

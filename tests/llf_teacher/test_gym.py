@@ -3,6 +3,8 @@
 import copy
 import json
 import pickle
+import subprocess
+import sys
 
 import gymnasium
 import numpy as np
@@ -65,6 +67,25 @@ def test_an_older_name_warns(alias):
     ):
         assert gymnasium.make(alias).unwrapped.env_id == "llf-metaworld-reach-v3"
     assert alias not in llf_teacher.ids()
+
+
+def test_an_older_name_warns_once_a_process_wherever_it_is_used():
+    """Warnings are filtered again and again on the way, which makes Python forget what it has shown."""
+    lines = [
+        "import llf_teacher, llf_teacher.compat, warnings",
+        "from llf_teacher.studies.study import Study",
+        "name = 'llf-metaworld-reach-v2'",
+        "llf_teacher.compat.make(name, warning=False)",
+        "for each in (name, name, 'verbal' + name[3:]):",
+        "    with warnings.catch_warnings(): llf_teacher.make(each)",
+        "llf_teacher.supported_types(name)",
+        "Study(ids=(name, name), teachers=('oracle',), students=('random',), seeds=1)",
+        "llf_teacher.make('llf-metaworld-push-v2')",
+    ]
+    result = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True, check=False)
+    assert result.stderr.count("llf-metaworld-reach-v2 stands for llf-metaworld-reach-v3") == 1, result.stderr
+    assert result.stderr.count("llf-metaworld-push-v2 stands for llf-metaworld-push-v3") == 1
+    assert result.stderr.count("rewards differ") == 2
 
 
 def test_images_are_asked_for_where_there_are_any():

@@ -1,5 +1,6 @@
 """Studies: files, the runner, the store, interruption."""
 
+import gc
 import json
 import signal
 import sqlite3
@@ -243,6 +244,22 @@ def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path):
     with pytest.raises(StoreError, match=f"schema version {SCHEMA_VERSION + 1}, this release reads version"):
         Store(path)
     assert path.read_bytes() == before
+
+
+def test_a_store_that_nobody_closes_is_closed(tmp_path, monkeypatch):
+    """Newer Pythons warn of those that are not."""
+    opened, connect = [], sqlite3.connect
+
+    def noted(*args, **options):
+        opened.append(connect(*args, **options))
+        return opened[-1]
+
+    monkeypatch.setattr(sqlite3, "connect", noted)
+    Store(tmp_path / "s.db")
+    gc.collect()
+    (db,) = opened
+    with pytest.raises(sqlite3.ProgrammingError, match="closed database"):
+        db.execute("SELECT 1")
 
 
 def test_a_database_of_something_else_is_refused_and_unchanged(tmp_path):

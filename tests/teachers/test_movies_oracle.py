@@ -80,6 +80,10 @@ def test_each_attribute_is_judged():
         (["The Matrix"], [AllFit()]),
         (["the matrix", "Jaws (1975)"], [AllFit()]),
         (["Jurrasic Park"], [AllFit(), TakenFor(item=1, said="Jurrasic Park", title="Jurassic Park")]),
+        (
+            ["Star Wars"],
+            [AllFit(), TakenFor(item=1, said="Star Wars", title="Star Wars: Episode IV - A New Hope")],
+        ),
         ([], [Nothing()]),
         (["Jaws", "Gone Badly"], [Fits(item=1, title="Jaws"), NotInCatalogue(item=2, said="Gone Badly")]),
         (["Vertigu"], [SpeltLike(item=1, said="Vertigu", title="Vertigo")]),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from worlds.movies import LEAST_MATCHES, draw_profile
-from worlds.movies.catalogue import CERTIFICATES, GENRES, Catalogue, load_catalogue, shipped
+from worlds.movies.catalogue import CERTIFICATES, GENRES, Catalogue, aliases, load_catalogue, shipped
 from worlds.movies.catalogue.importing import BASICS, Imported, import_catalogue
 from worlds.movies.catalogue.titles import Titles, fold
 
@@ -80,7 +80,20 @@ def test_most_profiles_have_matches():
     [
         ("The Matrix", ["The Matrix"]),
         ("the MATRIX", ["The Matrix"]),
-        ("Matrix", []),  # with a single word, the article tells works apart
+        ("Incredibles", []),  # with a single word, the article tells works apart
+        ("Matrix", ["The Matrix"]),  # but for what stands in the list of other names
+        ("Matrix (1999)", ["The Matrix"]),
+        ("Matrix (1993)", []),  # a series
+        ("Star Wars", ["Star Wars: Episode IV - A New Hope"]),
+        ("Star Wars (1977)", ["Star Wars: Episode IV - A New Hope"]),
+        ("Star Wars (2015)", []),
+        ("The Empire Strikes Back", ["Star Wars: Episode V - The Empire Strikes Back"]),
+        ("Empire Strikes Back", ["Star Wars: Episode V - The Empire Strikes Back"]),
+        ("The Empire Strikes", []),
+        ("Birdman", ["Birdman or (The Unexpected Virtue of Ignorance)"]),
+        ("Birdmen", []),  # other names forgive no slip
+        ("The Return of the King", []),  # may be that of 1980
+        ("Pirates of the Caribbean", []),  # may be any of five
         ("Heat", ["Heat"]),
         ("The Heat", ["The Heat"]),
         ("Dark Knight", ["The Dark Knight"]),
@@ -160,6 +173,27 @@ def test_a_title_that_may_be_another_work_is_not_taken_for_one(pair):
     assert Titles([(one, 2000)]).find(other) == Titles([(other, 2000)]).find(one) == ()
     for title in (one, other):  # nor is one of the catalogue
         assert {fold(load_catalogue().items[i].title) for i in load_catalogue().find(title)} <= {fold(title)}
+
+
+def test_other_names_stand_for_one_work_that_is_there():
+    """None is the title of a work of the catalogue, or the title of another without its article."""
+    catalogue, entries = load_catalogue(), list(shipped())
+    keys = {fold(entry.title) for entry in entries}
+    names = [fold(alias) for alias, _, _ in aliases()]
+    assert len(set(names)) == len(names) >= 50
+    assert not keys.intersection(names)
+    for alias, title, year in aliases():
+        (found,) = catalogue.find(alias)
+        assert (catalogue.items[found].title, catalogue.items[found].first) == (title, year)
+
+
+def test_another_name_of_what_may_be_two_works_is_ambiguous_and_a_title_goes_before_it():
+    other = [("Matrix", "The Matrix", 1999), ("Heat", "The Heat", 2013)]
+    titles = Titles([("The Matrix", 1999), ("The Matrix", 2029), ("The Heat", 2014), ("Heat", 1995)], other)
+    assert titles.find("Matrix") == (0, 1)
+    assert titles.find("Matrix (2029)") == (1,)
+    assert titles.find("Heat") == (3,)
+    assert Titles([("The Heat", 2014)], other).find("Heat") == ()  # not the work that is meant
 
 
 def test_what_a_title_is_spelt_like_can_be_asked_for():

@@ -50,7 +50,7 @@ from worlds.movies import (
     answer_of,
     titles_of,
 )
-from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, period_bit
+from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, period_bit, type_bit
 
 
 @claim
@@ -206,24 +206,29 @@ def _recommend(titles: tuple[str, ...], place: int, title: str) -> Recommend:
 
 def _traits(catalogue: Catalogue, profile: Profile, fitting: Iterable[Item]) -> list[tuple[str, str]]:
     """Attributes that no fitting title has, where they matter: the other type, periods and certificates."""
-    fitting = tuple(fitting)
-    some = [(TYPE, TYPE_NAMES[not profile.series])] if _has_series(catalogue, not profile.series) else []
+    bits, certificates = _together(fitting)
+    all_bits, all_certificates = _of_all(catalogue)
+    some = [(TYPE, TYPE_NAMES[not profile.series])] if all_bits & type_bit(not profile.series) else []
     if profile.age >= 0:
-        bad = {item.certificate for item in catalogue.items} - {item.certificate for item in fitting}
-        some += [(AGE, certificate) for certificate in CERTIFICATES if certificate in bad]
+        some += [(AGE, each) for each in CERTIFICATES if each in all_certificates - certificates]
     if profile.periods:
-        bits = {period: period_bit(period) for period in range(len(PERIODS))}
-        some += [
-            (YEAR, PERIOD_NAMES[period])
-            for period, bit in bits.items()
-            if not any(item.bits & bit for item in fitting) and any(item.bits & bit for item in catalogue.items)
-        ]
+        lacking = all_bits & ~bits
+        some += [(YEAR, PERIOD_NAMES[period]) for period in range(len(PERIODS)) if lacking & period_bit(period)]
     return some
 
 
+def _together(items: Iterable[Item]) -> tuple[int, set[str | None]]:
+    """The bits and the certificates that any of the items has."""
+    bits, certificates = 0, set()
+    for item in items:
+        bits |= item.bits
+        certificates.add(item.certificate)
+    return bits, certificates
+
+
 @lru_cache(maxsize=16)
-def _has_series(catalogue: Catalogue, series: bool) -> bool:
-    return any(item.series == series for item in catalogue.items)
+def _of_all(catalogue: Catalogue) -> tuple[int, set[str | None]]:
+    return _together(catalogue.items)
 
 
 @lru_cache(maxsize=4096)

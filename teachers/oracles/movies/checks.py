@@ -22,7 +22,7 @@ from worlds.movies import (
     Truth,
     titles_of,
 )
-from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS, Catalogue, Item
+from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS, Catalogue, Item, aliases
 from worlds.movies.catalogue.titles import fold
 
 NAMES = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}
@@ -147,10 +147,13 @@ def years_of(catalogue: Catalogue) -> dict[str, list[int]]:
 
 @lru_cache(maxsize=4096)
 def alike(said: str, title: str) -> bool:
-    """Whether a spelling is close to another one, with their articles or without."""
-    whole = fold(said), fold(title)
-    bare = [text.removeprefix("the ").removeprefix("a ") for text in whole]
-    return any(SequenceMatcher(None, *pair).ratio() > 0.7 for pair in (whole, bare))
+    """Whether a spelling is close to a title or to another name of the work, with their articles or without."""
+    for name in (title, *(alias for alias, meant, _ in aliases() if meant == title)):
+        whole = fold(said), fold(name)
+        bare = [text.removeprefix("the ").removeprefix("a ") for text in whole]
+        if any(SequenceMatcher(None, *pair).ratio() > 0.7 for pair in (whole, bare)):
+            return True
+    return False
 
 
 def means(lab: Movies, said: str, title: str) -> bool:
@@ -216,22 +219,20 @@ def meets(lab: Movies, id: int, profile: Profile, attribute: str) -> bool:
 @lru_cache(maxsize=64)
 def works_meeting(catalogue: Catalogue, profile: Profile) -> dict[int, tuple[Any, ...]]:
     """The rows (id, series, first, last, certificate) of all works that meet all wishes, by id."""
-    periods, genres, certificates = (
-        json.dumps([list_[i] for i in chosen if i >= 0])
-        for list_, chosen in ((PERIODS, profile.periods), (GENRES, profile.genres), (AGES, (profile.age,)))
-    )
-    rows = catalogue.query(_MEETING, profile.series, periods, genres, certificates)
+    wishes = {"periods": (PERIODS, profile.periods), "genres": (GENRES, profile.genres), "ages": (AGES, (profile.age,))}
+    lists = {name: json.dumps([each[i] for i in chosen if i >= 0]) for name, (each, chosen) in wishes.items()}
+    rows = catalogue.query(_MEETING, series=profile.series, **lists)
     return {row[0]: row for row in rows}
 
 
 _MEETING = """
 SELECT id, series, first, last, certificate FROM title
-WHERE series = ?1
-AND (?2 = '[]' OR EXISTS (
-    SELECT 1 FROM json_each(?2)
+WHERE series = :series
+AND (:periods = '[]' OR EXISTS (
+    SELECT 1 FROM json_each(:periods)
     WHERE first <= json_extract(value, '$[1]') AND coalesce(last, 9999) >= json_extract(value, '$[0]')))
-AND (?3 = '[]' OR EXISTS (SELECT 1 FROM genre JOIN json_each(?3) ON genre = value WHERE genre.id = title.id))
-AND (?4 = '[]' OR certificate IN (SELECT value FROM json_each(?4, '$[0]')))
+AND (:genres = '[]' OR EXISTS (SELECT 1 FROM genre JOIN json_each(:genres) ON genre = value WHERE genre.id = title.id))
+AND (:ages = '[]' OR certificate IN (SELECT value FROM json_each(:ages, '$[0]')))
 """
 
 

@@ -8,7 +8,7 @@ import csv
 import os
 import sqlite3
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -28,6 +28,7 @@ __all__ = [
     "Entry",
     "Item",
     "age_bit",
+    "aliases",
     "genre_bit",
     "load_catalogue",
     "period_bit",
@@ -141,7 +142,7 @@ class Catalogue:
             entries = list(_entries(self._database))
         except (sqlite3.Error, ValueError, TypeError) as error:
             raise _refusal(path, error) from None
-        self._titles = Titles([(entry.title, entry.first) for entry in entries])
+        self._titles = Titles([(entry.title, entry.first) for entry in entries], aliases())
         self.items = tuple(_item(entry, *self._titles.label(i)) for i, entry in enumerate(entries))
         """Every item, in the order of the source."""
         self._bits = np.array([item.bits for item in self.items], np.int64)
@@ -166,9 +167,9 @@ class Catalogue:
         bits = self.items[found[0]].bits
         return all(bits & wish for wish in wishes)
 
-    def query(self, sql: str, *parameters: Any) -> list[tuple[Any, ...]]:
+    def query(self, sql: str, *parameters: Any, **named: Any) -> list[tuple[Any, ...]]:
         """Rows of the tables `title` (id, title, series, first, last, certificate, source) and `genre` (id, genre)."""
-        return self._database.execute(sql, parameters).fetchall()
+        return self._database.execute(sql, named or parameters).fetchall()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Catalogue":
         return self
@@ -199,8 +200,7 @@ def _load(path: str | None, modified: int, size: int) -> Catalogue:
 
 def shipped() -> Iterable[Entry]:
     """The rows of the catalogue that ships."""
-    text = resources.files(__name__).joinpath("data/catalogue.csv").read_text(encoding="utf-8")
-    for row in csv.DictReader(text.splitlines()):
+    for row in _rows("catalogue.csv"):
         yield Entry(
             title=row["title"],
             series=row["type"] == SERIES,
@@ -210,6 +210,17 @@ def shipped() -> Iterable[Entry]:
             certificate=row["certificate"] or None,
             source=row["source"],
         )
+
+
+@lru_cache(maxsize=1)
+def aliases() -> tuple[tuple[str, str, int], ...]:
+    """Names that stand for one work and for no other, such as `Star Wars`: with its title and first year."""
+    return tuple((row["alias"], row["title"], int(row["year"])) for row in _rows("aliases.csv"))
+
+
+def _rows(name: str) -> Iterator[dict[str, str]]:
+    text = resources.files(__name__).joinpath("data", name).read_text(encoding="utf-8")
+    return csv.DictReader(text.splitlines())
 
 
 def write(database: sqlite3.Connection, entries: Iterable[Entry]) -> int:

