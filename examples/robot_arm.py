@@ -11,8 +11,7 @@ import numpy as np
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import entitled
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, entitled
 
 
 def solved(id: str, control: str, seeds: range) -> list[int | None]:

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from gymnasium import spaces
-from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo import ParallelEnv
 
+from pz_envs.seats import STUDENT, SeatsEnv, entitled
 from teachers.seeds import Seeds
 
 
@@ -17,17 +18,20 @@ class ParallelSeats(ParallelEnv):
 
     A step hands every agent's action to the environment when that agent's turn comes, and goes on until an agent is to
     act again. An agent's reward is what it got from its turn until then. Observations, infos and spaces are the
-    environment's. An agent that has ended leaves `agents` in the step in which it does.
+    environment's. An agent that has ended leaves `agents` in the step in which it does. Teachers and students cannot
+    act at the same time: a student would act before it hears what is said to it.
 
     Args:
         env: the environment, bare: `raw_env(...)`, `raw_env(seating="classroom", ...)`.
-        partners: a policy with `reset(rng)` and `act(observation, info)` for each seat that is taken.
+        partners: a policy with `reset(rng)` and `act(observation, info)` for each seat that is taken. A student's info
+            is what it is `entitled` to; its `finish(observation, info, terminated)`, if it has one, is called when its
+            episode has ended.
 
     Raises:
-        ValueError: a partner's seat does not exist, or none is left.
+        ValueError: a partner's seat does not exist, none is left, or seats of teachers and of students are.
     """
 
-    def __init__(self, env: AECEnv, partners: Mapping[str, Any]) -> None:
+    def __init__(self, env: SeatsEnv, partners: Mapping[str, Any]) -> None:
         for agent in partners:
             if agent not in env.possible_agents:
                 raise ValueError(f"there is no seat {agent!r}; allowed: {', '.join(env.possible_agents)}")
@@ -35,6 +39,12 @@ class ParallelSeats(ParallelEnv):
         self.possible_agents = [agent for agent in env.possible_agents if agent not in partners]
         if not self.possible_agents:
             raise ValueError("every seat is taken by a partner; leave at least one to act")
+        if len({_role_of(agent) for agent in self.possible_agents}) > 1:
+            raise ValueError(
+                f"seats of teachers and of students are left, who do not act at the same time, got partners for "
+                f"{', '.join(partners) or 'nobody'}; give one to each seat of the teachers or to each of the students, "
+                "or play the AEC environment turn by turn"
+            )
         self.agents: list[str] = []
         self.metadata = {**env.metadata, "is_parallelizable": True}
         self.render_mode = env.render_mode
@@ -100,14 +110,27 @@ class ParallelSeats(ParallelEnv):
         env, ended = self.env, {}
         while env.agents:
             agent = env.agent_selection
+            partner = self.partners.get(agent)
             if env.terminations[agent] or env.truncations[agent]:
-                if agent not in self.partners:
+                if partner is None:
                     ended[agent] = env.last()
+                elif hasattr(partner, "finish"):
+                    partner.finish(env.observe(agent), self._told(agent), env.terminations[agent])
                 env.step(None)
-            elif agent in self.partners:
-                env.step(self.partners[agent].act(env.observe(agent), env.infos[agent]))
+            elif partner is not None:
+                env.step(partner.act(env.observe(agent), self._told(agent)))
             elif agent in actions:
                 env.step(actions.pop(agent))
             else:
                 break
         return ended
+
+    def _told(self, agent: str) -> dict[str, Any]:
+        """A partner's info."""
+        if _role_of(agent) == _role_of(STUDENT):
+            return entitled(self.partners[agent], self.env, agent)
+        return self.env.infos[agent]
+
+
+def _role_of(agent: str) -> str:
+    return agent.rpartition("_")[0]

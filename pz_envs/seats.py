@@ -7,6 +7,7 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import AECEnv
 
+from teachers.atoms import Moment
 from worlds.world import World
 
 TEACHER, STUDENT = "teacher_0", "student_0"
@@ -92,6 +93,10 @@ class SeatsEnv(AECEnv):
         return self.as_text() if self.render_mode == "ansi" else None
 
     @abstractmethod
+    def moment_of(self, student: str) -> Moment[Any]:
+        """A student's last turn, as its teacher sees it: privileged."""
+
+    @abstractmethod
     def as_text(self) -> str:
         """The state of affairs for human eyes."""
 
@@ -108,3 +113,20 @@ class SeatsEnv(AECEnv):
         self.truncations = dict.fromkeys(self.agents, False)
         self.infos: dict[str, dict[str, Any]] = {}
         self._skip_agent_selection = None
+
+
+def entitled(policy: Any, env: SeatsEnv, student: str = STUDENT) -> dict[str, Any]:
+    """The info that a policy in a student's seat may see.
+
+    That is the seat's own, less the atoms for a reader of words, and with `reward` (of its last turn; with the atoms
+    for a reader of advice) or the privileged `moment` for one that learns from these; see `reads` of students.
+    """
+    info = dict(env.infos[student])
+    reads = getattr(policy, "reads", "atoms")
+    if reads in ("nothing", "reward", "words"):
+        info.pop("atoms", None)  # there are none before the teacher has spoken
+    if reads in ("reward", "atoms and reward"):
+        info["reward"] = env.moment_of(student).reward
+    elif reads == "truth":
+        info["moment"] = env.moment_of(student)
+    return info

@@ -10,9 +10,9 @@ from gymnasium import spaces
 from llf_teacher.gym.lifetime import Lifetime, check_vary, drawn, lifetime_space
 from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import Student, entitled
+from llf_teacher.students.student import Student
 from pz_envs.rewards import TeacherReward
-from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.seats import STUDENT, TEACHER, entitled
 from pz_envs.subject import Subject
 from teachers.atoms import Moment
 from teachers.oracle import Oracle

@@ -13,8 +13,6 @@ from gymnasium import spaces
 
 from llf_teacher.students import shelf
 from pz_envs.learning import Learning
-from pz_envs.seatings.tutoring import TutoringEnv
-from pz_envs.seats import STUDENT
 from pz_envs.subject import Subject
 from teachers.atoms import ActionClaim, Claim, PlanClaim
 from teachers.spec import Spec
@@ -125,21 +123,6 @@ class Student(Spec, ABC):
     def facts(self) -> dict[str, Any]:
         """What a study's manifest has to say of it beside its spec, as JSON values."""
         return {}
-
-
-def entitled(policy: Any, aec: TutoringEnv) -> dict[str, Any]:
-    """The info that a policy may see: the seat's own, less the atoms for a reader of words, and with `reward` (of
-    its last turn; with the atoms for a reader of advice) or the privileged `moment` for one that learns from these.
-    """  # noqa: D205
-    info = dict(aec.infos[STUDENT])
-    reads = getattr(policy, "reads", "atoms")
-    if reads in ("nothing", "reward", "words"):
-        info.pop("atoms", None)  # there are none before the teacher has spoken
-    if reads in ("reward", "atoms and reward"):
-        info["reward"] = aec.moment.reward
-    elif reads == "truth":
-        info["moment"] = aec.moment
-    return info
 
 
 def action_of(claim: Claim[Any]) -> Any:

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import action_of, entitled
+from llf_teacher.students.student import action_of
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seatings.tutoring import TutoringEnv
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, entitled
 from teachers import common
 from teachers.atoms import Atom, Label, Moment, ParseFailure
 from teachers.seeds import Seeds

@@ -14,7 +14,7 @@ from pz_envs.seatings.tutoring import TutoringEnv, words_space
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
 from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, message_space, price
-from teachers.atoms import KINDS, SILENCE, Utterance
+from teachers.atoms import KINDS, SILENCE, Moment, Utterance
 from teachers.personality import Personality
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
@@ -149,6 +149,10 @@ class PanelEnv(SeatsEnv):
         observation = self.seats[agent].observe(self.speech, self.agent_selection == agent)
         observation["heard"] = np.array([kind in kinds for kind in KINDS], np.int8)
         return observation
+
+    def moment_of(self, student: str) -> Moment[Any]:
+        """The student's last turn."""
+        return self.desk.moment
 
     def as_text(self) -> str:
         """The world, and the last words of each teacher."""

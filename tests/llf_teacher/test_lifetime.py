@@ -9,8 +9,7 @@ from gymnasium.utils.env_checker import check_env
 import llf_teacher
 from llf_teacher.gym.lifetime import FIELDS, drawn
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import entitled
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, entitled
 from pz_envs.teacher_seat import SUBSETS
 from worlds.testing import plain
 

@@ -17,12 +17,11 @@ import llf_teacher
 from llf_teacher.registry import PREFIX, entries, entry
 from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
 from llf_teacher.students.reading import Reader
-from llf_teacher.students.student import entitled
 from llf_teacher.studies.episode import play, scenes
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families
 from pz_envs.learning import KINDS, Learning, NoRewards
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, entitled
 from pz_envs.text_mode import parse_action
 from teachers.atoms import EditClaim, ParseFailure
 from teachers.phrasebook import Draws

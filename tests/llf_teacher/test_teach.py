@@ -16,9 +16,8 @@ from lake import PHRASES, WORDS, Head, LakeOracle, Nearer
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import entitled
 from pz_envs import testing as seat_kit
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, entitled
 from teachers import testing as teacher_kit
 from teachers.atoms import FP, Claim, ParseFailure, claim
 from teachers.oracle import Oracle, RefusalError

@@ -15,10 +15,9 @@ from scipy import stats
 
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import entitled
 from llf_teacher.tools.benchmark import player
 from llf_teacher.tools.benchmark.player import Script, Times
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, entitled
 from teachers.seeds import Seeds
 
 BLOCKS = 8

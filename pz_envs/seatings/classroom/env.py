@@ -208,11 +208,14 @@ class ClassroomEnv(SeatsEnv):
             observation["asking"] = np.array([i == self._asking for i in range(len(self.desks))], np.int8)
         return observation
 
+    def moment_of(self, student: str) -> Moment[Any]:
+        """A student's last turn."""
+        return self.desks[self._number[student]].moment
+
     def as_text(self) -> str:
         """Every desk."""
-        return "\n\n".join(
-            f"{student}: {desk.as_text()}" for student, desk in zip(self.students, self.desks, strict=True)
-        )
+        desks = zip(self.students, self.desks, strict=True)
+        return "\n\n".join(f"{student}: {desk.as_text()}" for student, desk in desks)
 
     def close(self) -> None:
         """Close the worlds."""

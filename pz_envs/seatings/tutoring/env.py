@@ -304,6 +304,10 @@ class TutoringEnv(SeatsEnv):
         self.agent_selection = STUDENT
         return cost
 
+    def moment_of(self, student: str) -> Moment[Any]:
+        """The student's last turn."""
+        return self.moment
+
     def as_text(self) -> str:
         """The world and the teacher's last words."""
         words = self.feedback or self.instruction
