@@ -234,7 +234,7 @@ def test_ruff(arguments):
 
 
 def test_importing_loads_no_simulator():
-    program = "import sys, llf_teacher; print(*sys.modules)"
+    program = "import sys; before = set(sys.modules); import llf_teacher; print(*set(sys.modules) - before)"
     loaded = set(run(sys.executable, "-c", program).stdout.split())
     assert "gymnasium" in loaded
     worlds = {f"worlds.{family}" for family in FAMILIES}

@@ -44,6 +44,7 @@ def audit(
     voice: Annotated[str, typer.Option(help="A voice, the path of one, or module:function to rewrite.")] = "plain",
     workers: Annotated[int | None, typer.Option(min=1, help="Parallel processes; one a core by default.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    by_family: Annotated[bool, typer.Option(help="Print one row for each family.")] = False,
 ) -> None:
     """Play students of every kind, in worlds with all kinds of options, and check every claim of their teachers.
 
@@ -80,6 +81,8 @@ def audit(
     found.sort(key=lambda each: (each.id, specs.index(each.teacher)))
     if as_json:
         print(json.dumps([each.as_dict() for each in found], indent=2))  # noqa: T201
+    elif by_family:
+        _print_families(found)
     else:
         _print(found)
     if any(each.caught for each in found):
@@ -132,6 +135,45 @@ def _voice(name: str) -> "Voice":
     if not callable(function):
         raise ValueError(f"the voice {name!r} must be a function that rewrites a sentence, got {function!r}")
     return function
+
+
+def _print_families(found: list["Audit"]) -> None:
+    """What the oracle says a turn, if it is among the teachers; the claims of the honest, and of others, one by one."""
+    from llf_teacher.registry import entry
+    from teachers.atoms import KINDS, Label
+
+    liars = list(dict.fromkeys(each.teacher for each in found if not each.honest))
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for column in ("family", "environments", "turns", *KINDS, "words", "honest", "claims", "false", *liars):
+        table.add_column(column, justify="left" if column == "family" else "right")
+    families: dict[str, list[Audit]] = {}
+    for each in found:
+        families.setdefault(entry(each.id).family.name, []).append(each)
+    for name, audits in families.items():
+        honest = [each for each in audits if each.honest]
+        oracles = [each for each in audits if each.teacher == "oracle"]
+        turns = sum(each.turns for each in oracles)
+        said = {kind: sum(n for each in oracles for (k, _), n in each.claims.items() if k == kind) for kind in KINDS}
+        table.add_row(
+            escape(name),
+            f"{len({each.id for each in audits})}",
+            f"{sum(each.turns for each in audits if each.teacher == audits[0].teacher):,}",
+            *(f"{said[kind] / turns:.2f}" if turns else "" for kind in KINDS),
+            f"{sum(each.words for each in oracles) / turns:.0f}" if turns else "",
+            f"{len({each.teacher for each in honest})}",
+            f"{sum(each.checked for each in honest):,}",
+            f"{sum(each.count(Label.DISTORTED) for each in honest):,}",
+            *(_share_false([each for each in audits if each.teacher == liar]) for liar in liars),
+        )
+    Console(width=200).print(table)
+
+
+def _share_false(audits: list["Audit"]) -> str:
+    """How many of the claims of feedback are false; the instruction's and notices are not counted."""
+    from teachers.atoms import Label
+
+    said = sum(number for each in audits for (kind, _), number in each.claims.items() if kind is not None)
+    return f"{sum(each.count(Label.DISTORTED) for each in audits):,} of {said:,}"
 
 
 def _print(found: list["Audit"]) -> None:

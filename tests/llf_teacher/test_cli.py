@@ -191,6 +191,27 @@ def test_audit_as_json(tmp_path):
     assert found["claims"]["fp"]["truthful"] >= 60
 
 
+def test_audit_by_family(tmp_path):
+    chosen = [
+        "--teacher",
+        "oracle",
+        "--teacher",
+        "vague",
+        "--teacher",
+        "mistake(eps=1)",
+        "llf-bandits-*Low*",
+        "llf-gr*",
+    ]
+    result = llf("audit", "--turns", "60", "--by-family", *chosen, cwd=tmp_path)
+    names, *rows = (line.split() for line in result.stdout.splitlines())
+    assert names[:3] + names[-2:] == ["family", "environments", "turns", "false", "mistake(eps=1)"]
+    assert [row[:3] for row in rows] == [["bandits", "2", "120"], ["gridworld", "1", "60"]]
+    for row in rows:
+        honest, claims, false, wrong, _, all_ = row[9:]
+        assert (honest, false) == ("2", "0")
+        assert int(claims.replace(",", "")) > 0 < int(wrong) == int(all_)
+
+
 def test_audit_catches_a_liar_who_promises_honesty(tmp_path):
     code = (
         "import sys, teachers.personalities.mistake as mistake; mistake.mistake.honest = True; "
