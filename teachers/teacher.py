@@ -58,6 +58,10 @@ class Teacher:
         self._offered: tuple[Claim, ...] = ()
         self._unasked: tuple[Moment, frozenset[FeedbackType]] | None = None  # where the oracle need not be asked
 
+    def __repr__(self) -> str:
+        settings = f"instruction_type={self.instruction_type!r}, feedback_type={self.feedback_type!r}"
+        return f"Teacher({type(self.oracle).__name__}, {str(self.personality)!r}, {settings})"
+
     @property
     def instruction_type(self) -> str:
         """`b`, `p` or `c`; takes effect at the next reset."""

@@ -3,10 +3,12 @@
 import pkgutil
 import sys
 from importlib import import_module
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
+from llf_teacher import __version__
 from llf_teacher.visible import visible
 
 app = typer.Typer(
@@ -26,6 +28,21 @@ def say_missing() -> None:
     for family in all_families():
         if why := family.missing():
             errors.print(f"left out: {why}")
+
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        print(f"llf-teacher {__version__}")  # noqa: T201
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """What can be said before a command."""
 
 
 for _module in pkgutil.iter_modules(__path__):

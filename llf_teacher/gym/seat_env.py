@@ -43,6 +43,9 @@ class SeatEnv(gymnasium.Env):
         self.action_space = self.aec.action_space(seat)
         self._running = False
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.env_id} {self.aec.teacher!r}>"
+
     @property
     def reward_range(self) -> tuple[float, float]:
         """Least and greatest reward that the world pays for one step."""
