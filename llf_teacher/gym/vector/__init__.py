@@ -1,0 +1,5 @@
+"""Thousands of lessons at once: the seats as Gymnasium's vector environments, in arrays."""
+
+from llf_teacher.gym.vector.student import StudentVectorEnv
+
+__all__ = ["StudentVectorEnv"]
