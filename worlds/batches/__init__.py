@@ -66,6 +66,10 @@ class WorldBatch(ABC, Generic[TruthT, StateT]):
     def observe(self) -> Any:
         """What is observed in each row; new arrays, as Gymnasium batches observations."""
 
+    def taken(self, state: StateT, rows: Rows) -> StateT:
+        """These rows of a state."""
+        return type(state)(*(array[rows] for array in state))
+
     def place(self, rows: Rows = ALL) -> Ints:
         """The number of what is observed in these rows, below `states`."""
         raise TypeError(f"{type(self).__name__} numbers no states")

@@ -17,7 +17,7 @@ from pz_envs.teacher_seat import is_count
 from teachers.atoms import Moment
 from teachers.batches import Moments
 from teachers.spec import unknown
-from worlds.batches import ALL, Bools, Floats, Ints, Rows
+from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
 
 
@@ -200,7 +200,8 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
 
     def _act(self, actions: npt.NDArray[Any], rows: Rows) -> None:
         """The student's turn in some rows."""
-        before, turn = self.worlds.state, self.moments.turn[rows] + 1
+        turn = self.moments.turn[rows] + 1
+        before = merged(self.moments.before, rows, self.worlds.taken(self.worlds.state, rows))
         reward, success = self.worlds.advance(actions, rows, self._streams)
         over = turn >= self.max_turns
         if self._ends:

@@ -11,14 +11,12 @@ from gymnasium.vector import AutoresetMode
 from llf_teacher.gym.student_env import StudentEnv
 from llf_teacher.gym.vector.rows import RowsEnv
 from pz_envs.seats import STUDENT
-from pz_envs.teacher_seat import SUBSET_BITS
+from pz_envs.teacher_seat import BIT, SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, R, Utterance
 from teachers.feedback import MIXED, parse_kinds
 from teachers.phrasebook import Paraphrase
 from teachers.voice import Voice
 from worlds.batches import Bools, Floats, Ints, Rows
-
-_BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
 
 
 class StudentVectorEnv(RowsEnv):
@@ -68,7 +66,7 @@ class StudentVectorEnv(RowsEnv):
             raise ValueError("feedback_type 'm' is not supported in arrays; allowed: a, n, or kinds; 'm': mode 'sync'")
         kinds = parse_kinds(feedback_type)
         super().__init__(env_id, num_envs, max_turns, until_success, autoreset_mode, options)
-        self._wanted = np.uint8(sum(_BIT[kind] for kind in kinds))
+        self._wanted = np.uint8(sum(BIT[kind] for kind in kinds))
         self._lesson: dict[str, Any] = {
             "feedback_type": feedback_type,
             "max_turns": self.max_turns,
@@ -131,9 +129,9 @@ class StudentVectorEnv(RowsEnv):
         return {
             "observation": self.worlds.observe(),
             "said": SUBSET_BITS.take(kinds, axis=0),
-            "told": np.where(kinds & _BIT[R], self.moments.reward, 0.0),
-            "advised": self._where(kinds & _BIT[FP], advised),
-            "warned": self._where(kinds & _BIT[FN], warned),
+            "told": np.where(kinds & BIT[R], self.moments.reward, 0.0),
+            "advised": self._where(kinds & BIT[FP], advised),
+            "warned": self._where(kinds & BIT[FN], warned),
         }
 
     def _where(self, said: Ints, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -1,0 +1,60 @@
+"""Tabular Q-learning in arrays."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from llf_teacher.students.batches import LearnerBatch
+from llf_teacher.students.learner import Learner, LearnerPolicy
+from worlds.batches import Bools, Floats, Ints
+from worlds.batches.streams import Streams
+
+
+class QLearners(LearnerBatch):
+    """A table of values per row."""
+
+    def __init__(self, spec: Learner, rows: int, states: int, actions: int, streams: Streams) -> None:
+        super().__init__(spec, rows, states, actions, streams)
+        self.table = np.zeros((rows, states, actions))
+        """Value per row, state and action."""
+        self._flat = self.table.reshape(-1)
+        self._last = np.zeros(rows, np.int64)  # where in the flat table the value of the last action is
+
+    def clear(self, rows: Ints) -> None:
+        """Start with empty tables."""
+        optimism = np.broadcast_to(self.parameter("optimism", rows), rows.shape)
+        self.table[rows] = optimism[:, None, None]
+
+    def learn(self, rows: Ints, places: Ints, rewards: Floats, over: Bools) -> None:
+        """One step of the method."""
+        alpha, gamma = self.parameter("alpha", rows), self.parameter("gamma", rows)
+        last = self._last[rows]
+        value, after = self._flat[last], np.where(over, 0.0, self.table[rows, places].max(1))
+        self._flat[last] = value + alpha * (rewards + gamma * after - value)
+
+    def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
+        """A greatest value; ties are broken at random."""
+        values = self.table[rows, places]
+        if wrong is not None and self.actions > 1:
+            values[np.arange(len(rows)), wrong] = -np.inf
+        may = values == values.max(1, keepdims=True)
+        epsilon = np.broadcast_to(self.parameter("epsilon", rows), rows.shape)
+        bold = np.flatnonzero(epsilon > 0)
+        if len(bold):
+            explores = bold[self.streams.random(rows[bold]) < epsilon[bold]]
+            may[explores] = values[explores] > -np.inf
+        order = may.cumsum(1)
+        chosen: Ints = (order > self.streams.integers(order[:, -1], rows)[:, None]).argmax(1)
+        return chosen
+
+    def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
+        """Remember where it was taken."""
+        self._last[rows] = (rows * self.states + places) * self.actions + actions
+
+    def teach(self, policy: LearnerPolicy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
+        """As the base; the table, too."""
+        super().teach(policy, row, turn, seen, here)
+        place, action = divmod(int(self._last[row]) % (self.states * self.actions), self.actions)
+        table = dict(zip(seen, self.table[row].tolist(), strict=True))
+        policy.recall(table, seen[here], seen[place], action)  # type: ignore[attr-defined]  # of its own module
