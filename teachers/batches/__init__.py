@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.oracle import Oracle
-from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch, chosen
+from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch
 
 __all__ = ["Moments", "OracleBatch", "Said", "subset"]
 
@@ -53,23 +53,11 @@ class OracleBatch(ABC, Generic[StateT]):
 
     @abstractmethod
     def values(self, state: StateT) -> Floats:
-        """Value per discrete action, of shape (rows, actions): `Oracle.values`."""
+        """Value per discrete action, of shape (rows, actions): `Oracle.values`; importance and regret follow."""
 
     @abstractmethod
     def way(self, state: StateT, n: int) -> Ints:
         """How many actions `Oracle.plan` has."""
-
-    def importance(self, state: StateT) -> Floats:
-        """`Oracle.importance`."""
-        values = self.values(state)
-        at_stake: Floats = values.max(1) - values.min(1)
-        return at_stake
-
-    def regret(self, moments: Moments[StateT]) -> Floats:
-        """`Oracle.regret`; of openings without meaning."""
-        values = self.values(moments.before)
-        lost: Floats = values.max(1) - chosen(values, moments.action)
-        return lost
 
 
 def subset(r: Bools, hp: Bools, hn: Bools, fp: Bools, fn: Bools) -> npt.NDArray[np.uint8]:

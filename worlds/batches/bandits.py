@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from worlds.bandits import Bandit, Truth
-from worlds.batches import ALL, Bools, Floats, Ints, Outcome, Rows, WorldBatch, chosen, merged
+from worlds.batches import ALL, Bools, Floats, Ints, Outcome, Rows, WorldBatch, chosen, merged, most
 from worlds.batches.streams import Streams
 
 
@@ -76,5 +76,5 @@ class BanditBatch(WorldBatch[Truth, State]):
 
 def _state(chances: Floats, payouts: Floats) -> State:
     means = chances * payouts
-    best = means == means.max(1, keepdims=True)
+    best = means == most(means)[:, None]
     return State(chances, payouts, means, best, best.argsort(axis=1, kind="stable"))

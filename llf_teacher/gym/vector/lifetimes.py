@@ -60,7 +60,7 @@ class Lifetimes:
         """The numbers of `llf_teacher.gym.lifetime.FIELDS`, float32 of shape (rows, 9)."""
         everybody = np.arange(len(self.here))
         visits, advised = self.visits[everybody, self.here], self.advised[everybody, self.here]
-        columns = (
+        return columns(
             self.episode / self.episodes,
             self.success,
             self.optimal,
@@ -71,7 +71,6 @@ class Lifetimes:
             mistake,
             _share(way),
         )
-        return np.stack(columns, axis=1, dtype=np.float32, casting="unsafe")
 
     def recalled(self, row: int, seen: list[Any]) -> dict[str, Any]:
         """What `Lifetime.recall` takes."""
@@ -86,3 +85,11 @@ class Lifetimes:
 def _share(count: Ints) -> Floats:
     share: Floats = count / (count + HALF)
     return share
+
+
+def columns(*parts: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """Arrays side by side."""
+    table = np.empty((len(parts[0]), len(parts)), np.float32)
+    for column, part in enumerate(parts):
+        table[:, column] = part
+    return table

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.lifetime import NEAR, check_vary, drawn, is_whole, lifetime_space
 from llf_teacher.gym.teacher_env import TeacherEnv
-from llf_teacher.gym.vector.lifetimes import Lifetimes
+from llf_teacher.gym.vector.lifetimes import Lifetimes, columns
 from llf_teacher.gym.vector.rows import RowsEnv
 from llf_teacher.students.batches import learners
 from llf_teacher.students.parsing import parse_student
@@ -22,7 +22,7 @@ from teachers.batches import Moments
 from teachers.feedback import MIXED, parse_kinds
 from teachers.seeds import Seeds
 from teachers.spec import unknown
-from worlds.batches import Bools, Floats, Ints, Rows, chosen, merged
+from worlds.batches import Bools, Floats, Ints, Rows, chosen, merged, most
 from worlds.batches.streams import Streams
 
 _COUNT = SUBSET_BITS.sum(1)
@@ -219,7 +219,7 @@ class TeacherVectorEnv(RowsEnv):
         places = self.lives.here[rows]
         heard = self.moments.reward[rows], said, self._advised[rows], self._warned[rows]
         self._act(self.students.act(rows, places, *heard), rows if len(rows) < self.num_envs else slice(None))
-        regret = self.oracle.regret(self.moments)
+        regret = self._best - chosen(self._values, self.moments.action)  # which they were before
         reward[rows] += self._reward(self.moments, regret)[rows]
         self.lives.acted(rows, regret[rows] <= NEAR)
         self.lives.arrive(rows, self.worlds.place(rows))
@@ -246,12 +246,13 @@ class TeacherVectorEnv(RowsEnv):
         share = np.ones(self.num_envs)
         if self.budget is not None:
             share = np.maximum(self.budget - self.spent, 0) / self.budget
-        importance = np.minimum(self.oracle.importance(moments.after), self.oracle.oracle.max_importance)
+        self._values = self.oracle.values(moments.after)
+        self._best = most(self._values)
+        importance = np.minimum(self._best + most(-self._values), self.oracle.oracle.max_importance)
         paid = np.clip(moments.reward, self._low, self._high)
-        features = (moments.turn / self.max_turns, paid, importance, share, moments.over)
         observed = {
             "available": SUBSET_BITS.take(self._available(), axis=0),
-            "features": np.stack(features, axis=1, dtype=np.float32, casting="unsafe"),
+            "features": columns(moments.turn / self.max_turns, paid, importance, share, moments.over),
             "action_mask": self._mask(),
         }
         self._intention = np.full(self.num_envs, -1)
@@ -260,8 +261,8 @@ class TeacherVectorEnv(RowsEnv):
             self._intention[rows] = self.students.intend(rows, self.lives.here[rows], moments.reward[rows])
         if self.episodes > 1:
             announced = self._intention >= 0
-            values = self.oracle.values(moments.after)
-            mistake = announced & (chosen(values, np.maximum(self._intention, 0)) < values.max(1) - NEAR)
+            worth = chosen(self._values, np.maximum(self._intention, 0))
+            mistake = announced & (worth < self._best - NEAR)
             way = np.where(moments.over, 0, self.oracle.way(moments.after, self.max_turns))
             observed["lifetime"] = self.lives.features(announced, mistake, way)
         return observed

@@ -7,7 +7,7 @@ import numpy as np
 
 from llf_teacher.students.batches import LearnerBatch
 from llf_teacher.students.learner import Learner, LearnerPolicy
-from worlds.batches import Bools, Floats, Ints
+from worlds.batches import Bools, Floats, Ints, most
 from worlds.batches.streams import Streams
 
 
@@ -30,7 +30,7 @@ class QLearners(LearnerBatch):
         """One step of the method."""
         alpha, gamma = self.parameter("alpha", rows), self.parameter("gamma", rows)
         last = self._last[rows]
-        value, after = self._flat[last], np.where(over, 0.0, self.table[rows, places].max(1))
+        value, after = self._flat[last], np.where(over, 0.0, most(self.table[rows, places]))
         self._flat[last] = value + alpha * (rewards + gamma * after - value)
 
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
@@ -38,14 +38,25 @@ class QLearners(LearnerBatch):
         values = self.table[rows, places]
         if wrong is not None and self.actions > 1:
             values[np.arange(len(rows)), wrong] = -np.inf
-        may = values == values.max(1, keepdims=True)
+        may = values == most(values)[:, None]
         epsilon = np.broadcast_to(self.parameter("epsilon", rows), rows.shape)
         bold = np.flatnonzero(epsilon > 0)
         if len(bold):
             explores = bold[self.streams.random(rows[bold]) < epsilon[bold]]
             may[explores] = values[explores] > -np.inf
-        order = may.cumsum(1)
-        chosen: Ints = (order > self.streams.integers(order[:, -1], rows)[:, None]).argmax(1)
+        return self._drawn_from(may, rows)
+
+    def _drawn_from(self, may: Bools, rows: Ints) -> Ints:
+        """One of the actions that may be taken; column by column, as in `most`."""
+        order = np.empty(may.shape, np.int64)
+        count = np.zeros(len(rows), np.int64)
+        for action in range(self.actions):
+            count += may[:, action]
+            order[:, action] = count
+        place = self.streams.integers(count, rows)
+        chosen = np.zeros(len(rows), np.int64)
+        for action in range(self.actions - 1):
+            chosen += order[:, action] <= place
         return chosen
 
     def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
