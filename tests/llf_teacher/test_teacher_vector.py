@@ -46,15 +46,15 @@ def check_table(batch, row, lesson):
         assert values.tolist() == expected
 
 
-def check_lifetimes(id, rows, seed, **options):
+def check_lifetimes(id, rows, seed, mode, **options):
     """Play rows, and lessons that begin at any of their turns, alike; how many lifetimes were compared."""
     rng = np.random.default_rng(seed)
-    batch = batch_of(id, rows, autoreset_mode=AutoresetMode.SAME_STEP, **options)
+    batch = batch_of(id, rows, autoreset_mode=mode, **options)
     seen, infos = batch.reset(seed=seed)
     lessons, lifetimes = {}, 0
     for turn in range(2 * batch.episodes * (batch.max_turns + 1)):
         for row in range(rows):
-            if row not in lessons and (turn < 1 or rng.random() < 0.2):
+            if row not in lessons and not batch._done[row] and (turn < 1 or rng.random() < 0.2):
                 lessons[row] = lesson = batch.lesson(row)
                 check_seen(seen, row, lesson._observe()[0])
         actions = rng.integers(SUBSETS, size=rows)
@@ -64,7 +64,12 @@ def check_lifetimes(id, rows, seed, **options):
             assert rewards[row] == pytest.approx(reward, abs=1e-9)
             assert [terminated[row], truncated[row]] == ends
             if any(ends):
-                check_seen({name: [part] for name, part in infos["final_obs"][row].items()}, 0, observation)
+                last = (
+                    seen
+                    if mode is AutoresetMode.NEXT_STEP
+                    else {name: {row: part} for name, part in infos["final_obs"][row].items()}
+                )
+                check_seen(last, row, observation)
                 del lessons[row]
                 lifetimes += 1
                 continue
@@ -80,6 +85,7 @@ def check_lifetimes(id, rows, seed, **options):
 VARIED = [{}, {"alpha": (0.1, 0.9), "epsilon": (0.0, 0.5)}, {"trust": (0, 1), "optimism": (0.0, 1.0)}]
 LIVES = {
     "seed": st.integers(0, 2**31),
+    "mode": st.sampled_from([AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP]),
     "episodes": st.integers(1, 4),
     "max_turns": st.integers(1, 7),
     "announce": st.booleans(),

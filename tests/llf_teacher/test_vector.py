@@ -65,18 +65,17 @@ def check_said(batch, seen, observation, atoms):
         close(seen[name], about[0] if about else batch._nothing)
 
 
-def check_lessons(id, rows, seed, turns, own_options, **settings):
+def check_lessons(id, rows, seed, turns, own_options, mode, **settings):
     """Play rows, and lessons that begin at any of their turns, by the same actions; how many episodes were compared."""
     rng = np.random.default_rng(seed)
     entry = entries()[id]
     options = {} if own_options else entry.family.make_world(**entry.options).draw_options(rng)
-    same = AutoresetMode.SAME_STEP
-    batch = batch_of(id, rows, **options, max_turns=turns, autoreset_mode=same, **settings)
+    batch = batch_of(id, rows, **options, max_turns=turns, autoreset_mode=mode, **settings)
     seen, _ = batch.reset(seed=seed)
     lessons, episodes = {}, 0
     for turn in range(2 * turns + 3):
         for row in range(rows):
-            if row not in lessons and (turn < 2 or rng.random() < 0.5):
+            if row not in lessons and not batch._done[row] and (turn < 2 or rng.random() < 0.5):
                 lessons[row] = lesson = batch.lesson(row)
                 aec = lesson.aec
                 now = {"observation": aec.state_now}
@@ -91,8 +90,9 @@ def check_lessons(id, rows, seed, turns, own_options, **settings):
             close(rewards[row], reward)
             over = bool(terminated[row]), bool(truncated[row])
             assert over == tuple(ends)
-            last = infos["final_obs"][row] if any(ends) else row_of(seen, row)
-            success = infos["final_info"] if any(ends) else infos
+            final = any(ends) and mode is AutoresetMode.SAME_STEP
+            last = infos["final_obs"][row] if final else row_of(seen, row)
+            success = infos["final_info"] if final else infos
             check_said(batch, last, observation, info["atoms"])
             assert success["success"][row] == info["success"]
             if any(ends):
@@ -105,6 +105,7 @@ PLAYS = {
     "seed": st.integers(0, 2**31),
     "turns": st.integers(1, 8),
     "own_options": st.booleans(),
+    "mode": st.sampled_from([AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP]),
     "until_success": st.booleans(),
     "feedback_type": st.sampled_from(["a", "a", "n", "hp+hn", "r+fp", "fn"]),
 }
