@@ -6,7 +6,7 @@ from typing import Any, Generic, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teachers.oracle import Oracle
+from teachers.oracle import Oracle, RefusalError
 from worlds.batches import Bools, Floats, Ints, StateT, WorldBatch
 
 __all__ = ["Moments", "OracleBatch", "Said", "subset"]
@@ -51,13 +51,13 @@ class OracleBatch(ABC, Generic[StateT]):
     def judge(self, moments: Moments[StateT]) -> Said:
         """All that is true and worth saying: `Oracle.judge`."""
 
-    @abstractmethod
     def values(self, state: StateT) -> Floats:
         """Value per discrete action, of shape (rows, actions): `Oracle.values`; importance and regret follow."""
+        raise RefusalError(f"{type(self).__name__} gives no values")
 
-    @abstractmethod
     def way(self, state: StateT, n: int) -> Ints:
         """How many actions `Oracle.plan` has."""
+        raise RefusalError(f"{type(self).__name__} plans nothing")
 
 
 def subset(r: Bools, hp: Bools, hn: Bools, fp: Bools, fn: Bools) -> npt.NDArray[np.uint8]:

@@ -86,7 +86,7 @@ def check_lessons(id, rows, seed, turns, own_options, mode, **settings):
             actions[row] = seen["advised"][row]
         seen, rewards, terminated, truncated, infos = batch.step(actions)
         for row, lesson in list(lessons.items()):
-            observation, reward, *ends, info = lesson.step(plain(actions[row]))
+            observation, reward, *ends, info = lesson.step(actions[row].tolist())
             close(rewards[row], reward)
             over = bool(terminated[row]), bool(truncated[row])
             assert over == tuple(ends)
@@ -243,13 +243,16 @@ def test_autoresets_draw_as_resets_do(id, options):
     batch = batch_of(id, rows, max_turns=1, **{"pool": 2000, **options} if id == GRID else {})
     batch.reset(seed=0)
     seeded = starts(id, batch, rows)
-    before = batch.oracle.way(batch.worlds.state, 20)
+    tabular = batch.worlds.states is not None
+    before = batch.oracle.way(batch.worlds.state, 20) if tabular else None
     rng = np.random.default_rng(0)
     batch.step(actions_of(batch, rng))
     batch.step(actions_of(batch, rng))
     assert not batch.moments.turn.any()
     assert stats.ks_2samp(seeded, starts(id, batch, rows), method="asymp").pvalue > 0.001
-    assert stats.ks_2samp(before, batch.oracle.way(batch.worlds.state, 20), method="asymp").pvalue > 0.001
+    if tabular:
+        ways = batch.oracle.way(batch.worlds.state, 20)
+        assert stats.ks_2samp(before, ways, method="asymp").pvalue > 0.001
 
 
 def test_rows_draw_by_themselves():
@@ -298,7 +301,7 @@ def test_other_families_are_refused():
     other = next(id for id, entry in entries().items() if not entry.family.world_batch)
     with pytest.raises(gymnasium.error.Error, match="doesn't have a vector entry point"):
         batch_of(other, 2)
-    with pytest.raises(ValueError, match=r"cannot be played in arrays; allowed: bandits, gridworld"):
+    with pytest.raises(ValueError, match=r"cannot be played in arrays; allowed: bandits, gridworld, optimization"):
         llf_teacher.gym.vector.StudentVectorEnv(other, 2)
 
 
@@ -322,6 +325,21 @@ def test_bad_actions_change_nothing(actions, message):
         batch.reset(options={"nonsense": 3})
     with pytest.raises(ValueError, match="a list of 3 of these"):
         batch.reset(seed=[1, 2])
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_gymnasiums_wrappers_take_it(mode):
+    batch = gymnasium.wrappers.vector.RecordEpisodeStatistics(batch_of(GRID, 4, max_turns=3, autoreset_mode=mode))
+    batch.reset(seed=0)
+    for turn in range(1, 4):
+        *_, infos = batch.step(np.zeros(4, int))
+        assert ("episode" in infos) == (turn == 3)
+    assert infos["episode"]["l"].tolist() == [3] * 4
+
+
+def test_a_loss_of_ones_own_has_no_arrays():
+    with pytest.raises(ValueError, match="in arrays there are the named losses only, got a function"):
+        batch_of("llf-optimization-Booth-v0", 2, loss=lambda x1, x2: x1**2 + x2**2, domain=(-1.0, 1.0))
 
 
 def test_what_is_seen_stays_as_it_was():
