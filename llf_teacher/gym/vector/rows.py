@@ -177,7 +177,8 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         observed = self._observe()
         for row in rows.tolist():
             last[row] = _row(observed, row)
-        infos = {"final_obs": last, "_final_obs": done, "final_info": self._infos(), "_final_info": done.copy()}
+        told = {name: part & done if name[0] == "_" else part for name, part in self._infos().items()}
+        infos = {"final_obs": last, "_final_obs": done, "final_info": told, "_final_info": done.copy()}
         self._again(rows)
         self._done = np.zeros(self.num_envs, bool)
         return self._observe(), reward, terminated, truncated, self._infos() | infos
