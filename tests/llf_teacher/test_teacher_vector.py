@@ -1,5 +1,8 @@
 """Thousands of lifetimes at once: rows of teachers' seats are the scalar environments, with the students' tables."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
@@ -14,6 +17,7 @@ from pz_envs.family import all_families
 from pz_envs.rewards import TEACHER_REWARDS
 from pz_envs.teacher_seat import SUBSETS, within
 from teachers.atoms import KINDS
+from worlds.testing import plain
 
 TABULAR = [
     PREFIX + name
@@ -158,6 +162,20 @@ def test_autoresets_enrol_new_students():
     assert (first != second).all()
     assert 0.2 <= second.min() < 0.22
     assert 0.38 < second.max() <= 0.4
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda batch: pickle.loads(pickle.dumps(batch))])
+def test_a_copy_goes_on_alike_and_by_itself(again):
+    batch = batch_of(GRID, 5, announce=True)
+    batch.reset(seed=0)
+    batch.step(np.zeros(5, int))
+    twin = again(batch)
+    for _ in range(60):
+        mine, other = batch.step(np.zeros(5, int)), twin.step(np.zeros(5, int))
+        assert plain(mine) == plain(other)
+    assert (batch.students.table == twin.students.table).all()
+    twin.step(np.zeros(5, int))
+    assert (batch.students.table != twin.students.table).any()
 
 
 def test_what_a_budget_leaves_of_a_subset():

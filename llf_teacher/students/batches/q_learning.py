@@ -18,8 +18,9 @@ class QLearners(LearnerBatch):
         super().__init__(spec, rows, states, actions, streams)
         self.table = np.zeros((rows, states, actions))
         """Value per row, state and action."""
-        self._flat = self.table.reshape(-1)
-        self._last = np.zeros(rows, np.int64)  # where in the flat table the value of the last action is
+        self._last = np.zeros(
+            rows, np.int64
+        )  # where the value of the last action is, in all tables one after the other
 
     def clear(self, rows: Ints) -> None:
         """Start with empty tables."""
@@ -29,9 +30,9 @@ class QLearners(LearnerBatch):
     def learn(self, rows: Ints, places: Ints, rewards: Floats, over: Bools) -> None:
         """One step of the method."""
         alpha, gamma = self.parameter("alpha", rows), self.parameter("gamma", rows)
-        last = self._last[rows]
-        value, after = self._flat[last], np.where(over, 0.0, most(self.table[rows, places]))
-        self._flat[last] = value + alpha * (rewards + gamma * after - value)
+        last, values = self._last[rows], self.table.reshape(-1)
+        value, after = values[last], np.where(over, 0.0, most(self.table[rows, places]))
+        values[last] = value + alpha * (rewards + gamma * after - value)
 
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
         """A greatest value; ties are broken at random."""
