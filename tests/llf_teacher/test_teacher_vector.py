@@ -166,7 +166,7 @@ def test_autoresets_enrol_new_students():
 
 @pytest.mark.parametrize("again", [copy.deepcopy, lambda batch: pickle.loads(pickle.dumps(batch))])
 def test_a_copy_goes_on_alike_and_by_itself(again):
-    batch = batch_of(GRID, 5, announce=True)
+    batch = batch_of(GRID, 5, announce=True, student="q_learning(forget=False, epsilon=0.1)", episodes=50)
     batch.reset(seed=0)
     batch.step(np.zeros(5, int))
     twin = again(batch)
