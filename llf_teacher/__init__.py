@@ -9,7 +9,10 @@ import llf_teacher.origins  # noqa: F401 (checks that the packages beside this o
 from llf_teacher.registry import ids, register_all, supported_types
 
 __version__ = "0.2.0.dev0"
-__all__ = ["Lesson", "OldGym", "StudentEnv", "TeacherEnv", "ids", "make", "prompt", "supported_types", "teach"]
+__all__ = [
+    "Lesson", "OldGym", "StudentEnv", "TeacherEnv", "TeacherVectorEnv",
+    "ids", "make", "prompt", "supported_types", "teach",
+]  # fmt: skip
 
 register_all()
 

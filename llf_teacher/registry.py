@@ -101,11 +101,12 @@ def register_all() -> None:
 
     The environments check the order of calls themselves, so that no wrapper hides their attributes.
     """
-    for id in (*entries(), *_aliases()):
+    for id, each in (entries() | _aliases()).items():
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
             gymnasium.register(
                 name,
                 entry_point="llf_teacher.gym:StudentEnv",
+                vector_entry_point="llf_teacher.gym.vector:StudentVectorEnv" if each.family.world_batch else None,
                 kwargs={"env_id": id},
                 order_enforce=False,
                 disable_env_checker=True,

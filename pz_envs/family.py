@@ -18,9 +18,11 @@ from pz_envs.learning import Learning, check_learning
 from pz_envs.subject import TUTORING, Subject, seating_names
 
 if TYPE_CHECKING:
+    from teachers.batches import OracleBatch
     from teachers.oracle import Oracle
     from teachers.phrasebook import Phrasebook
     from teachers.voice import Voice
+    from worlds.batches import WorldBatch
     from worlds.world import World
 
 PLUGINS = "llf_teacher.families"
@@ -44,6 +46,12 @@ class Family(Subject):
     """Name of the oracle's class, or `module:class` if the module is not `teachers.oracles.<name>`."""
     phrases: str = ""
     """The phrases, as `package:file.toml`, if they are not `teachers.phrases:<name>.toml`."""
+    world_batch: str = ""
+    """Name of the class of its worlds in arrays, or `module:class` if the module is not `worlds.batches.<name>`; empty
+    if there is none.
+    """
+    oracle_batch: str = ""
+    """Name of the class of its oracles in arrays, likewise of `teachers.batches.<name>`."""
     environments: Mapping[str, Mapping[str, Any]]
     """Per environment, named with its version as in `name-v0`, the world's options."""
     showcase: tuple[str, ...]
@@ -114,6 +122,33 @@ class Family(Subject):
         """The class of the family's oracles; errors as in `make_world`."""
         cls: type[Oracle[Any, Any]] = self._load(self.oracle, "teachers.oracles")
         return cls
+
+    def batch_options(self) -> tuple[str, ...]:
+        """What `make_batch` takes beside the world's options."""
+        own = inspect.signature(self._load(self.world_batch, "worlds.batches")).parameters
+        return tuple(name for name, each in own.items() if each.kind == each.KEYWORD_ONLY)
+
+    def make_batch(self, rows: int, **options: Any) -> "tuple[WorldBatch[Any, Any], OracleBatch[Any]]":
+        """Worlds in arrays, a row each, and what their oracles say.
+
+        Args:
+            rows: how many.
+            options: the world's, and those of `batch_options`.
+
+        Raises:
+            ValueError: the family has no batch, or an option is unknown or its value is not allowed.
+        """
+        if not self.world_batch:
+            able = ", ".join(family.name for family in all_families() if family.world_batch)
+            raise ValueError(
+                f"the family {self.name!r} cannot be played in arrays; allowed: {able}; for others there is "
+                "vectorization_mode='sync'"
+            )
+        own = {name: options.pop(name) for name in self.batch_options() if name in options}
+        world = self.make_world(**options)
+        worlds = self._load(self.world_batch, "worlds.batches")(world, rows, **own)
+        oracle = self.oracle_class()(world.scratch)
+        return worlds, self._load(self.oracle_batch, "teachers.batches")(oracle, worlds)
 
     def missing(self) -> str:
         """What keeps the family from being played here, an extra that is not installed; empty if nothing does."""

@@ -36,12 +36,13 @@ TRAITS = (*KINDS, "action", "plan", "edit")
 """What `TeacherSeat.table` tells of a claim: its kind, and its role."""
 FEATURES = ("turn", "reward", "importance", "budget", "over")
 """What the numbers of `TeacherSeat.features` are."""
+BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
+"""Per kind the subset of it alone."""
 SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
 """Per subset its members, 0 or 1 a kind, shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
 """Per subset of what is true the subsets that can be said, shape (32, 32); silence always can."""
 _BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
-_BIT = {kind: 1 << i for i, kind in enumerate(KINDS)}
 
 
 def is_count(value: Any, most: float = math.inf) -> TypeGuard[int]:
@@ -147,7 +148,7 @@ class TeacherSeat:
             kinds = 0
             for claim in self.claims():
                 if claim.kind is not None:
-                    kinds |= _BIT[claim.kind]
+                    kinds |= BIT[claim.kind]
             self._kinds = kinds
         return self._kinds if self.purse.budget is None or self.purse.left else 0
 
@@ -220,7 +221,7 @@ class TeacherSeat:
             raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {subset!r}")
         said: Sequence[Claim[Any]] = self.claims()
         if subset & self._kinds != self._kinds:  # or it says all that there is, as it mostly does
-            said = [claim for claim in said if claim.kind is None or subset & _BIT[claim.kind]]
+            said = [claim for claim in said if claim.kind is None or subset & BIT[claim.kind]]
         if self.purse.budget is not None:
             said = within(self.purse.left, said, _kind)
         return self.teacher.say(tuple(said), self.moment.turn)

@@ -24,7 +24,12 @@ LAYERS = {  # per layer where the families are, and what is there besides
     "phrases": ("teachers/phrases/*.toml", {"common"}),
     "declarations": ("pz_envs/families/*.py", {"__init__"}),
 }
-ROOMS = ("llf_teacher/cli/*.py", "llf_teacher/compat/families/*.py")  # where a family may have a file besides
+ROOMS = (  # where a family may have a file besides
+    "worlds/batches/*.py",
+    "teachers/batches/*.py",
+    "llf_teacher/cli/*.py",
+    "llf_teacher/compat/families/*.py",
+)
 FAMILIES = sorted(family.name for family in all_families())
 PLAUSIBLE = """
     action advice arm arms atom atoms block blocks box car cards chess claim claims code cooking crossword desert

@@ -1,6 +1,7 @@
 """Multi-armed bandits: the eight problems of gym-bandits, with their arms in an order of each episode's own."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,9 @@ from gymnasium import spaces
 from worlds.world import World, illegal
 from worlds.wrapped.actions import is_element
 
-__all__ = ["PROBLEMS", "Bandit", "Truth"]
+__all__ = ["PROBLEMS", "Bandit", "Problem", "Truth"]
+
+_Numbers = npt.NDArray[np.float64]
 
 
 class Truth(NamedTuple):
@@ -32,19 +35,30 @@ class Truth(NamedTuple):
         return tuple(arm for arm, mean in enumerate(self.means) if mean == greatest)
 
 
-def _paying(chances: npt.NDArray[np.float64], payouts: npt.NDArray[np.float64], spread: float = 0.0) -> Truth:
-    return Truth(tuple(chances.tolist()), tuple(payouts.tolist()), spread, tuple((chances * payouts).tolist()))
+@dataclass(frozen=True)
+class Problem:
+    """How the arms of an episode are drawn."""
+
+    draw: Callable[[np.random.Generator, tuple[int, ...]], tuple[_Numbers, _Numbers]]
+    """Chances and payouts as in `Truth`, given the shape of both, whose last number is that of the arms."""
+    arms: int = 10
+    spread: float = 0.0
+    """As in `Truth`."""
+
+    def truth(self, chances: _Numbers, payouts: _Numbers) -> Truth:
+        """The arms of an episode."""
+        return Truth(tuple(chances.tolist()), tuple(payouts.tolist()), self.spread, tuple((chances * payouts).tolist()))
 
 
-def _fixed(*chances: float) -> Callable[[np.random.Generator], Truth]:
-    return lambda rng: _paying(rng.permutation(chances), np.ones(len(chances)))
+def _fixed(*chances: float) -> Problem:
+    return Problem(lambda rng, n: (rng.permuted(np.broadcast_to(chances, n), axis=-1), np.ones(n)), len(chances))
 
 
-PROBLEMS: dict[str, Callable[[np.random.Generator], Truth]] = {
-    "TenArmedGaussian": lambda rng: _paying(np.ones(10), rng.standard_normal(10), 1.0),
-    "TenArmedRandomFixed": lambda rng: _paying(rng.random(10), np.ones(10)),
-    "TenArmedRandomRandom": lambda rng: _paying(rng.random(10), rng.random(10)),
-    "TenArmedUniformDistributedReward": lambda rng: _paying(np.ones(10), rng.random(10)),
+PROBLEMS: dict[str, Problem] = {
+    "TenArmedGaussian": Problem(lambda rng, n: (np.ones(n), rng.standard_normal(n)), spread=1.0),
+    "TenArmedRandomFixed": Problem(lambda rng, n: (rng.random(n), np.ones(n))),
+    "TenArmedRandomRandom": Problem(lambda rng, n: (rng.random(n), rng.random(n))),
+    "TenArmedUniformDistributedReward": Problem(lambda rng, n: (np.ones(n), rng.random(n))),
     "TwoArmedDeterministicFixed": _fixed(1.0, 0.0),
     "TwoArmedHighHighFixed": _fixed(0.8, 0.9),
     "TwoArmedHighLowFixed": _fixed(0.8, 0.2),
@@ -70,7 +84,7 @@ class Bandit(World[Truth, int, int]):
         super().__init__(render_mode=render_mode, problem=problem)
         if problem not in PROBLEMS:
             raise ValueError(f"problem {problem!r} is unknown; allowed: {', '.join(PROBLEMS)}")
-        self.arms = len(PROBLEMS[problem](np.random.default_rng(0)).means)
+        self.arms = PROBLEMS[problem].arms
         self.observation_space = spaces.Discrete(1)
         self.action_space = spaces.Discrete(self.arms)
         self.action_syntax = f"the number of an arm, 0 to {self.arms - 1}"
@@ -78,8 +92,13 @@ class Bandit(World[Truth, int, int]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
         """Draw the arms."""
         super().reset(seed=seed, options=options)
-        self._load(PROBLEMS[self.options["problem"]](self.np_random))
+        self._load(self.problem.truth(*self.problem.draw(self.np_random, (self.arms,))))
         return 0, {"success": False}
+
+    @property
+    def problem(self) -> Problem:
+        """How the arms are drawn."""
+        return PROBLEMS[self.options["problem"]]
 
     @property
     def truth(self) -> Truth:

@@ -21,12 +21,16 @@ __all__ = [
     "NO_DOOR",
     "OBJECTS",
     "ROOM_TYPES",
+    "SIDES",
     "TREASURE",
     "Direction",
     "Gridworld",
     "Layout",
     "Truth",
     "distances_from",
+    "look_around",
+    "names_of",
+    "view_of",
 ]
 
 
@@ -73,6 +77,16 @@ class Layout(NamedTuple):
     """Per room what lies in it, the treasure not included."""
     treasure: int
     """The room with the treasure."""
+
+
+class Sides(NamedTuple):
+    """What is on the four sides of a room."""
+
+    nearer: tuple[Direction, ...]
+    """Doors on a shortest path to the treasure."""
+    astray: tuple[Direction, ...]
+    """Other doors."""
+    walls: tuple[Direction, ...]
 
 
 class Truth(NamedTuple):
@@ -154,8 +168,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Draw a new house, start and treasure."""
         super().reset(seed=seed, options=options)
-        room, layout = self._draw(self.np_random)
-        self._load(Truth(room, False, layout))
+        self._load(self.draw(self.np_random))
         return self.observe(), {"success": False}
 
     @property
@@ -186,7 +199,8 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         room = self._room
         view = self._views.get(room)
         if view is None:
-            view = self._views[room] = self._view(room)
+            seen = view_of(self._layout, room, self.things)
+            view = self._views[room] = seen[: len(DIRECTIONS)], seen[len(DIRECTIONS) :]
         doors, objects = view
         return {"room": room, "doors": doors.copy(), "objects": objects.copy()}
 
@@ -220,16 +234,8 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
             self._doors, self._treasure = layout.doors, layout.treasure
             self._views: dict[int, tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]] = {}
 
-    def _view(self, room: int) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]:
-        """Which doors and objects there are in a room, as it is first seen."""
-        here = self._layout.objects[room]
-        doors = [behind != NO_DOOR for behind in self._doors[room]]
-        objects = [thing in here for thing in self.things[:-1]]
-        view = np.array((*doors, *objects, room == self._treasure), np.int8)
-        return view[: len(doors)], view[len(doors) :]
-
-    def _draw(self, rng: np.random.Generator) -> tuple[int, Layout]:
-        """A start room and a house whose treasure is at least `min_goal_dist` moves away from it."""
+    def draw(self, rng: np.random.Generator) -> Truth:
+        """The beginning of an episode: a house, a start, and a treasure at least `min_goal_dist` moves away from it."""
         rooms, least = self.options["num_rooms"], self.options["min_goal_dist"]
         for attempt in range(_ATTEMPTS + 1):
             # A house that is too compact is drawn again; a corridor is the last resort for extreme distances.
@@ -239,26 +245,21 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
             if far:
                 break
         treasure = far[rng.integers(len(far))]
-        return start, self._furnish(doors, treasure, rng)
+        return Truth(start, False, self._furnish(doors, treasure, rng))
 
     def _furnish(self, doors: "_Doors", treasure: int, rng: np.random.Generator) -> Layout:
         """Name the rooms and strew the objects."""
         types, things = self.options["room_types"], self.things[:-1]
         rooms, num_objects = len(doors), self.options["num_objects"]
         draws = rng.random(rooms + 2 * num_objects).tolist()
-        count = dict.fromkeys(types, 0)
-        names = []
-        for draw in draws[:rooms]:
-            kind = types[int(draw * len(types))]
-            count[kind] = number = count[kind] + 1
-            names.append(f"{kind}-{number}")
+        names = names_of([types[int(draw * len(types))] for draw in draws[:rooms]])
         objects: list[tuple[str, ...]] = [()] * rooms
         for place, kind in zip(draws[rooms::2], draws[rooms + 1 :: 2], strict=True):
             room, thing = int(place * rooms), things[int(kind * len(things))]
             if thing not in objects[room]:
                 objects[room] = tuple(sorted((*objects[room], thing)))
         behind = tuple((north, east, west, south) for north, east, west, south in doors)
-        return Layout(behind, tuple(names), tuple(objects), treasure)
+        return Layout(behind, names, tuple(objects), treasure)
 
 
 def _check(name: str, value: Any, least: int, most: int) -> None:
@@ -274,6 +275,55 @@ def _check_names(name: str, values: Any) -> None:
     listed = isinstance(values, list | tuple) and len(values) > 0
     if not listed or not all(map(_is_name, values)) or len(set(values)) < len(values):
         raise ValueError(f"{name} must be a list of different names, at least one, each {_NAMED}, got {values!r}")
+
+
+def names_of(types: Sequence[str]) -> tuple[str, ...]:
+    """The names of rooms of these types: equal ones are numbered."""
+    count = dict.fromkeys(types, 0)
+    names = []
+    for kind in types:
+        count[kind] = number = count[kind] + 1
+        names.append(f"{kind}-{number}")
+    return tuple(names)
+
+
+def view_of(layout: Layout, room: int, things: Sequence[str]) -> npt.NDArray[np.int8]:
+    """Which of the four doors and of the things, the treasure last, there are in a room, 0 or 1 each."""
+    here = layout.objects[room]
+    doors = [behind != NO_DOOR for behind in layout.doors[room]]
+    return np.array((*doors, *[thing in here for thing in things[:-1]], room == layout.treasure), np.int8)
+
+
+def look_around(room: int, doors: Sequence[Sequence[int]], distance: Sequence[int]) -> tuple[list[int], int]:
+    """Per direction the moves to the treasure that are left after that move, and the compass of the room: see `SIDES`.
+
+    Args:
+        room: where one is.
+        doors: as in `Layout`.
+        distance: per room the moves to the treasure.
+    """
+    here = distance[room]
+    steps = []
+    compass = 0
+    for place, behind in zip(_PLACES, doors[room], strict=True):
+        after = here if behind == NO_DOOR else distance[behind]
+        steps.append(after)
+        if after >= here:
+            compass += place * (_WALL if behind == NO_DOOR else _ASTRAY)
+    return steps, compass
+
+
+def _sides(compass: int) -> Sides:
+    """The digits of a compass, to the base 3, tell of north, east, west and south, north's being the lowest."""
+    digit = {direction: compass // _PLACES[direction] % 3 for direction in DIRECTIONS}
+    nearer, astray, walls = (tuple(d for d in DIRECTIONS if digit[d] == what) for what in (_NEARER, _ASTRAY, _WALL))
+    return Sides(nearer, astray, walls)
+
+
+_NEARER, _ASTRAY, _WALL = range(3)
+_PLACES = (1, 3, 9, 27)
+SIDES = tuple(map(_sides, range(3 ** len(DIRECTIONS))))
+"""Per compass, a number, how the sides of a room are."""
 
 
 _Doors = list[list[int]]  # per room and direction the room behind the door, or NO_DOOR

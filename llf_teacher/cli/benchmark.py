@@ -22,6 +22,7 @@ def benchmark(
     against: Annotated[
         str | None, typer.Option(help="Compare with a revision, or a folder of an installation, and nothing else.")
     ] = None,
+    batch: Annotated[bool, typer.Option("--batch", help="Time lessons in arrays, and nothing else.")] = False,
 ) -> None:
     """Time fresh work: steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe.
 
@@ -42,6 +43,11 @@ def benchmark(
     console = Console(width=max(Console().width, _WIDTH))
     status = Console(stderr=True).status("")
     with status:
+        if batch:
+            from llf_teacher.tools.throughput import throughput
+
+            console.print(throughput(progress=status.update))
+            return
         if against is None:
             tables = [
                 benchmark.steps(chosen, status.update),

@@ -15,8 +15,10 @@ from teachers.spec import unknown
 
 EPISODE_RATE, TURN_RATE = 0.2, 0.1
 """Weight of the latest episode and of the latest turn in the moving averages."""
-_HALF = 4  # so many visits of a state count as half of what can be
-_NEAR = 1e-9  # regret below this is rounding
+HALF = 4
+"""So many visits of a state count as half of what can be."""
+NEAR = 1e-9
+"""Regret below this is rounding."""
 
 FIELDS = (
     "episode",  # episodes that are over / episodes
@@ -48,6 +50,20 @@ class Lifetime:
         self._visits: dict[Any, int] = {}
         self._advised: dict[Any, int] = {}
         self._state: Any = None
+
+    def recall(self, episode: int, averages: tuple[float, float, float], counts: Mapping[Any, tuple[int, int]]) -> None:
+        """Have seen so much of a lifetime that was played elsewhere; the student is where the seats have it.
+
+        Args:
+            episode: episodes that are over.
+            averages: the features `success`, `optimal` and `skill`.
+            counts: per state, how often it was visited and how often advised; without the present visit.
+        """
+        self.episode = episode
+        self._success, self._optimal, self._skill = averages
+        self._visits = {state: visits for state, (visits, _) in counts.items()}
+        self._advised = {state: advised for state, (_, advised) in counts.items()}
+        self._state = frozen(self._aec.state_now)
 
     def arrive(self) -> None:
         """Take note of the state that the student is in now, at the opening or after an action."""
@@ -84,11 +100,11 @@ class Lifetime:
                 self._success,
                 self._optimal,
                 self._skill,
-                visits / (visits + _HALF),
-                advised / (advised + _HALF),
+                visits / (visits + HALF),
+                advised / (advised + HALF),
                 announced is not None,
                 mistake,
-                len(way) / (len(way) + _HALF),
+                len(way) / (len(way) + HALF),
             ),
             np.float32,
         )
@@ -102,7 +118,7 @@ def lifetime_space() -> spaces.Box:
 def optimal(oracle: Oracle, moment: Moment[Any]) -> bool:
     """Whether the action of a moment lost nothing; False where the oracle does not know."""
     try:
-        return oracle.regret(moment) <= _NEAR
+        return oracle.regret(moment) <= NEAR
     except RefusalError:
         return False
 
@@ -110,7 +126,7 @@ def optimal(oracle: Oracle, moment: Moment[Any]) -> bool:
 def _is_mistake(aec: TutoringEnv, action: Any) -> bool:
     """Whether an action is worse than another one now; False where actions have no values."""
     values = aec.teacher.oracle.values(aec.moment.after)
-    return values is not None and values[action] < max(values) - _NEAR
+    return values is not None and values[action] < max(values) - NEAR
 
 
 def drawn(student: Student, vary: Mapping[str, Any], rng: np.random.Generator) -> Student:
@@ -124,9 +140,13 @@ def drawn(student: Student, vary: Mapping[str, Any], rng: np.random.Generator) -
     values = {}
     for name in sorted(vary):
         low, high = vary[name]
-        whole = isinstance(low, int) and isinstance(high, int)
-        values[name] = int(rng.integers(low, high + 1)) if whole else float(rng.uniform(low, high))
+        values[name] = int(rng.integers(low, high + 1)) if is_whole(low, high) else float(rng.uniform(low, high))
     return dataclasses.replace(student, **values)
+
+
+def is_whole(low: Any, high: Any) -> bool:
+    """Whether an integer is drawn between these ends."""
+    return isinstance(low, int) and isinstance(high, int)
 
 
 def check_vary(student: Any, vary: Mapping[str, Any]) -> None:

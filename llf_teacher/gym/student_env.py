@@ -9,7 +9,7 @@ from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.registry import entry
 from pz_envs.seats import STUDENT, TEACHER, check_flags
 from pz_envs.subject import Subject
-from teachers.atoms import SILENCE
+from teachers.atoms import SILENCE, Moment
 from teachers.personality import Personality
 from teachers.phrasebook import Paraphrase
 from teachers.teacher import Teacher
@@ -123,6 +123,15 @@ class StudentEnv(SeatEnv):
         if self.render_mode == "human":
             self.render()
         return observation, reward, terminated, truncated, self._info()
+
+    def take_up(self, moment: Moment[Any], terminated: bool = False) -> None:
+        """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
+
+        See `TutoringEnv.take_up`.
+        """
+        self.aec.take_up(moment, terminated)
+        self._speak()
+        self._running = not moment.over
 
     def _info(self) -> dict[str, Any]:
         info = self.aec.infos[STUDENT]

@@ -90,7 +90,8 @@ class TeacherEnv(SeatEnv):
             options.setdefault("text", student.text)
         if episodes > 1:
             options.setdefault("until_success", True)
-        self._life: Lifetime | None = None
+        self.life: Lifetime | None = None
+        """What the teacher remembers; None in a single episode."""
         paid = self._paid_by(teacher_reward)
         super().__init__(TEACHER, env_id, max_turns, render_mode, speech=speech, teacher_reward=paid, **options)
         self.episodes, self.same_world, self.announce = episodes, same_world, announce
@@ -119,8 +120,8 @@ class TeacherEnv(SeatEnv):
             self.student = self._enrol(seeds.stream("class"))
         if self.episodes > 1 or self._sees_life:
             self._options = options
-            self._life = Lifetime(self.aec, self.episodes)
-            self._life.arrive()
+            self.life = Lifetime(self.aec, self.episodes)
+            self.life.arrive()
             if self.same_world:
                 self._start = self.aec.moment.after
         self.student.reset(seeds.stream("student"))
@@ -134,7 +135,7 @@ class TeacherEnv(SeatEnv):
             ValueError: the action is outside the action space; nothing has changed.
         """
         self._check_running()
-        aec, life = self.aec, self._life
+        aec, life = self.aec, self.life
         aec.teacher_turn(action)
         reward = aec.rewards[TEACHER]
         terminated, truncated = aec.ended
@@ -158,6 +159,24 @@ class TeacherEnv(SeatEnv):
         observation, info = self._observe()
         return observation, reward, terminated, truncated, info
 
+    def take_up(self, moment: Moment[Any], *, terminated: bool, spent: int, start: Any, done: bool) -> None:
+        """Go on from a moment of an episode that was played elsewhere; the teacher is the next to speak.
+
+        Call `reset` before: the random streams are those that it has begun. Student and lifetime are to be told apart.
+
+        Args:
+            moment: with the world's truths.
+            terminated: whether the student's episode has ended there other than by its length.
+            spent: atoms that were said.
+            start: the truth with which the episodes of the lifetime begin.
+            done: whether the last word has been said, too.
+        """
+        self.aec.take_up(moment, terminated)
+        self.aec.purse.spent = spent
+        self._start, self._running = start, not done
+        if done:
+            self.aec.agent_selection = STUDENT
+
     def _paid_by(self, reward: str | TeacherReward | LifetimeReward) -> str | TeacherReward:
         """A reward that sees the lifetime as one of moment and oracle."""
         self._sees_life = callable(reward) and len(inspect.signature(reward).parameters) == 3
@@ -167,7 +186,7 @@ class TeacherEnv(SeatEnv):
         return self._reward_of_life
 
     def _reward_of_life(self, moment: Moment[Any], oracle: Oracle[Any, Any]) -> float:
-        return self._reward(moment, oracle, cast(Lifetime, self._life))
+        return self._reward(moment, oracle, cast(Lifetime, self.life))
 
     def _enrol(self, rng: np.random.Generator) -> Any:
         """A new student."""
@@ -193,7 +212,7 @@ class TeacherEnv(SeatEnv):
         return True
 
     def _observe(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        aec, life = self.aec, self._life
+        aec, life = self.aec, self.life
         observation, info = aec.observe(TEACHER), dict(aec.infos[TEACHER])  # a new one for the last word, too
         intention = None
         if self.announce and self._running and not any(aec.ended):

@@ -51,6 +51,10 @@ class LearnerPolicy(Policy[L_co]):
         self._meant: Any = None
         self._acted = False
 
+    def go_on(self, turn: int, meant: Any, acted: bool) -> None:
+        """Be in the middle of an episode: after so many turns, with this in mind or None."""
+        self._turn, self._meant, self._acted = turn, meant, acted
+
     def intend(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """What it means to do now unless it is advised; asked again in the same turn it says the same."""
         if self._meant is None:

@@ -95,6 +95,8 @@ class Student(Spec, ABC):
     """What it is in a seat."""
     suits: ClassVar[type[Learning] | None] = None
     """What it can learn from rewards alone; the fields of that are parameters of the student."""
+    batch: ClassVar[str] = ""
+    """Its seats in arrays: a class of the module of its name in `llf_teacher.students.batches`; empty: it has none."""
 
     # A subclass sets these, as in `reads = "words"`, or works them out of its parameters, as a property.
 

@@ -8,6 +8,8 @@ FAMILY = Family(
     summary="pull the arm that pays most on average",
     world="Bandit",
     oracle="BanditOracle",
+    world_batch="BanditBatch",
+    oracle_batch="BanditOracleBatch",
     environments={
         f"bandits-Bandit{problem}-v0": {"problem": problem}
         for problem in (

@@ -8,6 +8,8 @@ FAMILY = Family(
     summary="find the point of least loss",
     world="Optimization",
     oracle="OptimizationOracle",
+    world_batch="OptimizationBatch",
+    oracle_batch="OptimizationOracleBatch",
     environments={
         f"optimization-{loss}-v0": {"loss": loss}
         for loss in (

@@ -10,7 +10,17 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, PlanClaim, Verdict, claim, opposed
 from teachers.oracle import Oracle
-from worlds.gridworld import DIRECTIONS, NO_DOOR, TREASURE, Direction, Gridworld, Truth, distances_from
+from worlds.gridworld import (
+    DIRECTIONS,
+    NO_DOOR,
+    SIDES,
+    TREASURE,
+    Direction,
+    Gridworld,
+    Truth,
+    distances_from,
+    look_around,
+)
 
 
 @claim
@@ -298,9 +308,9 @@ class _Room(NamedTuple):
     warnings: tuple[Avoid, ...]
 
 
-# Per set of directions, as bits, its members, and the warnings of them.
-_MEMBERS = tuple(tuple(d for d in DIRECTIONS if bits >> d & 1) for bits in range(16))
-_WARNINGS = tuple(tuple(_AVOID[d] for d in members) for members in _MEMBERS)
+WARNED = tuple(sides.astray or sides.walls for sides in SIDES)
+"""Per compass of a room the directions to warn of, in turns: doors that lead astray, or walls where there are none."""
+_WARNINGS = tuple(tuple(_AVOID[direction] for direction in warned) for warned in WARNED)
 
 
 class GridworldOracle(Oracle[Truth, Gridworld]):
@@ -318,19 +328,10 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         """Judge every door of a room, when it is first entered."""
         found = self._rooms.get(room)
         if found is None:
-            distance = self._distance
-            here, good, astray = distance[room], 0, 0
-            values = []
-            for side, behind in enumerate(self._doors[room]):
-                steps = here if behind == NO_DOOR else distance[behind]
-                values.append(-float(steps))
-                if steps < here:
-                    good |= 1 << side
-                elif behind != NO_DOOR:
-                    astray |= 1 << side
-            # A door that leads astray is the better warning; where there is none, a wall has to do.
-            warnings = _WARNINGS[astray or 15 & ~good]
-            found = self._rooms[room] = _Room(tuple(values), max(values) - min(values), _MEMBERS[good], warnings)
+            steps, compass = look_around(room, self._doors, self._distance)
+            values = [-float(each) for each in steps]
+            good, warnings = SIDES[compass].nearer, _WARNINGS[compass]
+            found = self._rooms[room] = _Room(tuple(values), max(values) - min(values), good, warnings)
         return found
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:

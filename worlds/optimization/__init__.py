@@ -5,6 +5,6 @@ Eight test functions of the optimization literature with exact derivatives, and 
 
 from worlds.optimization.functions import LOSSES
 from worlds.optimization.loss import Gradient, Landscape, Loss, Point, Value
-from worlds.optimization.world import TOLERANCE, Optimization, Truth
+from worlds.optimization.world import SCALE, TOLERANCE, Optimization, Truth
 
-__all__ = ["LOSSES", "TOLERANCE", "Gradient", "Landscape", "Loss", "Optimization", "Point", "Truth", "Value"]
+__all__ = ["LOSSES", "SCALE", "TOLERANCE", "Gradient", "Landscape", "Loss", "Optimization", "Point", "Truth", "Value"]

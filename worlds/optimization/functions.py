@@ -3,9 +3,23 @@
 import math
 from functools import partial
 
+import numpy as np
+
 from worlds.optimization.loss import Gradient, Loss, Point, Value
 
 __all__ = ["LOSSES"]
+
+
+# The functions take arrays of numbers, too.
+
+
+def _cos(x: float) -> float:
+    return math.cos(x) if isinstance(x, float) else np.cos(x)
+
+
+def _sin(x: float) -> float:
+    return math.sin(x) if isinstance(x, float) else np.sin(x)
+
 
 _Curvature = tuple[float, float, float]  # second derivatives: by x1 twice, by both, by x2 twice
 
@@ -19,16 +33,16 @@ def _booth_gradient(x1: float, x2: float) -> Point:
 
 
 def _mccormick(x1: float, x2: float) -> float:
-    return math.sin(x1 + x2) + (x1 - x2) ** 2 - 1.5 * x1 + 2.5 * x2 + 1
+    return _sin(x1 + x2) + (x1 - x2) ** 2 - 1.5 * x1 + 2.5 * x2 + 1
 
 
 def _mccormick_gradient(x1: float, x2: float) -> Point:
-    cos, difference = math.cos(x1 + x2), 2 * (x1 - x2)
+    cos, difference = _cos(x1 + x2), 2 * (x1 - x2)
     return cos + difference - 1.5, cos - difference + 2.5
 
 
 def _mccormick_hessian(x1: float, x2: float) -> _Curvature:
-    sin = math.sin(x1 + x2)
+    sin = _sin(x1 + x2)
     return 2 - sin, -2 - sin, 2 - sin
 
 
@@ -58,44 +72,44 @@ def _six_hump_camel_hessian(x1: float, x2: float) -> _Curvature:
 
 
 def _bohachevsky_1(x1: float, x2: float) -> float:
-    return x1**2 + 2 * x2**2 - 0.3 * math.cos(_A * x1) - 0.4 * math.cos(_B * x2) + 0.7
+    return x1**2 + 2 * x2**2 - 0.3 * _cos(_A * x1) - 0.4 * _cos(_B * x2) + 0.7
 
 
 def _bohachevsky_1_gradient(x1: float, x2: float) -> Point:
-    return 2 * x1 + 0.3 * _A * math.sin(_A * x1), 4 * x2 + 0.4 * _B * math.sin(_B * x2)
+    return 2 * x1 + 0.3 * _A * _sin(_A * x1), 4 * x2 + 0.4 * _B * _sin(_B * x2)
 
 
 def _bohachevsky_1_hessian(x1: float, x2: float) -> _Curvature:
-    return 2 + 0.3 * _A**2 * math.cos(_A * x1), 0.0, 4 + 0.4 * _B**2 * math.cos(_B * x2)
+    return 2 + 0.3 * _A**2 * _cos(_A * x1), 0.0, 4 + 0.4 * _B**2 * _cos(_B * x2)
 
 
 def _bohachevsky_2(x1: float, x2: float) -> float:
-    return x1**2 + 2 * x2**2 - 0.3 * math.cos(_A * x1) * math.cos(_B * x2) + 0.3
+    return x1**2 + 2 * x2**2 - 0.3 * _cos(_A * x1) * _cos(_B * x2) + 0.3
 
 
 def _bohachevsky_2_gradient(x1: float, x2: float) -> Point:
     return (
-        2 * x1 + 0.3 * _A * math.sin(_A * x1) * math.cos(_B * x2),
-        4 * x2 + 0.3 * _B * math.cos(_A * x1) * math.sin(_B * x2),
+        2 * x1 + 0.3 * _A * _sin(_A * x1) * _cos(_B * x2),
+        4 * x2 + 0.3 * _B * _cos(_A * x1) * _sin(_B * x2),
     )
 
 
 def _bohachevsky_2_hessian(x1: float, x2: float) -> _Curvature:
-    cosines = 0.3 * math.cos(_A * x1) * math.cos(_B * x2)
-    return 2 + _A**2 * cosines, -0.3 * _A * _B * math.sin(_A * x1) * math.sin(_B * x2), 4 + _B**2 * cosines
+    cosines = 0.3 * _cos(_A * x1) * _cos(_B * x2)
+    return 2 + _A**2 * cosines, -0.3 * _A * _B * _sin(_A * x1) * _sin(_B * x2), 4 + _B**2 * cosines
 
 
 def _bohachevsky_3(x1: float, x2: float) -> float:
-    return x1**2 + 2 * x2**2 - 0.3 * math.cos(_A * x1 + _B * x2) + 0.3
+    return x1**2 + 2 * x2**2 - 0.3 * _cos(_A * x1 + _B * x2) + 0.3
 
 
 def _bohachevsky_3_gradient(x1: float, x2: float) -> Point:
-    sin = 0.3 * math.sin(_A * x1 + _B * x2)
+    sin = 0.3 * _sin(_A * x1 + _B * x2)
     return 2 * x1 + _A * sin, 4 * x2 + _B * sin
 
 
 def _bohachevsky_3_hessian(x1: float, x2: float) -> _Curvature:
-    cos = 0.3 * math.cos(_A * x1 + _B * x2)
+    cos = 0.3 * _cos(_A * x1 + _B * x2)
     return 2 + _A**2 * cos, _A * _B * cos, 4 + _B**2 * cos
 
 

@@ -14,7 +14,8 @@ from worlds.world import World, illegal, is_number
 
 TOLERANCE = 1e-2
 """A loss that exceeds the minimum by no more than this is a success."""
-_SCALE = 100.0  # LLF-Bench's: rewards are losses divided by it
+SCALE = 100.0
+"""Rewards are losses divided by it, as in LLF-Bench."""
 _FAILURE = -0.01
 _REACH = 0.2  # greatest shift, as a share of the domain's width
 
@@ -76,8 +77,8 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         own: dict[str, Any] = {"gradient": gradient, "domain": domain, "minimiser": minimiser}
         self.loss = own_loss(loss, func_choice, **own) if callable(loss) else _named_loss(loss, func_choice, **own)
         self.lows, self.highs = self.loss.lows, self.loss.highs
-        self.minimum, self._corner = self.loss.minimum, self.loss.corner
-        self.reward_range = (-self._corner / _SCALE, -self.minimum / _SCALE)
+        self.minimum, self.corner = self.loss.minimum, self.loss.corner
+        self.reward_range = (-self.corner / SCALE, -self.minimum / SCALE)
         self.failure_reward = min(max(_FAILURE, self.reward_range[0]), self.reward_range[1])
         box = spaces.Box(np.array(self.lows), np.array(self.highs), dtype=np.float64)
         self.observation_space = spaces.Dict({"x": box, "y": spaces.Box(-np.inf, np.inf, (1,), np.float64)})
@@ -120,7 +121,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         """Evaluate the loss."""
         y = self._landscape.value(*action)
         self._truth = Truth(action, y, self._landscape.shift)
-        reward = -min(max(y, self.minimum), self._corner) / _SCALE
+        reward = -min(max(y, self.minimum), self.corner) / SCALE
         return self.observe(), reward, False, False, {"success": bool(y - self.minimum <= TOLERANCE)}
 
     def observe(self) -> dict[str, Any]:
@@ -159,12 +160,13 @@ class Optimization(World[Truth, dict[str, Any], Point]):
 
     def _draw_shift(self, rng: np.random.Generator) -> Point:
         """A shift that leaves the first minimiser in the domain."""
+        first, second = (float(rng.uniform(low, high)) for low, high in self.shift_bounds())
+        return first, second
+
+    def shift_bounds(self) -> list[Point]:
+        """The least and the greatest shift along each axis."""
         bounds = zip(self.loss.minimisers[0], self.lows, self.highs, strict=True)
-        draws = [
-            rng.uniform(max(low - m, -_REACH * (high - low)), min(high - m, _REACH * (high - low)))
-            for m, low, high in bounds
-        ]
-        return draws[0], draws[1]
+        return [(max(low - m, -_REACH * (high - low)), min(high - m, _REACH * (high - low))) for m, low, high in bounds]
 
 
 _NUMBER = r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"

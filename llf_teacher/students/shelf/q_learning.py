@@ -42,6 +42,11 @@ class _Policy(LearnerPolicy["QLearning"]):
         """Remember where it was taken."""
         self._last = self._here, int(action)
 
+    def recall(self, table: dict[Any, list[float]], here: Any, last: Any, action: int) -> None:
+        """Know a table of values per state, the state that was seen last, and what was done in which state before."""
+        self._values, self._here = table, table[here]
+        self._last = table[last], action
+
 
 @dataclass(frozen=True)
 class QLearning(Learner):
@@ -57,6 +62,7 @@ class QLearning(Learner):
     """Probability of a random action in place of the greedy one, 0 to 1."""
     suits = StateValues
     policy = _Policy
+    batch = "QLearners"
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -135,6 +135,8 @@ class TutoringEnv(SeatsEnv):
             }
         )
         """What the student observes."""
+        self.moment: Moment[Any]
+        """The last turn."""
         self.observation_spaces[STUDENT] = self.student_space
         acts = Prose(PROSE) if text else copy.deepcopy(world.action_space)
         self.action_spaces[STUDENT] = acts if ask_cost is None else asking_space(acts)
@@ -165,6 +167,24 @@ class TutoringEnv(SeatsEnv):
         self._begin(None, options, start)
         self._open_lesson()
 
+    def take_up(self, moment: Moment[Any], terminated: bool = False) -> None:
+        """Go on from a moment of an episode that was played elsewhere; the teacher is the next to speak.
+
+        Call `reset` before: the random streams are those that it has begun.
+
+        Args:
+            moment: with the world's truths.
+            terminated: whether the episode has ended there other than by its length.
+        """
+        self.world.restore(moment.after)
+        self._state = self.world.observe()
+        self._open_lesson()
+        if moment.turn:
+            self.turn, self.moment = moment.turn, moment
+            self.ended = terminated, moment.over and not terminated
+            self.infos[STUDENT] = {"success": moment.success}
+            self._pass_to_teacher()
+
     def _begin(self, seed: int | None, options: dict[str, Any] | None, start: Any) -> None:
         world = self.world
         self._state, self._told = world.reset(seed=seed, options=known_options(options, world))
@@ -184,7 +204,7 @@ class TutoringEnv(SeatsEnv):
         self._asked = False
         self.instruction: str = SILENCE
         self.feedback: str = SILENCE
-        self.moment: Moment[Any] = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
+        self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
         self.infos[STUDENT] = self._told | {"atoms": ()}
         self.teacher.begin(self.seeds)
         if self.speech != "message":

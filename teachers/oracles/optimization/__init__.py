@@ -55,12 +55,17 @@ def _newton(gradient: Sequence[float], hessian: Sequence[float]) -> Point:
     return (h12 * g2 - h22 * g1) / determinant, (h12 * g1 - h11 * g2) / determinant
 
 
-_BEHIND = range(400, 500, 10)  # of `FARTHER`, the ones about a minimiser to which the way is nine tenths gone
+BEHIND = range(400, 500, 10)
+"""Of `FARTHER`, the ones about a minimiser to which the way is nine tenths gone."""
+SHORT = 0.9
+"""The greatest share of the way to a minimiser that advice goes."""
+SHARES = (SHORT, 0.8, 0.6, 0.4, 0.2)
+"""Shares of that way which are looked at, if Newton's step does not do."""
+ENOUGH = 0.1
+"""Newton's step is taken if it leaves no more than this share of the loss that can be saved."""
+CLOSE = 1e-6
+"""What is no farther from a minimiser is not advised."""
 _TRIES = 3
-_SHORT = 0.9  # the greatest share of the way to a minimiser that advice goes
-_SHARES = (_SHORT, 0.8, 0.6, 0.4, 0.2)
-_ENOUGH = 0.1  # Newton's step is taken if it leaves no more than this share of the loss that can be saved
-_CLOSE = 1e-6
 _PROPOSALS = Proposals()
 
 
@@ -158,19 +163,19 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         newton = self._short(x, (x[0] + step[0], x[1] + step[1]))
         if newton:
             loss = landscape.value(*newton)
-            if loss - self._minimum <= _ENOUGH * (y - self._minimum):
+            if loss - self._minimum <= ENOUGH * (y - self._minimum):
                 return newton, loss
         minimiser = self._nearest(x)
-        for share in _SHARES:
+        for share in SHARES:
             point = self._short(x, between(x, minimiser, share))
             if point:
                 loss = landscape.value(*point)
                 if loss < y and _differ(loss, y):
                     return point, loss
         # Here a ridge has to be crossed, behind which the minimiser lies.
-        point = self._short(x, between(x, minimiser, _SHORT))
+        point = self._short(x, between(x, minimiser, SHORT))
         if point:
-            for i in _BEHIND:
+            for i in BEHIND:
                 farther = between(x, point, 1 + i / FARTHER / 4)
                 if contains(self.lab, farther) and landscape.value(*farther) < y:
                     return point, landscape.value(*point)
@@ -180,10 +185,10 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         """The point, in the domain, or one that is no closer to a minimiser than a tenth of the way from `x`."""
         point = moved_inside(self.lab, point)
         minimiser = self._nearest(point)
-        if math.dist(point, minimiser) < (1 - _SHORT) * math.dist(x, minimiser):
-            point = moved_inside(self.lab, between(x, minimiser, _SHORT))
+        if math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser):
+            point = moved_inside(self.lab, between(x, minimiser, SHORT))
             minimiser = self._nearest(point)
-        return point if math.dist(point, minimiser) > _CLOSE and point != x else None
+        return point if math.dist(point, minimiser) > CLOSE and point != x else None
 
     def _warnings(self, x: Point, good: Point | None, turn: int) -> Iterator[Point]:
         """Points whose loss may be higher: opposite to the good one, and the corners."""

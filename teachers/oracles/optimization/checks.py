@@ -1,9 +1,15 @@
 """What the claims about proposals are checked by: losses from the simulator, points, and the words for points."""
 
 from collections.abc import Iterator
+from typing import TypeVar
+
+import numpy as np
+import numpy.typing as npt
 
 from worlds.optimization import Landscape, Optimization, Point, Truth
 
+NumbersT = TypeVar("NumbersT", float, npt.NDArray[np.float64])
+"""A number, or an array of them."""
 NAMES = ("x1", "x2")
 """The coordinates."""
 
@@ -49,8 +55,8 @@ def with_coordinate(x: Point, i: int, value: float) -> Point:
     return (x[0], value) if i else (value, x[1])
 
 
-def between(a: Point, b: Point, share: float) -> Point:
-    """The point that lies this share of the way from `a` to `b`."""
+def between(a: tuple[NumbersT, NumbersT], b: tuple[NumbersT, NumbersT], share: float) -> tuple[NumbersT, NumbersT]:
+    """The point that lies this share of the way from `a` to `b`; of arrays, one for each of their points."""
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
 
 

@@ -1,0 +1,95 @@
+"""What teachers remember of many students: `llf_teacher.gym.lifetime.Lifetime` in arrays."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from llf_teacher.gym.lifetime import EPISODE_RATE, HALF, TURN_RATE
+from worlds.batches import Bools, Floats, Ints
+
+
+class Lifetimes:
+    """A lifetime a row.
+
+    Args:
+        rows: how many.
+        states: what a student can observe, numbered from 0.
+        episodes: episodes of a lifetime.
+    """
+
+    def __init__(self, rows: int, states: int, episodes: int) -> None:
+        self.episodes = episodes
+        self.episode = np.zeros(rows, np.int64)
+        """Episodes that are over."""
+        self.success, self.optimal, self.skill = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+        self.visits = np.zeros((rows, states), np.int32)
+        """Per state the visits that are over."""
+        self.advised = np.zeros((rows, states), np.int32)
+        """Per state the visits in which an action was advised."""
+        self.here = np.zeros(rows, np.int64)
+        """The state in which the student is."""
+
+    def begin(self, rows: Ints, places: Ints) -> None:
+        """Lifetimes begin, in these states."""
+        for array in (self.episode, self.success, self.optimal, self.skill, self.visits, self.advised):
+            array[rows] = 0
+        self.here[rows] = places
+
+    def arrive(self, rows: Ints, places: Ints) -> None:
+        """Students are in these states now."""
+        self.visits[rows, self.here[rows]] += 1
+        self.here[rows] = places
+
+    def said(self, rows: Ints) -> None:
+        """Actions were advised."""
+        self.advised[rows, self.here[rows]] += 1
+
+    def acted(self, rows: Ints, optimal: Bools) -> None:
+        """Students have acted."""
+        self.optimal[rows] = optimal
+        self.skill[rows] += TURN_RATE * (optimal - self.skill[rows])
+
+    def over(self, rows: Ints, success: Bools) -> None:
+        """Episodes are over."""
+        self.episode[rows] += 1
+        self.success[rows] += EPISODE_RATE * (success - self.success[rows])
+        self.optimal[rows] = 0
+
+    def features(self, announced: Bools, mistake: Bools, way: Ints) -> npt.NDArray[np.float32]:
+        """The numbers of `llf_teacher.gym.lifetime.FIELDS`, float32 of shape (rows, 9)."""
+        everybody = np.arange(len(self.here))
+        visits, advised = self.visits[everybody, self.here], self.advised[everybody, self.here]
+        return columns(
+            self.episode / self.episodes,
+            self.success,
+            self.optimal,
+            self.skill,
+            _share(visits),
+            _share(advised),
+            announced,
+            mistake,
+            _share(way),
+        )
+
+    def recalled(self, row: int, seen: list[Any]) -> dict[str, Any]:
+        """What `Lifetime.recall` takes."""
+        counts = zip(self.visits[row].tolist(), self.advised[row].tolist(), strict=True)
+        return {
+            "episode": int(self.episode[row]),
+            "averages": (float(self.success[row]), float(self.optimal[row]), float(self.skill[row])),
+            "counts": dict(zip(seen, counts, strict=True)),
+        }
+
+
+def _share(count: Ints) -> Floats:
+    share: Floats = count / (count + HALF)
+    return share
+
+
+def columns(*parts: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """Arrays side by side."""
+    table = np.empty((len(parts[0]), len(parts)), np.float32)
+    for column, part in enumerate(parts):
+        table[:, column] = part
+    return table

@@ -1,0 +1,290 @@
+"""What the vector environments of both seats have in common: rows of lessons, how they begin, go on and begin again."""
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from llf_teacher.registry import entry
+from pz_envs.seats import check_flags
+from pz_envs.teacher_seat import is_count
+from teachers.atoms import Moment
+from teachers.batches import Moments
+from teachers.spec import unknown
+from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
+from worlds.batches.streams import Streams
+
+
+class RowsEnv(VectorEnv[Any, Any, Any]):
+    """Lessons in arrays, one a row; the seat that acts is the subclass's.
+
+    Args:
+        env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
+        num_envs: rows.
+        max_turns: turns of the student in an episode; None: the family's.
+        until_success: whether success ends an episode; it does not where the task is repeated.
+        autoreset_mode: one of Gymnasium's.
+        options: the world's, and those of the family's batch.
+    """
+
+    moments: Moments[Any]
+    """The last turn in each row."""
+
+    def __init__(
+        self,
+        env_id: str,
+        num_envs: int,
+        max_turns: int | None,
+        until_success: bool,
+        autoreset_mode: str | AutoresetMode,
+        options: Mapping[str, Any],
+    ) -> None:
+        self.env_id, self.family, own, _ = entry(env_id)
+        if not is_count(num_envs):
+            raise ValueError(f"num_envs must be an integer of at least 1, got {num_envs!r}")
+        if max_turns is not None and not is_count(max_turns):
+            raise ValueError(f"max_turns must be None or an integer of at least 1, got {max_turns!r}")
+        check_flags(until_success=until_success)
+        self.num_envs = num_envs
+        self.max_turns = self.family.max_turns if max_turns is None else max_turns
+        self.until_success = until_success
+        self.mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.mode}
+        self._options = {**own, **options}
+        if self.family.world_batch:
+            allowed = (*self.family.options(), *self.family.batch_options())
+            if strange := [name for name in options if name not in allowed]:
+                why = unknown("option", strange[0], allowed)
+                raise ValueError(f"{env_id} in arrays does not take these options: {why}; mode 'sync' may")
+        self.worlds, self.oracle = self.family.make_batch(num_envs, **self._options)
+        self._ends = until_success and not self.family.repeated
+        self._everybody = np.arange(num_envs)
+        self._draws = np.random.default_rng()
+        self._streams = Streams(np.zeros(num_envs, np.uint64))
+        self._done: Bools | None = None
+
+    def _seat(self, observation: spaces.Space[Any], action: spaces.Space[Any]) -> None:
+        """Take note of what a single seat observes, and how it acts."""
+        self.single_observation_space, self.single_action_space = observation, action
+        self.observation_space = batch_space(observation, self.num_envs)
+        self.action_space = batch_space(action, self.num_envs)
+
+    @property
+    def world_options(self) -> dict[str, Any]:
+        """The options of each row's world."""
+        own = self.family.batch_options()
+        return {name: value for name, value in self._options.items() if name not in own}
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin in all rows, or in those of `options["reset_mask"]`.
+
+        A row with a seed begins as the scalar environment does that is reset with it; row i of one integer has the seed
+        `seed + i`. The other rows are drawn.
+
+        Raises:
+            ValueError: a seed or an option is not allowed.
+        """
+        left = dict(options or {})
+        rows = self._masked(left.pop("reset_mask", None))
+        self.worlds.world.check_reset(left)
+        if left:
+            raise ValueError(f"in arrays reset takes no options of the world, got {left!r}; allowed: reset_mask")
+        seeds = self._seeds(seed)
+        given = np.array([seeds[row] is not None for row in rows.tolist()], bool)
+        if len(rows) == self.num_envs and seed is not None:
+            self._draws = np.random.default_rng([each for each in seeds if each is not None])
+        self._streams.states[rows] = self._draws.integers(2**64, size=len(rows), dtype=np.uint64)
+        if given.any():
+            self.worlds.load(rows[given], [self._first(seeds[row]) for row in rows[given].tolist()])
+        if not given.all():
+            self.worlds.draw(rows[~given], self._draws)
+        if self._done is None:
+            if len(rows) < self.num_envs:
+                raise ResetNeeded("the first reset must be one of all rows, without a reset_mask")
+            self._done = np.zeros(self.num_envs, bool)
+        self._done = self._done.copy()
+        self._done[rows] = False
+        self._open(rows)
+        self._begin(rows, [seeds[row] for row in rows.tolist()])
+        return self._observe(), self._infos()
+
+    def _first(self, seed: int | None) -> Any:
+        """The truth with which the scalar world begins."""
+        world = self.worlds.world
+        world.reset(seed=seed)
+        return world.truth
+
+    def _masked(self, mask: Any) -> Ints:
+        if mask is None:
+            return self._everybody
+        if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
+            raise ValueError(
+                f"reset_mask must be a bool array of shape ({self.num_envs},) with at least one True, got {mask!r}"
+            )
+        return np.flatnonzero(mask)
+
+    def _seeds(self, seed: Any) -> list[int | None]:
+        if seed is None or isinstance(seed, int | np.integer):
+            return [None if seed is None else int(seed) + row for row in range(self.num_envs)]
+        seeds = list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed must be None, an integer or a list of {self.num_envs} of these, got {seed!r}")
+        return seeds
+
+    def step(self, actions: Any) -> tuple[Any, Floats, Bools, Bools, dict[str, Any]]:
+        """Act in each row. What follows an episode's end is as Gymnasium's autoreset modes have it.
+
+        Raises:
+            ResetNeeded: before `reset`, or in a row that has ended where nothing is reset by itself.
+            ValueError: an action is outside the action space; nothing has changed.
+        """
+        if self._done is None:
+            raise ResetNeeded("nothing has begun; call reset() before step()")
+        actions = legal(self.single_action_space, actions, self.num_envs)
+        ended = self._done
+        rows: Rows = ALL
+        if ended.any():
+            if self.mode is AutoresetMode.DISABLED:
+                row = int(ended.argmax())
+                raise ResetNeeded(f"row {row} has ended; call reset(options={{'reset_mask': ...}}) before step()")
+            rows = np.flatnonzero(~ended)
+        none = np.zeros(self.num_envs, bool)
+        reward, terminated, truncated = np.zeros(self.num_envs), none, none.copy()
+        if isinstance(rows, slice) or len(rows):
+            reward[rows], terminated[rows], truncated[rows] = self._play(actions[rows], rows)
+        if not isinstance(rows, slice):
+            self._again(np.flatnonzero(ended))
+        self._done = terminated | truncated
+        if self.mode is AutoresetMode.SAME_STEP and self._done.any():
+            return self._same_step(reward, terminated, truncated)
+        return self._observe(), reward, terminated, truncated, self._infos()
+
+    def _same_step(
+        self, reward: Floats, terminated: Bools, truncated: Bools
+    ) -> tuple[Any, Floats, Bools, Bools, dict[str, Any]]:
+        """Begin anew where an episode has ended, and tell what was observed last there."""
+        done = terminated | truncated
+        rows = np.flatnonzero(done)
+        last = np.full(self.num_envs, None, object)
+        observed = self._observe()
+        for row in rows.tolist():
+            last[row] = _row(observed, row)
+        told = {name: part & done if name[0] == "_" else part for name, part in self._infos().items()}
+        infos = {"final_obs": last, "_final_obs": done, "final_info": told, "_final_info": done.copy()}
+        self._again(rows)
+        self._done = np.zeros(self.num_envs, bool)
+        return self._observe(), reward, terminated, truncated, self._infos() | infos
+
+    def _again(self, rows: Ints) -> None:
+        """Begin anew in rows that have ended."""
+        self.worlds.draw(rows, self._draws)
+        self._open(rows)
+        self._begin(rows, [None] * len(rows))
+
+    def _open(self, rows: Ints) -> None:
+        """The moment before the first turn of an episode."""
+        count, state, space = len(rows), self.worlds.state, self.worlds.world.action_space
+        action = np.zeros((count, *(space.shape or ())), space.dtype)
+        no = np.zeros(count, bool)
+        everywhere = count == self.num_envs
+        before = state if everywhere else self.moments.before
+        opening = Moments(before, action, np.zeros(count), state, no, np.zeros(count, np.int64), no)
+        self._note(ALL if everywhere else rows, opening)
+
+    def _act(self, actions: npt.NDArray[Any], rows: Rows) -> None:
+        """The student's turn in some rows."""
+        turn = self.moments.turn[rows] + 1
+        before = merged(self.moments.before, rows, self.worlds.taken(self.worlds.state, rows))
+        reward, success = self.worlds.advance(actions, rows, self._streams)
+        over = turn >= self.max_turns
+        if self._ends:
+            over = over | success
+        self._note(rows, Moments(before, actions, reward, self.worlds.state, success, turn, over))
+
+    def _note(self, rows: Rows, moments: Moments[Any]) -> None:
+        """Take note of the moments of some rows; the states are those of all rows."""
+        if not isinstance(rows, slice):
+            now = self.moments
+            parts = {}
+            for name in ("action", "reward", "success", "turn", "over"):
+                parts[name] = getattr(now, name).copy()
+                parts[name][rows] = getattr(moments, name)
+            moments = moments._replace(**parts)
+        self.moments = moments
+
+    def terminated(self, rows: Rows = ALL) -> Bools:
+        """Whether the student's episode has ended by success."""
+        over: Bools = self.moments.over[rows]
+        return over & self.moments.success[rows] if self._ends else np.zeros(len(over), bool)
+
+    def moment(self, row: int) -> Moment[Any]:
+        """The moment of a row, as a scalar environment has it."""
+        now, worlds = self.moments, self.worlds
+        after, turn = worlds.truth(now.after, row), int(now.turn[row])
+        if not turn:
+            return Moment.opening(after)
+        action = worlds.world.legal(now.action[row].tolist())
+        success, over = bool(now.success[row]), bool(now.over[row])
+        return Moment(worlds.truth(now.before, row), action, float(now.reward[row]), after, success, turn, over)
+
+    def _check_row(self, row: Any) -> int:
+        if self._done is None:
+            raise ResetNeeded("nothing has begun; call reset() first")
+        if not isinstance(row, int | np.integer) or not 0 <= row < self.num_envs:
+            raise ValueError(f"a row must be an integer from 0 to {self.num_envs - 1}, got {row!r}")
+        return int(row)
+
+    @abstractmethod
+    def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
+        """Begin what is to be begun beside the worlds."""
+
+    @abstractmethod
+    def _play(self, actions: npt.NDArray[Any], rows: Rows) -> tuple[Floats, Bools, Bools]:
+        """Act in some rows: rewards, and whether they are terminated or truncated."""
+
+    @abstractmethod
+    def _observe(self) -> Any:
+        """What is observed in all rows: new arrays."""
+
+    @abstractmethod
+    def _infos(self) -> dict[str, Any]:
+        """Gymnasium's infos."""
+
+
+def legal(space: spaces.Space[Any], actions: Any, rows: int) -> npt.NDArray[Any]:
+    """The actions of all rows as an array.
+
+    Raises:
+        ValueError: they are not as many as there are rows, or one is not in the space.
+    """
+    array: npt.NDArray[Any] = np.asarray(actions)
+    if isinstance(space, spaces.Discrete):
+        low, high = space.start, space.start + space.n - 1
+        allowed, kinds = "integers", "iu"
+    else:
+        low, high = space.low, space.high  # type: ignore[attr-defined]  # there are batches of Discrete and Box alone
+        allowed, kinds = "numbers", "iuf"
+    shape = (rows, *(space.shape or ()))
+    if array.shape != shape or array.dtype.kind not in kinds:
+        raise ValueError(f"actions must be {allowed} of shape {shape}, got {array.dtype} of shape {array.shape}")
+    array = array.astype(space.dtype) + 0  # a copy, without negative zeros
+    wrong: Bools = ~((array >= low) & (array <= high)).reshape(rows, -1).all(1)
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise ValueError(f"action {array[row]} of row {row} is not in {space}; nothing has changed")
+    return array
+
+
+def _row(observed: Any, row: int) -> Any:
+    """One row's part of what is observed."""
+    if isinstance(observed, dict):
+        return {name: _row(part, row) for name, part in observed.items()}
+    return observed[row]

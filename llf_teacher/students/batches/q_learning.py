@@ -1,0 +1,72 @@
+"""Tabular Q-learning in arrays."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from llf_teacher.students.batches import LearnerBatch
+from llf_teacher.students.learner import Learner, LearnerPolicy
+from worlds.batches import Bools, Floats, Ints, most
+from worlds.batches.streams import Streams
+
+
+class QLearners(LearnerBatch):
+    """A table of values per row."""
+
+    def __init__(self, spec: Learner, rows: int, states: int, actions: int, streams: Streams) -> None:
+        super().__init__(spec, rows, states, actions, streams)
+        self.table = np.zeros((rows, states, actions))
+        """Value per row, state and action."""
+        self._last = np.zeros(
+            rows, np.int64
+        )  # where the value of the last action is, in all tables one after the other
+
+    def clear(self, rows: Ints) -> None:
+        """Start with empty tables."""
+        optimism = np.broadcast_to(self.parameter("optimism", rows), rows.shape)
+        self.table[rows] = optimism[:, None, None]
+
+    def learn(self, rows: Ints, places: Ints, rewards: Floats, over: Bools) -> None:
+        """One step of the method."""
+        alpha, gamma = self.parameter("alpha", rows), self.parameter("gamma", rows)
+        last, values = self._last[rows], self.table.reshape(-1)
+        value, after = values[last], np.where(over, 0.0, most(self.table[rows, places]))
+        values[last] = value + alpha * (rewards + gamma * after - value)
+
+    def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
+        """A greatest value; ties are broken at random."""
+        values = self.table[rows, places]
+        if wrong is not None and self.actions > 1:
+            values[np.arange(len(rows)), wrong] = -np.inf
+        may = values == most(values)[:, None]
+        epsilon = np.broadcast_to(self.parameter("epsilon", rows), rows.shape)
+        bold = np.flatnonzero(epsilon > 0)
+        if len(bold):
+            explores = bold[self.streams.random(rows[bold]) < epsilon[bold]]
+            may[explores] = values[explores] > -np.inf
+        return self._drawn_from(may, rows)
+
+    def _drawn_from(self, may: Bools, rows: Ints) -> Ints:
+        """One of the actions that may be taken; column by column, as in `most`."""
+        order = np.empty(may.shape, np.int64)
+        count = np.zeros(len(rows), np.int64)
+        for action in range(self.actions):
+            count += may[:, action]
+            order[:, action] = count
+        place = self.streams.integers(count, rows)
+        chosen = np.zeros(len(rows), np.int64)
+        for action in range(self.actions - 1):
+            chosen += order[:, action] <= place
+        return chosen
+
+    def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
+        """Remember where it was taken."""
+        self._last[rows] = (rows * self.states + places) * self.actions + actions
+
+    def teach(self, policy: LearnerPolicy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
+        """As the base; the table, too."""
+        super().teach(policy, row, turn, seen, here)
+        place, action = divmod(int(self._last[row]) % (self.states * self.actions), self.actions)
+        table = dict(zip(seen, self.table[row].tolist(), strict=True))
+        policy.recall(table, seen[here], seen[place], action)  # type: ignore[attr-defined]  # of its own module

@@ -1,0 +1,174 @@
+"""The oracle of losses in arrays. What it says follows the same steps as in `teachers.oracles.optimization`."""
+
+import numpy as np
+
+from teachers.batches import Moments, OracleBatch, Said, subset
+from teachers.oracles.optimization import BEHIND, CLOSE, ENOUGH, SHARES, SHORT
+from teachers.oracles.optimization.checks import between, corners_of
+from teachers.oracles.optimization.claims import FARTHER
+from worlds.batches import Bools, Floats
+from worlds.batches.optimization import Landscapes, OptimizationBatch, Points, State
+from worlds.optimization import TOLERANCE, Optimization
+
+_TIE = 1e-6
+_EXACT = 22  # powers of ten up to this are floats
+
+
+class OptimizationOracleBatch(OracleBatch[State]):
+    """Judges proposals by what the loss did, and advises points whose loss it has looked up."""
+
+    worlds: OptimizationBatch
+
+    def judge(self, moments: Moments[State]) -> Said:
+        """Whether the loss fell, as a whole or by one coordinate; a better point, and a worse one."""
+        _, _, _, after, _, turn, over = moments
+        landscapes = self.worlds.landscapes(after)
+        praise, blame = self._verdicts(moments, landscapes)
+        x, y = _points(after.x), after.y
+        solved = y - self.worlds.world.minimum <= TOLERANCE
+        good, advised = self._steps(x, y, landscapes, np.flatnonzero(~(solved | over)))
+        warns, warned = self._warnings(x, y, landscapes, good, advised, turn, ~over)
+        acted = turn > 0
+        kinds = subset(acted, acted & praise, acted & blame, ~over & (solved | good), warns)
+        return Said(kinds, np.where(good[:, None], np.stack(advised, 1), after.x), np.stack(warned, 1))
+
+    def _verdicts(self, moments: Moments[State], landscapes: Landscapes) -> tuple[Bools, Bools]:
+        """Where there is something good to say of a proposal, and where something bad."""
+        start, before, after = _points(moments.before.x), moments.before.y, moments.after.y
+        end = _points(moments.action)
+        changed = _differ(before, after) & ~moments.success
+        praise, blame = moments.success | (changed & (after < before)), changed & (after >= before)
+        for alone in ((end[0], start[1]), (start[0], end[1])):
+            loss = landscapes.value(alone)
+            told = _differ(before, loss) & ((alone[0] != start[0]) | (alone[1] != start[1]))
+            praise = praise | (told & (loss < before))
+            blame = blame | (told & (loss >= before))
+        return praise, blame
+
+    def _steps(self, x: Points, y: Floats, landscapes: Landscapes, rows: np.ndarray) -> tuple[Bools, Points]:
+        """Where there is a point to advise, of these rows, and which."""
+        found = np.zeros(len(y), bool)
+        advised = x[0].copy(), x[1].copy()
+        minimum = self.worlds.world.minimum
+
+        def tell(rows: np.ndarray, point: Points, tells: Bools) -> np.ndarray:
+            """Advise the points that are to be told; the rows that are left."""
+            told = rows[tells]
+            found[told] = True
+            for coordinate, values in zip(advised, point, strict=True):
+                coordinate[told] = values[tells]
+            return rows[~tells]
+
+        here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
+        step = _newton(there.gradient(here), there.hessian(here))
+        point, able = self._short(here, (here[0] + step[0], here[1] + step[1]), there)
+        rows = tell(rows, point, able & (there.value(point) - minimum <= ENOUGH * (now - minimum)))
+        for share in SHARES:
+            if not len(rows):
+                break
+            here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
+            point, able = self._short(here, between(here, there.nearest(here), share), there)
+            loss = there.value(point)
+            rows = tell(rows, point, able & (loss < now) & _differ(loss, now))
+        if len(rows):  # a ridge has to be crossed, behind which the minimiser lies
+            here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
+            point, able = self._short(here, between(here, there.nearest(here), SHORT), there)
+            behind = np.zeros(len(rows), bool)
+            for i in BEHIND:
+                farther = between(here, point, 1 + i / FARTHER / 4)
+                inside = _contains(self.worlds.world, farther)
+                behind |= inside & (there.value(farther) < now)
+            tell(rows, point, able & behind)
+        return found, advised
+
+    def _short(self, x: Points, point: Points, landscapes: Landscapes) -> tuple[Points, Bools]:
+        """The points, in the domain, or ones no closer to a minimiser than a tenth of the way; where there are any."""
+        world = self.worlds.world
+        point = moved_inside(world, point)
+        minimiser = landscapes.nearest(point)
+        near = np.flatnonzero(_distance(point, minimiser) < (1 - SHORT) * _distance(x, minimiser))
+        if len(near):
+            back = moved_inside(world, between(_at(x, near), _at(minimiser, near), SHORT))
+            for coordinate, values in zip(point, back, strict=True):
+                coordinate[near] = values
+            minimiser = landscapes.nearest(point)
+        return point, (_distance(point, minimiser) > CLOSE) & ((point[0] != x[0]) | (point[1] != x[1]))
+
+    def _warnings(
+        self, x: Points, y: Floats, landscapes: Landscapes, good: Bools, advised: Points, turn: np.ndarray, may: Bools
+    ) -> tuple[Bools, Points]:
+        """Where there is a point to warn of, and which: opposite to the advised one, or a corner."""
+        world = self.worlds.world
+        corners = np.array(corners_of(world))
+        warned = x[0].copy(), x[1].copy()
+        found = np.zeros(len(y), bool)
+        opposite = moved_inside(world, (2 * x[0] - advised[0], 2 * x[1] - advised[1]))
+        for i in range(-1, len(corners)):
+            left = np.flatnonzero(may & ~found & (good if i < 0 else True))
+            if not len(left):
+                continue
+            corner = corners[(turn[left] + i) % len(corners)]
+            point = _at(opposite, left) if i < 0 else (corner[:, 0], corner[:, 1])
+            loss = landscapes.at(left).value(point)
+            tells = (loss > y[left]) & _differ(loss, y[left])
+            found[left[tells]] = True
+            for coordinate, values in zip(warned, point, strict=True):
+                coordinate[left[tells]] = values[tells]
+        return found, warned
+
+
+def moved_inside(world: Optimization, point: Points) -> Points:
+    """The points with six significant digits, moved into the domain."""
+    first, second = (
+        np.clip(six_digits(x), low, high) + 0.0 for x, low, high in zip(point, world.lows, world.highs, strict=True)
+    )
+    return first, second
+
+
+def six_digits(x: Floats) -> Floats:
+    """`float(f"{x:.6g}")` of each number."""
+    size = np.abs(x)
+    digits = 5 - np.floor(np.log10(np.where(size > 0, size, 1.0))).astype(np.int64)
+    up, down = 10.0 ** np.clip(digits, 0, _EXACT), 10.0 ** np.clip(-digits, 0, _EXACT)
+    scaled = x * up / down
+    rounded: Floats = np.rint(scaled) / up * down
+    # What lies between two of these numbers, but for what the product lost, is left to the exact way.
+    doubtful = (np.abs(np.abs(scaled - np.floor(scaled)) - 0.5) < _TIE) | (np.abs(digits) > _EXACT)
+    for i in np.flatnonzero(doubtful).tolist():
+        rounded[i] = float(f"{x[i]:.6g}")
+    return rounded
+
+
+def _newton(gradient: tuple[Floats, Floats], hessian: tuple[Floats, Floats, Floats]) -> Points:
+    """Newton's steps, with the curvature raised to be positive in every direction."""
+    (g1, g2), (h11, h12, h22) = gradient, hessian
+    mean, radius = (h11 + h22) / 2, np.hypot((h11 - h22) / 2, h12)
+    floor = 1e-3 * (np.abs(mean) + radius) + 1e-9
+    extra = np.maximum(0.0, floor - (mean - radius))
+    h11, h22 = h11 + extra, h22 + extra
+    determinant = h11 * h22 - h12 * h12
+    return (h12 * g2 - h22 * g1) / determinant, (h12 * g1 - h11 * g2) / determinant
+
+
+def _differ(a: Floats, b: Floats) -> Bools:
+    """Where two losses differ in the six digits that phrases tell."""
+    apart: Bools = np.abs(a - b) > 1e-5 * np.maximum(np.abs(a), np.abs(b))
+    return apart
+
+
+def _contains(world: Optimization, point: Points) -> Bools:
+    (low1, low2), (high1, high2) = world.lows, world.highs
+    return (low1 <= point[0]) & (point[0] <= high1) & (low2 <= point[1]) & (point[1] <= high2)
+
+
+def _distance(a: Points, b: Points) -> Floats:
+    distance: Floats = np.hypot(a[0] - b[0], a[1] - b[1])
+    return distance
+
+
+def _points(table: Floats) -> Points:
+    return table[:, 0], table[:, 1]
+
+
+def _at(points: Points, rows: np.ndarray) -> Points:
+    return points[0][rows], points[1][rows]

@@ -1,0 +1,210 @@
+"""Thousands of lifetimes at once: rows of teachers' seats are the scalar environments, with the students' tables."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import llf_teacher
+from llf_teacher.gym.vector.teacher import REWARDS, WITHIN
+from llf_teacher.registry import PREFIX
+from llf_teacher.students.student import frozen
+from pz_envs.family import all_families
+from pz_envs.rewards import TEACHER_REWARDS
+from pz_envs.teacher_seat import SUBSETS, within
+from teachers.atoms import KINDS
+from worlds.testing import plain
+
+TABULAR = [
+    PREFIX + name
+    for family in all_families()
+    if family.world_batch
+    for name in family.showcase
+    if hasattr(family.make_world(**family.environments[name]).action_space, "n")
+]
+GRID = "llf-gridworld-v0"
+LEARNER = "q_learning(forget=False, trust=1.0, optimism=0.0, epsilon=0.1)"
+
+
+def batch_of(id, rows, **changes):
+    small = {"pool": 4} if id == GRID else {}
+    given = {"student": LEARNER, "episodes": 3, "max_turns": 6, **small, **changes}
+    return llf_teacher.TeacherVectorEnv(id, rows, **given)
+
+
+def check_seen(seen, row, observation):
+    assert seen.keys() == observation.keys()
+    for name, part in observation.items():
+        np.testing.assert_allclose(seen[name][row], part, rtol=1e-6, atol=1e-9, err_msg=name)
+
+
+def check_table(batch, row, lesson):
+    """What the scalar student has learned is in the row's table; of states that it has not seen it knows nothing."""
+    known = lesson.student._values
+    for place, values in enumerate(batch.students.table[row]):
+        expected = known.get(frozen(batch.worlds.seen(row, place)), [lesson.student.spec.optimism] * len(values))
+        assert values.tolist() == expected
+
+
+def check_lifetimes(id, rows, seed, mode, **options):
+    """Play rows, and lessons that begin at any of their turns, alike; how many lifetimes were compared."""
+    rng = np.random.default_rng(seed)
+    batch = batch_of(id, rows, autoreset_mode=mode, **options)
+    seen, infos = batch.reset(seed=seed)
+    lessons, lifetimes = {}, 0
+    for turn in range(2 * batch.episodes * (batch.max_turns + 1)):
+        for row in range(rows):
+            if row not in lessons and not batch._done[row] and (turn < 1 or rng.random() < 0.2):
+                lessons[row] = lesson = batch.lesson(row)
+                check_seen(seen, row, lesson._observe()[0])
+        actions = rng.integers(SUBSETS, size=rows)
+        seen, rewards, terminated, truncated, infos = batch.step(actions)
+        for row, lesson in list(lessons.items()):
+            observation, reward, *ends, info = lesson.step(int(actions[row]))
+            assert rewards[row] == pytest.approx(reward, abs=1e-9)
+            assert [terminated[row], truncated[row]] == ends
+            if any(ends):
+                last = (
+                    seen
+                    if mode is AutoresetMode.NEXT_STEP
+                    else {name: {row: part} for name, part in infos["final_obs"][row].items()}
+                )
+                check_seen(last, row, observation)
+                del lessons[row]
+                lifetimes += 1
+                continue
+            check_seen(seen, row, observation)
+            intention = int(infos["intention"][row])
+            assert (None if intention < 0 else intention) == info["intention"]
+            assert str(batch.students.student(row)) == info["student"]
+            if turn % 5 == 0:
+                check_table(batch, row, lesson)
+    return lifetimes
+
+
+VARIED = [{}, {"alpha": (0.1, 0.9), "epsilon": (0.0, 0.5)}, {"trust": (0, 1), "optimism": (0.0, 1.0)}]
+LIVES = {
+    "seed": st.integers(0, 2**31),
+    "mode": st.sampled_from([AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP]),
+    "episodes": st.integers(1, 4),
+    "max_turns": st.integers(1, 7),
+    "announce": st.booleans(),
+    "budget": st.sampled_from([None, 1, 3, 12]),
+    "cost": st.sampled_from([0.0, 0.05]),
+    "feedback_type": st.sampled_from(["a", "a", "fp", "fn", "r+hn"]),
+    "teacher_reward": st.sampled_from(sorted(TEACHER_REWARDS)),
+    "until_success": st.sampled_from([None, True, False]),
+    "vary": st.sampled_from(
+        [{}, {"alpha": (0.1, 0.9), "epsilon": (0.0, 0.5)}, {"trust": (0, 1), "optimism": (0.0, 1.0)}]
+    ),
+    "trust": st.sampled_from([0.0, 0.5, 1.0]),
+    "forget": st.booleans(),
+}
+
+
+def lived(life):
+    """The arguments of `check_lifetimes`."""
+    life = dict(life)
+    forget = life.pop("forget") or life["episodes"] == 1
+    student = f"q_learning(forget={forget}, trust={life.pop('trust')}, optimism=0.1, epsilon=0.2)"
+    return {**life, "student": student}
+
+
+@pytest.mark.parametrize("id", TABULAR)
+@settings(max_examples=6, deadline=None, derandomize=True)
+@given(life=st.fixed_dictionaries(LIVES))
+def test_lessons_live_on_as_their_rows(id, life):
+    """What the teacher observes and is paid, what is announced, what the student learns, and when a lifetime ends."""
+    check_lifetimes(id, 3, **lived(life))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("id", TABULAR)
+def test_thousands_of_lessons_live_on_as_their_rows(id):
+    lifetimes = 0
+
+    @settings(max_examples=60, deadline=None)
+    @given(life=st.fixed_dictionaries(LIVES))
+    def check(life):
+        nonlocal lifetimes
+        lifetimes += check_lifetimes(id, 40, **lived(life))
+
+    check()
+    assert lifetimes > 2000
+
+
+@pytest.mark.parametrize("id", TABULAR)
+def test_seeded_starts_are_the_scalar_ones(id):
+    options = {"vary": {"alpha": (0.1, 0.9), "trust": (0, 1)}, "budget": 4}
+    batch = batch_of(id, 6, **options)
+    seen, _ = batch.reset(seed=5)
+    assert batch.observation_space.contains(seen)
+    assert (batch.action_masks() == seen["action_mask"]).all()
+    for row in range(6):
+        env = llf_teacher.TeacherEnv(id, student=LEARNER, episodes=3, max_turns=6, **options)
+        observation, info = env.reset(seed=5 + row)
+        check_seen(seen, row, observation)
+        assert str(batch.students.student(row)) == info["student"]
+        assert batch.moment(row).after == env.aec.moment.after
+
+
+def test_autoresets_enrol_new_students():
+    batch = batch_of(GRID, 300, episodes=1, max_turns=1, student="q_learning", vary={"alpha": (0.2, 0.4)})
+    batch.reset(seed=0)
+    first = batch.students.parameter("alpha", slice(None)).copy()
+    for _ in range(3):  # the student's turn, the last word, the next lifetime
+        batch.step(np.zeros(300, int))
+    second = batch.students.parameter("alpha", slice(None))
+    assert (first != second).all()
+    assert 0.2 <= second.min() < 0.22
+    assert 0.38 < second.max() <= 0.4
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda batch: pickle.loads(pickle.dumps(batch))])
+def test_a_copy_goes_on_alike_and_by_itself(again):
+    batch = batch_of(GRID, 5, announce=True, student="q_learning(forget=False, epsilon=0.1)", episodes=50)
+    batch.reset(seed=0)
+    batch.step(np.zeros(5, int))
+    twin = again(batch)
+    for _ in range(60):
+        mine, other = batch.step(np.zeros(5, int)), twin.step(np.zeros(5, int))
+        assert plain(mine) == plain(other)
+    assert (batch.students.table == twin.students.table).all()
+    twin.step(np.zeros(5, int))
+    assert (batch.students.table != twin.students.table).any()
+
+
+def test_what_a_budget_leaves_of_a_subset():
+    for subset in range(SUBSETS):
+        kinds = [kind for i, kind in enumerate(KINDS) if subset >> i & 1]
+        for left in range(6):
+            kept = within(left, kinds, lambda kind: kind)
+            assert WITHIN[subset, left] == sum(1 << KINDS.index(kind) for kind in kept)
+
+
+def test_the_named_rewards_are_those_of_the_seats():
+    assert set(REWARDS) == set(TEACHER_REWARDS)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"student": "obedient"}, "the student obedient cannot be played in arrays; allowed: q_learning"),
+        ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
+        ({"episodes": 1}, "forget=False is for lifetimes"),
+        ({"budget": 0}, "budget must be None or an integer of at least 1, got 0"),
+        ({"cost": -1}, "cost must be a finite number"),
+        ({"teacher_reward": "nonsense"}, "unknown teacher_reward 'nonsense'"),
+        ({"feedback_type": "m"}, "feedback_type 'm' is not supported in arrays"),
+        ({"vary": {"beta": (0, 1)}}, "beta"),
+        ({"speech": "message"}, "does not take these options: .*'speech'"),
+        ({"announce": 2}, "announce must be True or False"),
+    ],
+)
+def test_what_arrays_cannot_do_is_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        batch_of(GRID, 2, **change)

@@ -1,0 +1,91 @@
+"""Streams of random numbers for the rows of a batch, of which each can go on by itself."""
+
+import math
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Ints: TypeAlias = npt.NDArray[np.integer[Any]]
+Floats: TypeAlias = npt.NDArray[np.float64]
+Bools: TypeAlias = npt.NDArray[np.bool_]
+Rows: TypeAlias = slice | Ints
+"""Which rows: all, or those of these numbers."""
+ALL = slice(None)
+
+
+class Streams:
+    """A SplitMix64 (Steele, Lea & Flood 2014) a row: what a row draws does not depend on what the others draw.
+
+    Args:
+        states: what the streams begin with, uint64, one a row.
+    """
+
+    def __init__(self, states: npt.NDArray[np.uint64]) -> None:
+        self.states = states
+
+    def random(self, rows: Rows = ALL) -> Floats:
+        """A number from 0 to 1 (exclusive) for each of these rows."""
+        mixed = self.states[rows] + _GAMMA
+        self.states[rows] = mixed
+        for shift, factor in _ROUNDS:
+            mixed ^= mixed >> shift
+            mixed *= factor
+        mixed ^= mixed >> _LAST
+        numbers: Floats = (mixed >> _SPARE).astype(np.float64)
+        return numbers * _UNIT
+
+    def integers(self, counts: Any, rows: Rows = ALL) -> Ints:
+        """An integer from 0 to `counts` (exclusive) for each of these rows."""
+        numbers: Ints = (self.random(rows) * counts).astype(np.int64)
+        return numbers
+
+    def standard_normal(self, rows: Rows = ALL) -> Floats:
+        """A normal number for each of these rows, by the method of Box and Muller."""
+        radius = np.sqrt(-2.0 * np.log1p(-self.random(rows)))
+        return radius * np.cos(math.tau * self.random(rows))
+
+    def stream(self, row: int) -> "Stream":
+        """A row's stream from here on, as a generator; drawing from it does not disturb the row."""
+        return Stream(self.states[row : row + 1].copy())
+
+
+_GAMMA = np.uint64(0x9E3779B97F4A7C15)
+_ROUNDS = (
+    (np.uint64(30), np.uint64(0xBF58476D1CE4E5B9)),
+    (np.uint64(27), np.uint64(0x94D049BB133111EB)),
+)
+_LAST, _SPARE, _UNIT = np.uint64(31), np.uint64(11), 2.0**-53
+
+
+class Stream(np.random.Generator):
+    """One of the `Streams` as a generator: what is drawn one by one is what the row of a batch draws.
+
+    All that is drawn otherwise, as resets do, comes from a stream beside it.
+
+    Args:
+        state: of the row's stream, uint64 of shape (1,).
+        beside: where the rest is drawn.
+    """
+
+    def __init__(self, state: npt.NDArray[np.uint64], beside: np.random.BitGenerator | None = None) -> None:
+        super().__init__(beside or np.random.PCG64(int(state[0])))
+        self._own = Streams(state)
+
+    def random(self, size: Any = None, *args: Any, **kwargs: Any) -> Any:
+        """As the base."""
+        return super().random(size, *args, **kwargs) if size is not None else float(self._own.random()[0])
+
+    def integers(self, low: Any, high: Any = None, size: Any = None, *args: Any, **kwargs: Any) -> Any:
+        """As the base."""
+        if size is not None or args or kwargs:
+            return super().integers(low, high, size, *args, **kwargs)
+        low, high = (0, low) if high is None else (low, high)
+        return int(low + self._own.integers(high - low)[0])
+
+    def standard_normal(self, size: Any = None, *args: Any, **kwargs: Any) -> Any:
+        """As the base."""
+        return super().standard_normal(size, *args, **kwargs) if size is not None else self._own.standard_normal()[0]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Stream, (self._own.states.copy(), self.bit_generator)
