@@ -41,8 +41,8 @@ class TeacherEnv(SeatEnv):
     7. 1 if what it announced is a mistake, else 0
     8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
 
-    Info: the privileged `moment`; `student`, its spec, or None for a policy of your own; and `intention`, what it
-    announced or None.
+    Info: the privileged `moment`; `student`, its spec, or None for a policy of your own; and, if it has
+    announced an action, that as `intention`.
 
     A student with `forget=False` remembers its earlier episodes until a reset with a seed, which brings a new one. A
     policy of your own that is given as it is always stays; only its `reset` is called.
@@ -102,8 +102,8 @@ class TeacherEnv(SeatEnv):
         self.student: Any = self._enrol(np.random.default_rng(0)) if given else student
         self._renews = episodes > 1 or bool(self._vary) or not (given or _is_policy(student))
         self._remembers = given and not getattr(student, "forget", True)
-        if announce and (given or _is_policy(student)) and not hasattr(self.student, "intend"):
-            raise ValueError(f"the student {student!s} cannot announce its actions; announce must be False")
+        if given or _is_policy(student):  # another one is made for each episode
+            self._check_announces(self.student)
         self.observation_space = self.aec.observation_space(TEACHER)
         if episodes > 1:
             seat = self.observation_space
@@ -192,11 +192,20 @@ class TeacherEnv(SeatEnv):
         """A new student."""
         student = self._spec
         if not isinstance(student, Student):
-            return student if _is_policy(student) else student(rng)
+            made = student if _is_policy(student) else student(rng)
+            self._check_announces(made)
+            return made
         if self._vary:
             student = drawn(student, self._vary, rng)
         self._drawn = str(student)
         return student.seat(self.family, self.aec.world)
+
+    def _check_announces(self, student: Any) -> None:
+        if self.announce and not hasattr(student, "intend"):
+            raise ValueError(
+                f"the student {self._spec!s} cannot announce its actions, since it has no intend(observation, info); "
+                "announce must be False"
+            )
 
     def _next_episode(self, life: Lifetime, terminated: bool) -> bool:
         """End an episode of a lifetime; begin the next one, if there is one."""
@@ -217,7 +226,8 @@ class TeacherEnv(SeatEnv):
         intention = None
         if self.announce and self._running and not any(aec.ended):
             intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
-        info["intention"] = intention
+        if intention is not None:  # Gymnasium's vectors want the same type in each step, or nothing
+            info["intention"] = intention
         info["student"] = self._drawn if isinstance(self._spec, Student) else None
         if life is not None and self.episodes > 1:
             observation["lifetime"] = life.features(intention)

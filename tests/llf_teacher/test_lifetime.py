@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
 import llf_teacher
 from llf_teacher.gym.lifetime import FIELDS, drawn
@@ -146,7 +147,7 @@ def test_trust_is_the_rate_of_following():
 
 def test_what_it_announces_is_what_it_does():
     def silent(observation, info):
-        seen.append(info["intention"])
+        seen.append(info.get("intention"))
         return 0
 
     for id, learner in LEARNERS.items():
@@ -158,7 +159,7 @@ def test_what_it_announces_is_what_it_does():
     env = llf_teacher.TeacherEnv(GRID, student=LEARNERS[GRID], episodes=5, announce=True)
     _, info = env.reset(seed=0)
     for _ in range(60):
-        before, truth = info["intention"], env.aec.world.truth
+        before, truth = info.get("intention"), env.aec.world.truth
         observation, _, _, _, info = env.step(0)
         if before is not None:
             assert env.aec.moment.action == before
@@ -176,7 +177,7 @@ def test_what_the_teacher_sees_of_a_lifetime():
     way = len(env.aec.teacher.oracle.plan(info["moment"].after, 3))
     assert observation["lifetime"].tolist() == pytest.approx([0] * 8 + [way / (way + 4)])
     assert info["student"] == "random"
-    assert info["intention"] is None
+    assert "intention" not in info
     env.step(FP)
     env.step(FP)
     env.step(FP)
@@ -278,11 +279,52 @@ def test_a_seed_brings_a_new_student():
     assert pulls(0) == first
 
 
+@pytest.mark.parametrize("vector", [SyncVectorEnv, AsyncVectorEnv])
+@pytest.mark.parametrize("episodes", [1, 3])
+def test_announcements_go_through_gymnasiums_vectors(vector, episodes):
+    """Some environments have one while others have none."""
+
+    def make(first):
+        student = "q_learning(forget=False)"
+        return lambda: llf_teacher.TeacherEnv(GRID, student=student, announce=True, episodes=episodes, max_turns=first)
+
+    envs = vector([make(2), make(3)], autoreset_mode="NextStep")
+    _, infos = envs.reset(seed=0)
+    announced = 0
+    for _ in range(12):
+        assert infos["intention"].dtype.kind == "i"
+        announced += infos["_intention"].sum()
+        *_, infos = envs.step(np.zeros(2, int))
+        if "intention" not in infos:
+            break
+    assert announced > 4
+    envs.close()
+
+
+def test_who_cannot_announce_is_refused_however_it_is_made():
+    for student in (Still(), Still, "obedient"):
+        with pytest.raises(ValueError, match=r"cannot announce its actions, since it has no intend"):
+            llf_teacher.TeacherEnv(GRID, student=student, announce=True).reset(seed=0)
+
+
+class Still:
+    """Pulls the first arm; an instance is a policy, the class makes them."""
+
+    def __init__(self, rng=None):
+        """Nothing to draw."""
+
+    def reset(self, rng):
+        """Nothing to forget."""
+
+    def act(self, observation, info):
+        return 0
+
+
 def test_intentions_are_announced_in_a_single_episode():
     env = llf_teacher.TeacherEnv(ARMS, student="ucb", announce=True)
     _, info = env.reset(seed=0)
     for _ in range(5):
-        intention = info["intention"]
+        intention = info.get("intention")
         _, *_, info = env.step(0)
         assert intention == info["moment"].action
     assert info["student"] == "ucb"
