@@ -202,7 +202,10 @@ def require_role(atom: Atom, world: World[Any]) -> None:
         read = [parse_action(part.strip('"'), world) for part in parts]
         require(plain(read) == plain(list(actions)), f"{where}: a student reads {read}, not {list(actions)}")
     if isinstance(claim, EditClaim):
-        for slot, value in ((claim.line_slot, claim.line), (claim.words_slot, claim.words)):
+        edit: list[tuple[str, Any]] = [(claim.line_slot, claim.line)]
+        if not claim.cuts:
+            edit.append((claim.words_slot, claim.words))
+        for slot, value in edit:
             text = f"{getattr(claim, slot)}"
             right = text == f"{value}" and text in atom.text
             require(right, f"the slot {slot!r} of {type(claim).__name__} is {text!r}, not {value!r} in {atom.text!r}")

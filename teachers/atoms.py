@@ -166,13 +166,15 @@ class PlanClaim(Claim[TruthT, WorldT]):
 
 
 class EditClaim(Claim[TruthT, WorldT]):
-    """Role of a claim that advises to change one line of the student's last text."""
+    """Role of a claim that advises to change one line of the student's last text, or to end the text with a line."""
 
     __slots__ = ()
     line: int
     """The line's number, counted from 1; at most one more than there are."""
     words: str
-    """What should stand there."""
+    """What should stand there; where the text should end, nothing else changes, and there are no words."""
+    cuts: ClassVar[bool] = False
+    """Whether the text should end with the line."""
     line_slot: ClassVar[str] = "line"
     """The slot of the phrases in which the number stands."""
     words_slot: ClassVar[str] = "words"

@@ -133,10 +133,18 @@ class Write(EditClaim):
     line_slot = "ordinal"
 
 
+@claim
+class Cut(EditClaim):
+    line: int
+    cuts = True
+
+
 @pytest.mark.parametrize(
     ("claim", "text", "message"),
     [
         (Go(action=1), "Go 1.", None),
+        (Cut(line=2), "Stop after line 2.", None),
+        (Cut(line=2), "Stop there.", "the slot 'line' of Cut is '2', not 2 in 'Stop there.'"),
         (GoSomewhere(action=1), "Go there.", None),
         (Way(actions=(0, 1)), "The way: 0, 1.", None),
         (Write(line=2, words="two words", ordinal="2"), "Line 2: two words.", None),

@@ -42,7 +42,8 @@ class _Policy(AdviceTaker["TextOnly"]):
                 self._hear(claim, [_unquoted(step) for step in steps], at)
             elif issubclass(claim, EditClaim):
                 if _LINE.fullmatch(number := slots[claim.line_slot]):
-                    self.learn(FP, self._correct(int(number), slots[claim.words_slot]), turn)
+                    words = None if claim.cuts else slots[claim.words_slot]
+                    self.learn(FP, self._correct(int(number), words), turn)
             elif issubclass(claim, ActionClaim) and claim.kind in (HP, HN) and 0 < at <= len(self._actions):
                 self.learn(claim.kind, self._actions[at - 1], at)
         action = self.decide()
@@ -60,9 +61,11 @@ class _Policy(AdviceTaker["TextOnly"]):
     def _is_action(self, text: str) -> bool:
         return type(parse_action(text, self.world)) is not ParseFailure
 
-    def _correct(self, number: int, words: str) -> str:
-        """The last text with one line replaced."""
+    def _correct(self, number: int, words: str | None) -> str:
+        """The last text with one line replaced; or, without words, up to this line."""
         lines = [line for line in self._draft.splitlines() if line.strip()]
+        if words is None:
+            return "\n".join(lines[:number])
         lines += [_BLANK] * (number - len(lines))
         lines[number - 1] = words
         return "\n".join(lines)
@@ -73,7 +76,8 @@ class TextOnly(Student):
     """Believes every sentence it understands: those of the family, in all voices that have a name.
 
     It takes actions by their names, lists of them as a plan, of which it follows the first if it is feedback, a line
-    that should be another as a correction of its last text, and a verdict that names no action as said of its own.
+    that should be another, or the last one, as a correction of its last text, and a verdict that names no action as
+    said of its own.
     """
 
     reads = "words"

@@ -304,31 +304,30 @@ class Count(Claim[Truth, Poem]):
 
 
 @claim
-class Shorten(ActionClaim[Truth, Poem]):
-    """True if `action`, which is the first `lines` lines of the last poem, is right and the last poem is not."""
+class Shorten(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
+    """True if `action`, which is the last poem up to line `line`, is right and the last poem is not."""
 
     kind = FP
     action_slot = ""
+    cuts = True
     action: str
 
     @property
-    def lines(self) -> int:
-        """How many lines that are."""
+    def line(self) -> int:  # type: ignore[override]  # it follows from the poem
+        """The last line that stays."""
         return self.action.count("\n") + 1
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer both poems."""
         draft = moment.after.draft
-        return (
-            tuple(self.action.split("\n")) == lines_of(draft)[: self.lines]
-            and checks.solves(lab, moment.after, [self.action])
-            and not checks.solves(lab, moment.after, [draft])
-        )
+        kept = tuple(self.action.split("\n")) == lines_of(draft)[: self.line]
+        right, was_right = (checks.solves(lab, moment.after, [poem]) for poem in (self.action, draft))
+        return kept and right and not was_right
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Cut it a line off the mark."""
         lines = lines_of(moment.after.draft)
-        return tuple(Shorten(action="\n".join(lines[:n])) for n in checks.near(self.lines) if 1 <= n <= len(lines))
+        return tuple(Shorten(action="\n".join(lines[:n])) for n in checks.near(self.line) if 1 <= n <= len(lines))
 
 
 @claim
