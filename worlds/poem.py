@@ -124,7 +124,7 @@ class Poem(World[Truth, int, str]):
     def legal(self, action: Any) -> str:
         """The poem as a plain string."""
         if not self.action_space.contains(action) or _CONTROL(action):
-            raise illegal(action, f"a text at most {MAX_LENGTH} characters, none of control")
+            raise illegal(action, f"a text of at most {MAX_LENGTH} characters without control characters")
         return str(action)
 
     def advance(self, action: str) -> tuple[int, float, bool, bool, dict[str, Any]]:

@@ -6,7 +6,7 @@ from houses import STOCK, plan_by_downward
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import entitled
+from pz_envs.seats import entitled
 from teachers.atoms import Moment
 from teachers.oracles.alfworld import AlfworldOracle, Planner
 from teachers.oracles.alfworld.claims import Do, DoAbout, DoVerb, seen

@@ -5,8 +5,7 @@ import pytest
 
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import entitled
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, entitled
 from teachers.atoms import FN, FP, HN, HP, KINDS, Moment
 from teachers.oracles.metaworld import MetaWorldOracle
 from teachers.oracles.metaworld.checks import action_for
