@@ -56,7 +56,8 @@ class Store:
         self.path = path
         self._made = not path.exists()
         try:
-            self._db = sqlite3.connect(path, isolation_level=None)
+            # A store that nobody uses any more may be collected, and closed, in any thread.
+            self._db = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
             weakref.finalize(self, self._db.close)
             self._db.row_factory = sqlite3.Row
             self._prepare()

@@ -6,10 +6,12 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
 
+from llf_teacher.models.cache import Cache
 from llf_teacher.registry import entry
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.runner import manifest, run
@@ -42,6 +44,20 @@ def rows(path):
         tables = [db.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall() for table in ("episode", "turn")]
     db.close()
     return tables
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("database", [Store, lambda path: Cache(f"{path}")], ids=["store", "cache"])
+def test_a_database_may_be_collected_in_any_thread(tmp_path, monkeypatch, database):
+    unraisable = []
+    monkeypatch.setattr(sys, "unraisablehook", unraisable.append)
+    held = [database(tmp_path / "it.db")]
+    thread = threading.Thread(target=held.clear)
+    thread.start()
+    thread.join()
+    gc.collect()
+    assert not held
+    assert not unraisable
 
 
 def test_a_file(tmp_path):
