@@ -8,10 +8,12 @@ import sys
 import pytest
 from documents import ROOT
 from rich.console import Console
+from typer.testing import CliRunner
 
+from llf_teacher.cli import app
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools import benchmark
-from llf_teacher.tools.benchmark import measuring, tables
+from llf_teacher.tools.benchmark import measuring, sameness, tables
 from llf_teacher.tools.benchmark.measuring import Call, Measured, Player, Writer, measure, ratio
 from llf_teacher.tools.benchmark.player import FORMS, Times
 from pz_envs.family import all_families
@@ -50,6 +52,15 @@ def text_of(table):
 
 def family(name):
     return next(family for family in all_families() if family.name == name)
+
+
+def copy(folder, file, old, new):
+    """The packages, but for one change."""
+    for package in ("worlds", "teachers", "pz_envs", "llf_teacher"):
+        shutil.copytree(ROOT / package, folder / package)
+    code = (folder / file).read_text()
+    assert code.count(old) == 1
+    (folder / file).write_text(code.replace(old, new))
 
 
 def said(what):
@@ -126,7 +137,8 @@ def test_a_ratio_has_the_interval_of_its_logarithm():
 
 def test_a_process_answers():
     player = Player(Call("lake"))
-    assert len(player.play([(0, [1, 2])]).steps) == 2
+    steps, *_ = player.play([(0, [1, 2])])
+    assert len(steps) == 2
     player.close()
 
 
@@ -144,15 +156,31 @@ def test_work_is_played_by_the_installation_that_is_named(tmp_path):
         measure({"there": (Call("student", (GRID, "a")), tmp_path)}, blocks)
 
 
+def test_the_same_code_says_the_same():
+    (found,) = sameness.same([GRID], ["mistake(eps=0.5)"], str(ROOT), 3, 4, said)
+    assert found[:3] == (GRID, "mistake(eps=0.5)", 3)
+    assert 6 <= found.turns <= 15  # with the resets
+    assert found[4:] == (0, None)
+
+
+def test_the_last_bit_of_a_claim_is_compared(tmp_path):
+    copy(
+        tmp_path,
+        "teachers/oracles/bandits.py",
+        "mean=round(truth.means[arm], 3)",
+        "mean=round(truth.means[arm], 3) * (1 + 2**-52)",
+    )
+    command = ["same", str(tmp_path), "llf-bandits-BanditTenArmedGaussian-v0", "--episodes", "4", "--turns", "2"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 1
+    assert "oracle, seed 100001, turn 0" in result.stdout
+    assert "TriedPoor" in result.stdout
+
+
 @pytest.mark.full
 def test_a_slowed_copy_fails_and_the_other_way_round_passes(tmp_path):
-    for package in ("worlds", "teachers", "pz_envs", "llf_teacher"):
-        shutil.copytree(ROOT / package, tmp_path / package)
-    slowed = tmp_path / "llf_teacher" / "gym" / "student_env.py"
-    code = slowed.read_text()
     line = "        aec.student_turn(action)\n"
-    assert code.count(line) == 1
-    slowed.write_text(code.replace(line, line + "        sum(range(4000))\n"))
+    copy(tmp_path, "llf_teacher/gym/student_env.py", line, line + "        sum(range(4000))\n")
 
     def against(mine, other):
         command = [sys.executable, "-m", "llf_teacher", "benchmark", "gridworld", "--against", str(other)]

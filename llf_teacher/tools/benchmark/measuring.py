@@ -1,4 +1,4 @@
-"""Fresh work, played in turns by processes of their own, and what their times say."""
+"""Fresh work, played by processes of their own, and what their times say."""
 
 import math
 import os
@@ -26,7 +26,7 @@ _FIRST = 100_000  # of the seeds, which nothing else uses
 
 
 class Call(NamedTuple):
-    """What a process is to time: one of `player.FORMS`, and its arguments after the scripts."""
+    """What a process is to play: one of `player.FORMS`, and its arguments after the scripts."""
 
     form: str
     arguments: tuple[Any, ...] = ()
@@ -48,8 +48,8 @@ class Player:
         """End the process."""
         self._process.communicate()
 
-    def play(self, scripts: Sequence[Script]) -> Times:
-        """Times of some episodes.
+    def play(self, scripts: Sequence[Script]) -> tuple[Any, ...]:
+        """Times of some episodes, or their records.
 
         Raises:
             RuntimeError: the process ended; what it said is on the standard error stream.
@@ -60,7 +60,7 @@ class Player:
         try:
             pickle.dump((self._call.form, (scripts, *self._call.arguments)), calls)
             calls.flush()
-            return Times(*pickle.load(answers))  # noqa: S301  # of a process of ours
+            return tuple(pickle.load(answers))  # noqa: S301  # of a process of ours
         except (BrokenPipeError, EOFError):
             raise RuntimeError(f"the process that plays {self._call} has ended: see what it said above") from None
 
@@ -79,13 +79,16 @@ class Writer:
         """Episodes of so many steps together; the last one is cut short."""
         scripts: list[Script] = []
         while steps > 0:
-            seed = next(self._seeds)
-            actions = self._episode(seed, steps)
-            scripts.append((seed, actions))
-            steps -= len(actions)
+            scripts.append(self.episode(steps))
+            steps -= len(scripts[-1][1])
         return scripts
 
-    def _episode(self, seed: int, most: int) -> list[Any]:
+    def episode(self, most: int) -> Script:
+        """An episode of that many steps, or less."""
+        seed = next(self._seeds)
+        return seed, self._actions(seed, most)
+
+    def _actions(self, seed: int, most: int) -> list[Any]:
         env, student, aec = self._env, self._student, self._env.aec
         student.reset(Seeds(seed).stream("student"))
         env.reset(seed=seed)
@@ -148,7 +151,7 @@ def measure(
             players[name] = Player(call, tree)
         for block in range(min(len(each) for each in scripts.values())):
             for name in list(players)[:: 1 if block % 2 else -1]:  # nobody is always the first
-                times[name].append(players[name].play(scripts[name][block]))
+                times[name].append(Times(*players[name].play(scripts[name][block])))
     finally:
         for each in players.values():
             each.close()

@@ -1,4 +1,4 @@
-"""What is timed, in a process of its own: it plays what it is sent, and answers with times.
+"""What is timed or compared, in a process of its own: it plays what it is sent, and answers with times or with records.
 
 The process may run another installation of this package than the one that asks, so that this module keeps to what every
 release offers. It reads pickled calls of `FORMS` from its standard input, and writes pickled results to its standard
@@ -8,7 +8,8 @@ output. Both ends are ours.
 import pickle
 import resource
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from itertools import chain
 from time import perf_counter, process_time
 from typing import Any, NamedTuple
@@ -91,8 +92,19 @@ def teacher(scripts: Sequence[Script], id: str) -> Times:
     return _steps(env, everything)
 
 
-FORMS: dict[str, Callable[..., Times]] = {
-    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher)
+def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[str], ...]:
+    """All that the student's environment answers, reset first: a text of each turn, floats to the last bit."""
+    import llf_teacher
+
+    types = sorted(llf_teacher.make(id).teacher.oracle.instruction_types)
+    envs = [llf_teacher.make(id, teacher=personality, instruction_type=each) for each in types]
+    return tuple(
+        [_written(answer) for answer in _answers(envs[seed % len(envs)], seed, actions)] for seed, actions in scripts
+    )
+
+
+FORMS: dict[str, Callable[..., tuple[Any, ...]]] = {
+    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher, record)
 }
 
 
@@ -173,6 +185,27 @@ def _everything(actions: Sequence[Any]) -> Callable[[Any, str], Any]:
         return len(mask) - 1 - int(mask[::-1].argmax())
 
     return choose
+
+
+def _answers(env: Any, seed: int, actions: Sequence[Any]) -> Iterator[Any]:
+    observation, info = env.reset(seed=seed)
+    yield observation, info["atoms"]
+    for action in actions:
+        observation, reward, terminated, truncated, info = env.step(action)
+        yield observation, reward, terminated, truncated, info["success"], info["atoms"]
+        if terminated or truncated:
+            return
+
+
+def _written(value: Any) -> str:
+    if is_dataclass(value) and not isinstance(value, type):
+        said = ", ".join(f"{field.name}={_written(getattr(value, field.name))}" for field in fields(value))
+        return f"{type(value).__name__}({said})"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key!r}: {_written(each)}" for key, each in value.items()) + "}"
+    if isinstance(value, tuple):
+        return "(" + ", ".join(map(_written, value)) + ")"
+    return repr(value.tolist() if hasattr(value, "tolist") else value)
 
 
 def _peak() -> float:

@@ -1,0 +1,56 @@
+"""`llf same`: whether another revision says and does the same."""
+
+from typing import Annotated
+
+import typer
+
+from llf_teacher.cli import say_missing
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("same")(same)
+
+
+def same(
+    other: Annotated[str, typer.Argument(help="A revision, or a folder of an installation.")],
+    id: Annotated[list[str] | None, typer.Argument(help="Environments; by default the first of each family.")] = None,
+    teacher: Annotated[list[str] | None, typer.Option(help="Personality spec; repeat it for several.")] = None,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes of each environment and teacher.")] = 100,
+    turns: Annotated[int, typer.Option(min=1, help="Turns that an episode has at most.")] = 20,
+) -> None:
+    """Play the same fresh episodes here and there, and compare all that is said and done, floats to the last bit.
+
+    Half of the episodes are of random actions, half of advised ones. Exit status 1 if an episode differs.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from llf_teacher.registry import PREFIX, entry
+    from llf_teacher.tools.benchmark import sameness
+    from pz_envs.family import all_families
+    from teachers.personality import parse_personality
+
+    if not id:
+        say_missing()
+    ids = [entry(name).id for name in id or ()] or [
+        PREFIX + family.showcase[0] for family in all_families() if not family.missing()
+    ]
+    teachers = [str(parse_personality(spec)) for spec in teacher or ["oracle"]]
+    table = Table("environment", "teacher", "episodes", "turns", "differ", box=None, padding=(0, 2, 0, 0))
+    found = []
+    status = Console(stderr=True).status("")
+    with status:
+        try:
+            for each in sameness.same(ids, teachers, other, episodes, turns, status.update):
+                found.append(each)
+                table.add_row(each.id, each.teacher, *(f"{n:,}" for n in (each.episodes, each.turns, each.differing)))
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from None
+    Console(width=max(Console().width, 120)).print(table)
+    for each in found:
+        if each.first:
+            typer.echo(f"\n{each.id}, {each.teacher}, seed {each.first.seed}, turn {each.first.turn}")
+            typer.echo(f"  here:  ...{each.first.here}\n  there: ...{each.first.there}")
+    if any(each.differing for each in found):
+        raise typer.Exit(1)
