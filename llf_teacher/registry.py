@@ -1,13 +1,15 @@
 """The environments by their ids, and their registration with Gymnasium."""
 
 import warnings
+from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
 import gymnasium
+from gymnasium.envs.registration import EnvSpec
 
 import pz_envs  # noqa: F401  (registers with PettingZoo)
-from pz_envs.family import Family, all_families
+from pz_envs.family import Family, all_families, first_families, own_families
 
 PREFIX, ALIAS = "llf-", "verbal-"
 
@@ -24,25 +26,30 @@ class Entry(NamedTuple):
     """Whether there is a golden transcript of it, and the default tests play it."""
 
 
+class _Table(NamedTuple):
+    entries: dict[str, Entry]
+    aliases: dict[str, Entry]
+
+
 @cache
-def entries() -> dict[str, Entry]:
-    """Every environment by its id, in sorted order."""
+def _table(search: Callable[[], tuple[Family, ...]]) -> _Table:
+    """The environments of the families that a search finds."""
+    families = search()
     found = [
         Entry(f"{PREFIX}{name}", family, dict(options), name in (family.sampled or family.environments))
-        for family in all_families()
+        for family in families
         for name, options in family.environments.items()
     ]
-    return {entry.id: entry for entry in sorted(found, key=lambda entry: entry.id)}
+    entries = {entry.id: entry for entry in sorted(found, key=lambda entry: entry.id)}
+    return _Table(
+        entries,
+        {f"{PREFIX}{alias}": entries[PREFIX + name] for each in families for alias, name in each.aliases.items()},
+    )
 
 
-@cache
-def _aliases() -> dict[str, Entry]:
-    """What further names stand for."""
-    return {
-        f"{PREFIX}{alias}": entries()[PREFIX + name]
-        for family in all_families()
-        for alias, name in family.aliases.items()
-    }
+def entries() -> dict[str, Entry]:
+    """Every environment by its id, in sorted order."""
+    return _table(all_families).entries
 
 
 def ids() -> tuple[str, ...]:
@@ -59,15 +66,17 @@ def entry(id: str) -> Entry:
     if not isinstance(id, str):
         raise ValueError(f"an id must be a string such as {ids()[0]!r}, got {id!r}; `llf list` shows them all")
     name = PREFIX + id.removeprefix(ALIAS) if id.startswith(ALIAS) else id
-    if name in _aliases():
-        found = _aliases()[name]
-        _warn(f"{name} stands for {found.id}: {found.family.alias_warning}")
-        return found
-    if name not in entries():
-        from teachers.spec import unknown
+    for search in (own_families, all_families):  # those of other distributions are looked for where need be
+        entries, aliases = _table(search)
+        if name in aliases:
+            found = aliases[name]
+            _warn(f"{name} stands for {found.id}: {found.family.alias_warning}")
+            return found
+        if name in entries:
+            return entries[name]
+    from teachers.spec import unknown
 
-        raise ValueError(unknown("environment", id, ids()))
-    return entries()[name]
+    raise ValueError(unknown("environment", id, ids()))
 
 
 _SHOWN: set[str] = set()
@@ -101,9 +110,11 @@ def register_all() -> None:
 
     The environments check the order of calls themselves, so that no wrapper hides their attributes.
     """
-    for id, each in (entries() | _aliases()).items():
+    entries, aliases = _table(first_families)
+    for id, each in (entries | aliases).items():
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
-            gymnasium.register(
+            # `gymnasium.register` looks through all that is registered, twice, for each that is added.
+            gymnasium.registry[name] = EnvSpec(
                 name,
                 entry_point="llf_teacher.gym:StudentEnv",
                 vector_entry_point="llf_teacher.gym.vector:StudentVectorEnv" if each.family.world_batch else None,

@@ -3,7 +3,7 @@
 Importing this package registers `llf/<name>` for every environment of every family with PettingZoo.
 """
 
-from pz_envs.family import all_families
+from pz_envs.family import first_families
 
-for _family in all_families():
+for _family in first_families():
     _family.register()
