@@ -35,6 +35,8 @@ def add_to(app: typer.Typer) -> None:
     )
     group.callback()(quickstart)
     group.command("run")(run)
+    group.command("check")(check)
+    group.command("migrate")(migrate)
     app.add_typer(group, name="study")
 
 
@@ -70,6 +72,32 @@ def run(
     if os.getcwd() not in sys.path:  # where students `module:factory` are looked for, as with `python -m`
         sys.path.append(os.getcwd())
     _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"})
+
+
+def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
+    """Check that every episode of a store is as it was written; name what is not, with exit status 1."""
+    from llf_teacher.studies.store import Store
+
+    with Store(file) as store:
+        found = [f"{file}, row {number}: {problem}" for number, problem in store.damage(thorough=True)]
+        for line in found:
+            errors.print(visible(line))
+        if found:
+            raise typer.Exit(1)
+        typer.echo(f"{len(store.keys())} episodes, all as they were written.")
+
+
+def migrate(
+    old: Annotated[Path, typer.Argument(help="Store of an earlier release; it is only read.")],
+    new: Annotated[Path, typer.Argument(help="Store to write.")],
+) -> None:
+    """Write the episodes of an earlier release's store into one of this release."""
+    from llf_teacher.studies import migration
+
+    with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
+        task = progress.add_task("episodes", total=None)
+        number = migration.migrate(old, new, lambda done, total: progress.update(task, completed=done, total=total))
+    typer.echo(f"{number} episodes, stored in {new}.")
 
 
 def _run(

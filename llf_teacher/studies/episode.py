@@ -3,8 +3,13 @@
 import dataclasses
 import json
 import math
-from collections.abc import Iterator
+import zlib
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.students.parsing import parse_student
@@ -13,7 +18,7 @@ from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, entitled
 from teachers import common
-from teachers.atoms import Atom, Label, Moment, ParseFailure
+from teachers.atoms import FP, KINDS, Atom, Label, Moment, ParseFailure
 from teachers.seeds import Seeds
 
 
@@ -58,6 +63,23 @@ class EpisodeRow(NamedTuple):
     claims_held: int
     words: int
     """Words of feedback."""
+    said_r: int
+    """Claims by kind."""
+    said_hp: int
+    said_hn: int
+    said_fp: int
+    said_fn: int
+    truthful: int
+    """Claims by label."""
+    late: int
+    placebo: int
+    distorted: int
+    advised: int
+    """Turns before which the teacher advised actions."""
+    followed: int
+    """Those of them in which the student took one."""
+    regrets: bytes
+    """Of each turn, as `pack_regrets` makes them."""
 
 
 class Record(NamedTuple):
@@ -123,7 +145,7 @@ def play(spec: EpisodeSpec) -> Record:
         regret = oracle.regret(moment) if moment.turn else 0.0
         rows.append(_row(scene, regret, _seen(env.aec), env.family.name))
     env.close()
-    return Record(spec, _summary(env.family.name, student.reads, rows), tuple(rows))
+    return Record(spec, summary(env.family.name, student.reads, rows), tuple(rows))
 
 
 def _seen(aec: TutoringEnv) -> str:
@@ -175,8 +197,15 @@ def to_json(value: Any) -> str:
     return json.dumps(value, default=lambda item: item.tolist(), ensure_ascii=False)
 
 
-def _summary(family: str, reads: str, rows: list[TurnRow]) -> EpisodeRow:
-    said = [atom for row in rows for atom in json.loads(row.atoms) if atom["kind"] is not None]
+def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
+    """What is told of an episode as a whole."""
+    heard = [[atom for atom in json.loads(row.atoms) if atom["kind"] is not None] for row in rows]
+    said = [atom for atoms in heard for atom in atoms]
+    kinds, labels = (Counter(atom[name] for atom in said) for name in ("kind", "label"))
+    advice = [
+        [atom["action"] for atom in atoms if _advises(atom, row.turn)] for row, atoms in zip(rows, heard, strict=True)
+    ]
+    taken = [None if row.action is None else json.loads(row.action) for row in rows[1:]]
     return EpisodeRow(
         family=family,
         reads=reads,
@@ -189,4 +218,43 @@ def _summary(family: str, reads: str, rows: list[TurnRow]) -> EpisodeRow:
         claims=len(said),
         claims_held=sum(atom["holds"] for atom in said),
         words=sum(len(row.feedback.split()) for row in rows),
+        **{f"said_{kind}": kinds[kind] for kind in KINDS},
+        truthful=labels[Label.TRUTHFUL],
+        late=labels[Label.LATE],
+        placebo=labels[Label.PLACEBO],
+        distorted=labels[Label.DISTORTED],
+        advised=sum(map(bool, advice[:-1])),
+        followed=sum(action in actions for actions, action in zip(advice[:-1], taken, strict=True)),
+        regrets=pack_regrets([row.regret for row in rows[1:]]),
     )
+
+
+def _advises(atom: Mapping[str, Any], turn: int) -> bool:
+    """Whether an atom that is said at a turn advises an action for the next one."""
+    return atom["kind"] == FP and atom["about_turn"] == turn and atom["action"] is not None
+
+
+def pack_regrets(regrets: Sequence[float]) -> bytes:
+    """Doubles of the regret of each turn, compressed."""
+    return zlib.compress(np.array(regrets, "<f8").tobytes())
+
+
+def unpack_regrets(packed: bytes) -> NDArray[np.float64]:
+    """The regret of each turn, the opening not included; shape (turns,)."""
+    return np.frombuffer(zlib.decompress(packed), "<f8")
+
+
+def pack_turns(rows: Sequence[TurnRow]) -> bytes:
+    """Turns as JSON, without what is null, compressed."""
+    turns = [{name: value for name, value in row._asdict().items() if value is not None} for row in rows]
+    for turn in turns:
+        turn["atoms"] = json.loads(turn["atoms"])
+    return zlib.compress(json.dumps(turns, ensure_ascii=False, separators=(",", ":")).encode(), 9)
+
+
+def unpack_turns(packed: bytes) -> list[dict[str, Any]]:
+    """The turns, with all fields of `TurnRow`, `action` and `atoms` decoded."""
+    turns = [dict.fromkeys(TurnRow._fields) | turn for turn in json.loads(zlib.decompress(packed))]
+    for turn in turns:
+        turn["action"] = None if turn["action"] is None else json.loads(turn["action"])
+    return turns

@@ -108,11 +108,11 @@ def render(store: Store, study: Study) -> str:
         ValueError: no episode of the study has been played, or parts of one are missing.
     """
     specs = list(study.episodes())
-    store.check(specs)
+    store.check()
     rows = store.episodes({spec.key for spec in specs})
     if not rows:
         raise ValueError(f"{store.path} holds no episode of this study; run it first")
-    found = list(sections(study, [played(store, row) for row in rows]))
+    found = list(sections(study, [played(row) for row in rows]))
     pairs = dict.fromkeys((section.instruction_type, section.feedback_type) for section in found)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("llf_teacher", "studies"),

@@ -20,7 +20,7 @@ from llf_teacher.models import LLMError, SpendingLimitError
 from llf_teacher.models.cache import spending
 from llf_teacher.models.settings import CACHE
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import Record, play
+from llf_teacher.studies.episode import EpisodeRow, pack_turns, play
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import EpisodeSpec, Study
 
@@ -68,7 +68,7 @@ def run(
         ValueError, ModuleNotFoundError: a student cannot play here, or the store is damaged; nothing was played.
     """
     specs = list(study.episodes())
-    store.check(specs)
+    store.check()
     there = store.keys()
     todo = [spec for spec in specs if spec.key not in there]
     done = len(specs) - len(todo)
@@ -87,7 +87,7 @@ def run(
     failed: EpisodeError | None = None
     with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(environment,)) as pool:
         queue = iter(todo)
-        pending: dict[Future[Record | Failure], EpisodeSpec] = {}
+        pending: dict[Future[tuple[EpisodeRow, bytes] | Failure], EpisodeSpec] = {}
         try:
             while True:
                 for spec in queue if failed is None else ():
@@ -108,7 +108,7 @@ def run(
                             failed = EpisodeError(f"{where}{result.error}")
                             failed.trace = result.trace
                     else:
-                        store.add(result)
+                        store.add_packed(spec, *result)
                         done += 1
                         report(done, len(specs))
                 if failed is not None:  # play no more, but keep what is being played
@@ -122,13 +122,14 @@ def run(
     return len(todo)
 
 
-def _attempt(spec: EpisodeSpec) -> Record | Failure:
-    """Play an episode, in a worker, whose global generators are seeded for agents that use them."""
+def _attempt(spec: EpisodeSpec) -> tuple[EpisodeRow, bytes] | Failure:
+    """Play an episode and pack its turns, in a worker, whose global generators are seeded for agents that use them."""
     seed = int(spec.key, 16)
     random.seed(seed)
     np.random.seed(seed % 2**32)  # noqa: NPY002 (agents of the user's own may use it)
     try:
-        return play(spec)
+        record = play(spec)
+        return record.episode, pack_turns(record.turns)
     except LLMError as error:
         return Failure(f"{error}", "", of_episode=not isinstance(error, SpendingLimitError))
     except (Exception, SystemExit) as error:  # an agent may raise anything

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies import statistics
+from llf_teacher.studies.episode import unpack_regrets
 from llf_teacher.studies.plots import curve_plot, dot_plot
 from llf_teacher.studies.statistics import Difference, Estimate, Split, variance_split
-from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Grid, Study
 from pz_envs.family import Family, all_families
-from teachers.atoms import FP, KINDS, Label
+from teachers.atoms import KINDS, Label
 
 REFERENCE = "silent"
 """The teacher that others are compared with."""
@@ -40,10 +40,6 @@ class Played(NamedTuple):
     """Number of claims by kind."""
     labels: Counter[str]
     """Number of claims by label."""
-    advised: int
-    """Turns before which the teacher advised actions."""
-    followed: int
-    """Those of them in which the student took one."""
 
 
 class Cell(NamedTuple):
@@ -225,24 +221,16 @@ def share_held(episodes: Iterable[Played]) -> float | None:
     return held / said if said else None
 
 
-def played(store: Store, row: sqlite3.Row) -> Played:
-    """What a report needs of an episode, read from its turns."""
+def played(row: sqlite3.Row) -> Played:
+    """What a report needs of an episode."""
     regrets = np.zeros(row["max_turns"])
-    said: Counter[str] = Counter()
-    labels: Counter[str] = Counter()
-    advised = followed = 0
-    advice: list[Any] = []
-    for turn in store.turns(row["key"]):
-        if turn["turn"]:
-            regrets[turn["turn"] - 1] = turn["regret"]
-            advised += bool(advice)
-            followed += turn["action"] in advice
-        feedback = [atom for atom in turn["atoms"] if atom["kind"] is not None]
-        said.update(atom["kind"] for atom in feedback)
-        labels.update(atom["label"] for atom in feedback)
-        current = (atom for atom in feedback if atom["kind"] == FP and atom["about_turn"] == turn["turn"])
-        advice = [atom["action"] for atom in current if atom["action"] is not None]
-    return Played(row, np.cumsum(regrets), said, labels, advised, followed)
+    regrets[: row["turns"]] = unpack_regrets(row["regrets"])
+    return Played(
+        row,
+        np.cumsum(regrets),
+        Counter({kind: row[f"said_{kind}"] for kind in KINDS}),
+        Counter({label: row[label] for label in CHECKED}),
+    )
 
 
 def sections(study: Study, episodes: Sequence[Played]) -> Iterator[Section]:
@@ -293,13 +281,13 @@ def accounts(study: Study, episodes: Sequence[Played]) -> Iterator[Account]:
         said = sum((episode.said for episode in mine), Counter())
         labels = sum((episode.labels for episode in mine), Counter())
         reached = [episode for episode in mine if episode.row["reads"] in TAUGHT]
-        advised = sum(episode.advised for episode in reached)
+        advised = sum(episode.row["advised"] for episode in reached)
         yield Account(
             teacher=teacher,
             episodes=len(mine),
             per_turn={kind: said[kind] / turns for kind in KINDS},
-            labels={label: labels[label] / labels.total() for label in CHECKED} if labels else {},
-            uptake=sum(episode.followed for episode in reached) / advised if advised else None,
+            labels={label: labels[label] / labels.total() for label in CHECKED} if labels.total() else {},
+            uptake=sum(episode.row["followed"] for episode in reached) / advised if advised else None,
             words=sum(episode.row["words"] for episode in mine) / turns,
             parse_failures=sum(episode.row["parse_failures"] for episode in mine),
             turns=turns,

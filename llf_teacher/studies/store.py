@@ -1,39 +1,61 @@
-"""The store: a study's episodes in one SQLite file, each written whole as it ends."""
+"""The store: a study's episodes in one SQLite file, each written whole as it ends.
 
+What tables and curves need of an episode is in columns of `result`, its turns are one compressed value in `story`, and
+what many episodes share is a row of `setting`. The view `episode` joins the first and the last.
+"""
+
+import hashlib
 import json
 import sqlite3
 import weakref
+import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.studies.episode import EpisodeRow, Record, TurnRow
+from llf_teacher.studies.episode import EpisodeRow, Record, pack_turns, unpack_regrets, unpack_turns
 from llf_teacher.studies.study import EpisodeSpec
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
-_TYPES = {str: "TEXT NOT NULL", int: "INTEGER NOT NULL", float: "REAL NOT NULL", bool: "INTEGER NOT NULL"}
+_TYPES = {
+    str: "TEXT NOT NULL",
+    int: "INTEGER NOT NULL",
+    float: "REAL NOT NULL",
+    bool: "INTEGER NOT NULL",
+    bytes: "BLOB NOT NULL",
+    int | None: "INTEGER",
+}
+_FIELDS = EpisodeSpec.__annotations__ | EpisodeRow.__annotations__
+_ONES_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))
+_SHARED = tuple(name for name in _FIELDS if name not in _ONES_OWN)
 
 
-def _columns(row: Any) -> str:
-    """Column definitions of a row type; a field that may be None may be NULL."""
-    kinds = row.__annotations__.items()
-    return ", ".join(f"{name} {_TYPES.get(kind, 'INTEGER' if kind == int | None else 'TEXT')}" for name, kind in kinds)
+def _columns(names: Iterable[str]) -> str:
+    return ", ".join(f"{name} {_TYPES[_FIELDS[name]]}" for name in names)
 
 
 _TABLES = {
     "manifest": ("name", "value"),
-    "episode": ("key", *EpisodeSpec._fields, *EpisodeRow._fields),
-    "turn": ("episode", *TurnRow._fields),
+    "setting": ("setting", *_SHARED),
+    "result": ("number", "key", "setting", *_ONES_OWN, "digest"),
+    "story": ("number", "packed"),
+    "episode": ("key", *_FIELDS),
 }
+_EPISODE = f"lower(hex(key)) AS key, {', '.join(_FIELDS)}"
+_JOINED = "result JOIN setting USING (setting)"
 _SCHEMA = f"""
 CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE episode (key TEXT PRIMARY KEY, {_columns(EpisodeSpec)}, {_columns(EpisodeRow)}) WITHOUT ROWID;
-CREATE TABLE turn (episode TEXT NOT NULL REFERENCES episode (key), {_columns(TurnRow)}, PRIMARY KEY (episode, turn))
-WITHOUT ROWID;
+CREATE TABLE setting (setting INTEGER PRIMARY KEY, {_columns(_SHARED)}, UNIQUE ({", ".join(_SHARED)}));
+CREATE TABLE result (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE,
+setting INTEGER NOT NULL REFERENCES setting (setting), {_columns(_ONES_OWN)}, digest BLOB NOT NULL);
+CREATE TABLE story (number INTEGER PRIMARY KEY REFERENCES result (number), packed BLOB NOT NULL);
+CREATE VIEW episode AS SELECT {_EPISODE} FROM {_JOINED};
 PRAGMA application_id = {_APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
-"""
+"""  # noqa: S608
+_PAGE = 16_384  # bytes; of smaller pages much would be empty, since few turns fill one
+_ORDER = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version, rules"
 
 
 class StoreError(ValueError):
@@ -60,6 +82,7 @@ class Store:
             self._db = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
             weakref.finalize(self, self._db.close)
             self._db.row_factory = sqlite3.Row
+            self._settings: dict[tuple[Any, ...], int] = {}
             self._prepare()
         except sqlite3.DatabaseError as error:
             raise StoreError(f"cannot use {path} as a store: {error}; give another file by --store") from None
@@ -73,13 +96,15 @@ class Store:
             raise StoreError(f"{self.path} is a database of something else; give another file by --store")
         if not empty and version != SCHEMA_VERSION:
             raise StoreError(
-                f"{self.path} has schema version {version}, this release reads version {SCHEMA_VERSION}; "
-                "give another file by --store, or use the release that wrote it"
+                f"{self.path} has schema version {version}, this release reads version {SCHEMA_VERSION}; give another "
+                "file by --store, write its episodes into one by `llf study migrate`, or use the release that wrote it"
             )
         for table, columns in () if empty else _TABLES.items():
             there = {row["name"] for row in self._db.execute(f"PRAGMA table_info({table})")}
             if lacking := [name for name in columns if name not in there]:
                 raise self._incomplete(f"the table {table} lacks {', '.join(lacking)}")
+        if empty:
+            self._db.execute(f"PRAGMA page_size = {_PAGE}")
         self._db.execute("PRAGMA journal_mode = WAL")
         self._db.execute("PRAGMA synchronous = NORMAL")
         if empty:
@@ -88,33 +113,65 @@ class Store:
     def _incomplete(self, what: str) -> StoreError:
         return StoreError(f"{self.path} is no complete store: {what}; give another file by --store")
 
-    def check(self, specs: Iterable[EpisodeSpec]) -> None:
-        """Check that of each of these episodes all is there, or nothing.
+    def check(self) -> None:
+        """Check that of each episode all is there, as it was written.
 
         Raises:
             StoreError: it is not so.
         """
-        said = dict(self._db.execute("SELECT key, turns FROM episode").fetchall())
-        for spec in specs:
-            found = self._db.execute("SELECT count(*) FROM turn WHERE episode = ?", (spec.key,)).fetchone()[0]
-            if found != (said[spec.key] + 1 if spec.key in said else 0):
-                raise self._incomplete(f"of the episode {spec._asdict()} only parts are there")
+        for number, problem in self.damage():
+            raise self._incomplete(f"{problem} (row {number})")
+
+    def damage(self, *, thorough: bool = False) -> Iterator[tuple[int, str]]:
+        """What is not as it was written: the number of a row of `result` or `story`, and what is wrong with it.
+
+        Args:
+            thorough: read all that is stored, where otherwise it is only looked at what is missing.
+        """
+        for here, there in (("result", "story"), ("story", "result")):
+            query = f"SELECT number FROM {here} WHERE number NOT IN (SELECT number FROM {there})"  # noqa: S608
+            for (number,) in self._db.execute(query):
+                yield number, "of an episode only parts are there"
+        if thorough:
+            for (message,) in self._db.execute("PRAGMA integrity_check"):
+                if message != "ok":
+                    yield 0, message
+            query = f"SELECT number, digest, {_EPISODE}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
+            for number, digest, key, *values, packed in self._db.execute(query):
+                if _digest(key, values, packed) != digest:
+                    yield number, f"the episode {key} is not as it was written"
 
     def add(self, record: Record) -> None:
         """Write an episode and its turns, all or nothing; one that is there already stays as it is."""
-        key = record.spec.key
-        db = self._db
+        self.add_packed(record.spec, record.episode, pack_turns(record.turns))
+
+    def add_packed(self, spec: EpisodeSpec, episode: EpisodeRow, turns: bytes) -> None:
+        """The same, of turns as `pack_turns` makes them."""
+        values = {
+            name: int(value) if isinstance(value, bool) else value
+            for name, value in zip(_FIELDS, (*spec, *episode), strict=True)
+        }
+        db, key = self._db, spec.key
         db.execute("BEGIN IMMEDIATE")
         try:
-            values = (key, *record.spec, *record.episode)
-            new = db.execute(f"INSERT OR IGNORE INTO episode VALUES ({_marks(values)})", values).rowcount  # noqa: S608
-            if new:
-                rows = [(key, *row) for row in record.turns]
-                db.executemany(f"INSERT INTO turn VALUES ({_marks(rows[0])})", rows)  # noqa: S608
+            shared, own = (tuple(values[name] for name in names) for names in (_SHARED, _ONES_OWN))
+            row = (bytes.fromhex(key), self._setting(shared), *own, _digest(key, values.values(), turns))
+            added = db.execute(f"INSERT OR IGNORE INTO result VALUES (NULL, {_marks(row)})", row)  # noqa: S608
+            if added.rowcount:
+                db.execute("INSERT INTO story VALUES (?, ?)", (added.lastrowid, turns))
             db.execute("COMMIT")
         except BaseException:
             db.execute("ROLLBACK")
+            self._settings.clear()
             raise
+
+    def _setting(self, shared: tuple[Any, ...]) -> int:
+        if shared not in self._settings:
+            same = " AND ".join(f"{name} = ?" for name in _SHARED)
+            self._db.execute(f"INSERT OR IGNORE INTO setting VALUES (NULL, {_marks(shared)})", shared)  # noqa: S608
+            found = self._db.execute(f"SELECT setting FROM setting WHERE {same}", shared).fetchone()  # noqa: S608
+            self._settings[shared] = found[0]
+        return self._settings[shared]
 
     def keys(self) -> set[str]:
         """The keys of the episodes that are there."""
@@ -122,22 +179,30 @@ class Store:
 
     def episodes(self, keys: set[str] | None = None) -> list[sqlite3.Row]:
         """Episodes in a fixed order: all, or those of the given keys."""
-        order = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version, rules"
-        rows = self._db.execute(f"SELECT * FROM episode ORDER BY {order}")  # noqa: S608
+        rows = self._db.execute(f"SELECT * FROM episode ORDER BY {_ORDER}")  # noqa: S608
         return [row for row in rows if keys is None or row["key"] in keys]
 
-    def turns(self, key: str) -> Iterator[dict[str, Any]]:
-        """The turns of an episode, with `action` and `atoms` decoded."""
-        for row in self._db.execute("SELECT * FROM turn WHERE episode = ? ORDER BY turn", (key,)):
-            turn = dict(row)
-            turn["action"] = None if turn["action"] is None else json.loads(turn["action"])
-            turn["atoms"] = json.loads(turn["atoms"])
-            yield turn
+    def turns(self, key: str) -> list[dict[str, Any]]:
+        """The turns of an episode, with `action` and `atoms` decoded.
+
+        Raises:
+            StoreError: they cannot be read.
+        """
+        query = "SELECT number, packed FROM story JOIN result USING (number) WHERE key = ?"
+        row = self._db.execute(query, (bytes.fromhex(key),)).fetchone()
+        try:
+            return unpack_turns(row["packed"]) if row else []
+        except (zlib.error, ValueError) as error:
+            raise self._incomplete(
+                f"the turns of the episode {key} (row {row['number']}) cannot be read: {error}"
+            ) from None
 
     def regrets(self, key: str) -> list[float]:
         """The regret of each turn of an episode, the opening not included."""
-        query = "SELECT regret FROM turn WHERE episode = ? AND turn > 0 ORDER BY turn"
-        return [row[0] for row in self._db.execute(query, (key,))]
+        query = "SELECT regrets FROM result WHERE key = ?"
+        return [
+            each for row in self._db.execute(query, (bytes.fromhex(key),)) for each in unpack_regrets(row[0]).tolist()
+        ]
 
     def write_manifest(self, values: dict[str, Any]) -> None:
         """Keep facts about the study and its surroundings."""
@@ -165,3 +230,10 @@ class Store:
 
 def _marks(values: tuple[Any, ...]) -> str:
     return ", ".join("?" * len(values))
+
+
+def _digest(key: str, values: Iterable[Any], turns: bytes) -> bytes:
+    """Of all that is written of an episode."""
+    digest = hashlib.blake2b(repr((key, *values)).encode(), digest_size=8)
+    digest.update(turns)
+    return digest.digest()

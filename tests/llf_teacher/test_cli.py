@@ -80,10 +80,10 @@ def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
 @pytest.mark.parametrize(
     ("harm", "said"),
     [
-        ("DROP TABLE turn", "the table turn lacks episode, turn"),
-        ("ALTER TABLE episode DROP COLUMN regret", "the table episode lacks regret"),
-        ("DELETE FROM turn WHERE turn = 3", "only parts are there"),
-        ("DELETE FROM episode", "only parts are there"),
+        ("DROP TABLE story", "the table story lacks number, packed"),
+        ("DROP VIEW episode; ALTER TABLE result DROP COLUMN regret", "the table result lacks regret"),
+        ("DELETE FROM story WHERE number = 1", "only parts are there"),
+        ("DELETE FROM result", "only parts are there"),
     ],
 )
 def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
@@ -93,7 +93,7 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
     path, report = tmp_path / "llf-study.db", tmp_path / "llf-study.html"
     report.unlink()
     with sqlite3.connect(path) as store:
-        store.execute(harm)
+        store.executescript(harm)
     store.close()
     before = path.read_bytes()
     result = llf(*command, cwd=tmp_path)
@@ -103,6 +103,20 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
     assert "give another file by --store" in result.stderr
     assert path.read_bytes() == before
     assert not report.exists()
+
+
+def test_a_store_is_checked(tmp_path):
+    (tmp_path / "study.toml").write_text(STUDY)
+    assert llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path).returncode == 0
+    result = llf("study", "check", "llf-study.db", cwd=tmp_path)
+    assert result.returncode == 0
+    assert result.stdout.endswith(" episodes, all as they were written.\n")
+    with sqlite3.connect(tmp_path / "llf-study.db") as store:
+        store.execute("UPDATE result SET regret = regret + 1e-9 WHERE number = 2")
+    store.close()
+    result = llf("study", "check", "llf-study.db", cwd=tmp_path)
+    assert result.returncode == 1
+    assert result.stderr.startswith("llf-study.db, row 2: the episode ")
 
 
 def test_a_study_that_fails_at_once_leaves_no_store(tmp_path):

@@ -12,7 +12,7 @@ import pytest
 import llf_teacher
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
-from llf_teacher.studies.episode import TurnRow, _summary
+from llf_teacher.studies.episode import TurnRow, summary
 from llf_teacher.studies.runner import run
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
@@ -173,7 +173,7 @@ def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monk
 
 def test_sums_do_not_depend_on_the_order_or_the_python():
     rows = [TurnRow(n, "", None, None, 0.1, 0.1, False, None, None, "", "[]") for n in range(10)]
-    found = _summary("family", "words", rows)
+    found = summary("family", "words", rows)
     assert (found.total_reward, found.regret) == (1.0, 1.0)
 
 
