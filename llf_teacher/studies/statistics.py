@@ -171,7 +171,13 @@ def paired_difference(values: ArrayLike, reference: ArrayLike) -> Difference:
     if estimate.n == 1 or estimate.low == estimate.high == 0:
         return Difference(estimate, 1.0)
     test = stats.permutation_test(
-        pairs, _mean_difference, permutation_type="samples", vectorized=True, n_resamples=RESAMPLES, random_state=_SEED
+        pairs,
+        _mean_difference,
+        permutation_type="samples",
+        vectorized=True,
+        n_resamples=RESAMPLES,
+        batch=max(1, _BATCH // estimate.n),
+        random_state=_SEED,
     )
     return Difference(estimate, float(test.pvalue))
 
