@@ -37,6 +37,7 @@ def add_to(app: typer.Typer) -> None:
     group.command("run")(run)
     group.command("check")(check)
     group.command("migrate")(migrate)
+    group.command("export")(export)
     app.add_typer(group, name="study")
 
 
@@ -98,6 +99,18 @@ def migrate(
         task = progress.add_task("episodes", total=None)
         number = migration.migrate(old, new, lambda done, total: progress.update(task, completed=done, total=total))
     typer.echo(f"{number} episodes, stored in {new}.")
+
+
+def export(
+    store: Annotated[Path, typer.Argument(help="Store of a study.")],
+    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet.")],
+    turns: Annotated[bool, typer.Option("--turns", help="A row a turn, in place of one an episode.")] = False,
+) -> None:
+    """Write the episodes of a store, or their turns, as a table for other programs."""
+    from llf_teacher.studies import load
+
+    rows = load(store).export(file, "turns" if turns else "episodes")
+    typer.echo(f"{rows} rows, stored in {file}.")
 
 
 def _run(

@@ -74,8 +74,8 @@ class Store:
         StoreError: the file is of another schema version, incomplete or no store, or cannot be written.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path | str) -> None:
+        self.path = path = Path(path)
         self._made = not path.exists()
         try:
             # A store that nobody uses any more may be collected, and closed, in any thread.
@@ -181,6 +181,11 @@ class Store:
         """Episodes in a fixed order: all, or those of the given keys."""
         rows = self._db.execute(f"SELECT * FROM episode ORDER BY {_ORDER}")  # noqa: S608
         return [row for row in rows if keys is None or row["key"] in keys]
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """All episodes one by one, in the order in which they were written, as they are after decoding."""
+        for row in map(dict, self._db.execute("SELECT * FROM episode")):
+            yield {**row, "success": bool(row["success"]), "regrets": unpack_regrets(row["regrets"]).tolist()}
 
     def turns(self, key: str) -> list[dict[str, Any]]:
         """The turns of an episode, with `action` and `atoms` decoded.

@@ -1,0 +1,210 @@
+"""What a store holds, for scripts and notebooks: episodes as a table, turns, transcripts."""
+
+import csv
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+from html import escape
+from pathlib import Path
+from statistics import fmean
+from typing import Any
+
+from llf_teacher.studies import runner
+from llf_teacher.studies.episode import EpisodeRow, TurnRow, to_json
+from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.studies.study import EpisodeSpec, Study
+
+_CHUNK = 10_000  # rows that are held at once
+Rows = Iterator[dict[str, Any]]
+Columns = Mapping[str, Any]
+"""The type of each column."""
+
+
+class Results:
+    """The episodes of a store, which is read and never written.
+
+    Args:
+        path: the file.
+
+    Raises:
+        StoreError: there is no such file, or it is no store.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        if not self.path.is_file():
+            raise StoreError(f"there is no file {path}; `llf study run` makes stores")
+        self._store = Store(self.path)
+
+    @property
+    def episodes(self) -> Any:
+        """A row an episode, as a data frame of pandas, else of polars, else a list of dicts, whichever is installed.
+
+        The columns are the fields of `EpisodeSpec` and `EpisodeRow`, behind `key`.
+        """
+        rows = list(self.rows())
+        try:
+            import pandas
+
+            return pandas.DataFrame(rows)
+        except ModuleNotFoundError:
+            pass
+        try:
+            import polars
+
+            return polars.DataFrame(rows)
+        except ModuleNotFoundError:
+            return rows
+
+    def rows(self) -> Rows:
+        """The same one by one, so that memory does not grow; `regrets` is a list, one number a turn."""
+        return self._store.rows()
+
+    def turns(self, key: str) -> list[dict[str, Any]]:
+        """The turns of an episode, as fields of `TurnRow`, with `action` and `atoms` decoded; turn 0 is the opening."""
+        return self._store.turns(key)
+
+    def all_turns(self) -> Rows:
+        """The turns of all episodes, one by one, each with its episode's `key`."""
+        for row in self.rows():
+            for turn in self.turns(row["key"]):
+                yield {"key": row["key"], **turn}
+
+    def transcript(self, key: str) -> str:
+        """An episode as text: what was seen, said and done; a false claim is marked by `!`.
+
+        Raises:
+            StoreError: there is no such episode.
+        """
+        lines = []
+        for turn in self.turns(key):
+            if turn["turn"]:
+                did = turn["action_words"] or turn["action"] or f"{turn['parse_failure']!r}, which is no action"
+                lines.append(f"[{turn['turn']}] student: {did}  (reward {turn['reward']:g})")
+            lines += [f"    sees: {line}" for line in turn["observation"].splitlines()]
+            lines += [
+                f"    teacher, {a['kind'] or 'brief'}{'' if a['holds'] else '!'}: {a['text']}" for a in turn["atoms"]
+            ]
+        if not lines:
+            raise StoreError(f"{self.path} has no episode {key!r}; `rows` has the keys of those that are there")
+        return "\n".join(lines)
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """Facts about the study and what it ran on."""
+        return self._store.manifest()
+
+    def export(self, path: Path | str, table: str = "episodes") -> int:
+        """Write a table in memory that does not grow with it.
+
+        Args:
+            path: its suffix says how: `.csv`, `.jsonl`, or `.parquet`, which needs pyarrow. The file is replaced.
+            table: `episodes` or `turns`.
+
+        Returns:
+            The number of rows.
+
+        Raises:
+            ValueError: another suffix or table.
+            ModuleNotFoundError: pyarrow is not installed.
+        """
+        path = Path(path)
+        if table not in _TABLES:
+            raise ValueError(f"table must be one of {', '.join(_TABLES)}, got {table!r}")
+        if path.suffix not in _WRITERS:
+            raise ValueError(f"the file must end in one of {', '.join(_WRITERS)}, got {path.name!r}")
+        rows, columns = _TABLES[table]
+        return _WRITERS[path.suffix](path, rows(self), columns)
+
+    def __repr__(self) -> str:
+        return f"Results({str(self.path)!r}, {len(self._store.keys())} episodes)"
+
+    def _repr_html_(self) -> str:
+        """Mean regret and success of each teacher with each student, for notebooks."""
+        cells: dict[tuple[str, str, str], list[tuple[float, bool]]] = {}
+        for row in self.rows():
+            cells.setdefault((row["family"], row["teacher"], row["student"]), []).append(
+                (row["regret"], row["success"])
+            )
+        lines = [
+            "".join(f"<td>{escape(name)}</td>" for name in names)
+            + f"<td>{len(told)}</td><td>{fmean(r for r, _ in told):.2f}</td><td>{fmean(s for _, s in told):.0%}</td>"
+            for names, told in cells.items()
+        ]
+        heads = "".join(
+            f"<th>{name}</th>" for name in ("family", "teacher", "student", "episodes", "regret", "success")
+        )
+        return f"<table><tr>{heads}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+
+
+def load(path: Path | str) -> Results:
+    """What a store holds.
+
+    Raises:
+        StoreError: there is no such file, or it is no store.
+    """
+    return Results(path)
+
+
+def run(
+    study: Study,
+    path: Path | str = "llf-study.db",
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Results:
+    """Play what a store lacks of a study, and give what it holds then; arguments and errors as of `runner.run`."""
+    with Store(Path(path)) as store:
+        runner.run(study, store, workers, progress)
+    return load(path)
+
+
+def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:
+    count = 0
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(columns))
+        writer.writeheader()
+        for row in rows:
+            writer.writerow(
+                {name: to_json(value) if isinstance(value, list | dict) else value for name, value in row.items()}
+            )
+            count += 1
+    return count
+
+
+def _write_jsonl(path: Path, rows: Rows, columns: Columns) -> int:
+    count = 0
+    with path.open("w", encoding="utf-8") as file:
+        for row in rows:
+            file.write(to_json(row) + "\n")
+            count += 1
+    return count
+
+
+def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError("Parquet needs pyarrow: pip install 'llf-teacher[data]'; or give a .csv") from None
+    kinds: dict[Any, Any] = {
+        str: pyarrow.string(),
+        int: pyarrow.int64(),
+        float: pyarrow.float64(),
+        bool: pyarrow.bool_(),
+    }
+    kinds |= {bytes: pyarrow.list_(pyarrow.float64()), int | None: pyarrow.int64()}
+    schema = pyarrow.schema([(name, kinds.get(kind, pyarrow.string())) for name, kind in columns.items()])
+    count = 0
+    with parquet.ParquetWriter(path, schema, compression="zstd") as writer:
+        while chunk := list(itertools.islice(rows, _CHUNK)):
+            for row in chunk:
+                row.update({name: to_json(row[name]) for name in ("action", "atoms") if row.get(name) is not None})
+            writer.write_table(pyarrow.Table.from_pylist(chunk, schema))
+            count += len(chunk)
+    return count
+
+
+_TABLES: dict[str, tuple[Callable[[Results], Rows], Columns]] = {
+    "episodes": (Results.rows, {"key": str} | EpisodeSpec.__annotations__ | EpisodeRow.__annotations__),
+    "turns": (Results.all_turns, {"key": str} | TurnRow.__annotations__),
+}
+_WRITERS = {".csv": _write_csv, ".jsonl": _write_jsonl, ".parquet": _write_parquet}
