@@ -3,7 +3,7 @@
 Students learn a world by tabular Q-learning in a lifetime of episodes. Teachers may advise an action a limited number
 of times in that lifetime, and differ in when they do. Prints a table and draws the learning curves:
 
-    python examples/teaching_on_a_budget.py --seeds 30 --plot docs/teaching-on-a-budget.png
+    python examples/teaching_on_a_budget.py --seeds 100 --plot docs/teaching-on-a-budget.png
 """
 
 import argparse
