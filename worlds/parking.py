@@ -10,8 +10,9 @@ from gymnasium import spaces
 from highway_env.envs.common.action import action_factory
 from highway_env.envs.common.observation import KinematicsGoalObservation
 from highway_env.envs.parking_env import ParkingEnv
+from highway_env.vehicle.graphics import VehicleGraphics
 from highway_env.vehicle.kinematics import Vehicle
-from highway_env.vehicle.objects import RoadObject
+from highway_env.vehicle.objects import Landmark, Obstacle, RoadObject
 
 from worlds.world import World, illegal, is_number
 
@@ -27,6 +28,7 @@ _SPOTS = 28  # in two rows
 _MARGIN = 0.1  # m; things that are farther apart than this cannot touch
 _OPEN_X, _OPEN_Y = (wall - math.hypot(LENGTH, WIDTH) / 2 for wall in (WALL_X, WALL_Y))  # no wall is near inside
 _FAILURE = -1.0
+_START = (0.0, 0.0)
 
 
 class Car(NamedTuple):
@@ -103,8 +105,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
         lot = self._lot
         lot.np_random = self.np_random
         observation, info = lot.reset()
-        del info["action"]  # highway-env makes one up
-        return observation, info | {"is_success": bool(info["is_success"]), "success": False}
+        return observation, info | {"success": False}
 
     @property
     def truth(self) -> Truth:
@@ -222,12 +223,67 @@ class _Observation(KinematicsGoalObservation):
         return dict(zip(_PARTS, (seen, seen.copy(), goal), strict=True))
 
 
+def _walls() -> Iterator[Obstacle]:
+    """highway-env's, of a thickness of 1 m."""
+    width, height = 70, 42
+    for x, y, length in (
+        (0, -height / 2, width),
+        (0, height / 2, width),
+        (-width / 2, 0, height),
+        (width / 2, 0, height),
+    ):
+        wall = Obstacle(None, [x, y], heading=np.pi / 2 if x else 0)
+        wall.LENGTH, wall.WIDTH = length, 1
+        wall.diagonal = np.sqrt(length**2 + 1)
+        yield wall
+
+
 class _Lot(ParkingEnv):
     """highway-env's car park without what has no bearing on its results.
 
-    Cars look up no lanes, cars at rest are not moved, nothing is tested for a collision that is out of reach, and
-    a step observes once instead of four times.
+    Cars look up no lanes, cars at rest are not moved, nothing is tested for a collision that is out of reach, a step
+    observes once instead of four times, and a reset keeps what no seed changes.
     """
+
+    time: float
+    road: Any
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """As highway-env does, but for an action that it makes up for the info; the stream is `np_random`."""
+        self.time = self.steps = 0
+        self._reset()
+        seen = self.observation_type.observe()
+        success = bool(self._is_success(seen["achieved_goal"], seen["desired_goal"]))
+        return seen, {"speed": self.vehicle.speed, "crashed": self.vehicle.crashed, "is_success": success}
+
+    def _create_road(self, spots: int = _SPOTS // 2) -> None:
+        """As highway-env does, once."""
+        if not self.road:
+            super()._create_road(spots)
+            self._lanes = self.road.network.lanes_dict()
+            # A heading counts for pi at most, so that it makes no other lane the nearest one.
+            off = {index: lane.distance(_START) for index, lane in self._lanes.items()}
+            self._nearest = [index for index in off if off[index] <= min(off.values()) + math.pi]
+            self._dt = 1 / self.config["simulation_frequency"]
+            self._frames = self.config["simulation_frequency"] // self.config["policy_frequency"]
+
+    def _create_vehicles(self) -> None:
+        """As highway-env does, with the same draws, but nothing is told of a road: so nothing looks up a lane."""
+        lanes, rng = self._lanes, self.np_random
+        heading = 2.0 * np.pi * rng.uniform()
+        car = Vehicle(None, _START, heading, 0.0)
+        car.color = VehicleGraphics.EGO_COLOR
+        left = list(lanes)
+        left.remove(min(self._nearest, key=lambda index: lanes[index].distance_with_heading(car.position, heading)))
+        taken = []
+        for _ in range(1 + self.config["vehicles_count"]):
+            taken.append(lanes[left.pop(rng.choice(np.arange(len(left))))])
+        spot, *places = taken
+        car.goal = Landmark(None, spot.position(spot.length / 2, 0), heading=spot.heading)
+        parked = [Vehicle(None, lane.position(4.0, 0), lane.heading_at(4.0), 0.0) for lane in places]
+        self.controlled_vehicles = [car]
+        self.road.vehicles = [car, *parked]
+        self.road.objects = [car.goal, *_walls()]
 
     def define_spaces(self) -> None:
         """As highway-env does, with the faster observation."""
@@ -236,13 +292,6 @@ class _Lot(ParkingEnv):
         settings = {name: value for name, value in self.config["observation"].items() if name != "type"}
         self.observation_type = self.observation_type_parking = _Observation(self, **settings)
         self.observation_space = self.observation_type.space()
-
-    def _create_vehicles(self) -> None:
-        super()._create_vehicles()
-        for car in self.road.vehicles:
-            car.road = None  # a car without a road looks up no lane
-        self._dt = 1 / self.config["simulation_frequency"]
-        self._frames = self.config["simulation_frequency"] // self.config["policy_frequency"]
 
     def step(self, action: np.ndarray) -> tuple[dict[str, npt.NDArray[np.float64]], float, bool, bool, dict[str, Any]]:
         """As highway-env does, observing once."""

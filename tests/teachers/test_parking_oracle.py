@@ -11,7 +11,8 @@ from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.oracles.parking import ParkingOracle
 from teachers.oracles.parking.checks import effort_of, parks, stops
 from teachers.oracles.parking.claims import Crash, Crashed, Detour, Doomed, Drive, Hazards, OnCourse, Parked, Trap
-from teachers.oracles.parking.driving import move, solve
+from teachers.oracles.parking.driving import solve
+from teachers.oracles.parking.model import move
 from teachers.testing import Pupil, check_honesty
 from worlds.parking import Car, Parking
 

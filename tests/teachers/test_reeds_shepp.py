@@ -1,16 +1,23 @@
-"""Reeds-Shepp words: each leads where it says."""
+"""Reeds-Shepp words: each leads where it says, and none is shorter than is thought beforehand."""
 
 import math
 
 import numpy as np
 
-from teachers.oracles.parking.reeds_shepp import words
+from teachers.oracles.parking import driving
+from teachers.oracles.parking.model import Ground
+from teachers.oracles.parking.paths import cheapest
+from teachers.oracles.parking.reeds_shepp import SHAPES, views, words
+
+GROUND = Ground((10.0, 14.0, math.pi / 2), 1.44, (), 34.5, 20.5)
+ENDS = ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.0, 4.0))
 
 
 def drive(word):
     """Where a word leads from the origin."""
     x = y = heading = 0.0
-    for piece, length in zip(word.pieces, word.lengths, strict=True):
+    _, pieces, lengths = word
+    for piece, length in zip(pieces, lengths, strict=True):
         side = {"L": 1, "R": -1, "S": 0}[piece]
         if side:
             turned = heading + side * length
@@ -26,17 +33,38 @@ def test_words_end_where_they_should():
     rng = np.random.default_rng(0)
     shapes = set()
     for x, y, turn in rng.uniform((-5, -5, -math.pi), (5, 5, math.pi), (500, 3)).tolist():
-        found = list(words(x, y, turn))
+        found = words(views(x, y, turn), SHAPES)
         assert found
         for word in found:
             end_x, end_y, heading = drive(word)
             assert math.hypot(end_x - x, end_y - y) < 1e-6
             assert abs(math.sin((heading - turn) / 2)) < 1e-6
-            shapes.add(word.pieces)
+            shapes.add(word[1])
     assert {"LSL", "LSR", "LRL", "LRLR", "LRSL", "LRSR", "LRSLR", "RSRL"} <= shapes
 
 
 def test_straight_ahead_and_straight_back_are_shortest():
     for x in (3.0, -3.0):
-        word = min(words(x, 0.0, 0.0), key=lambda each: sum(map(abs, each.lengths)))
-        assert sum(word.lengths) == x
+        _, _, lengths = min(words(views(x, 0.0, 0.0), SHAPES), key=lambda word: sum(map(abs, word[2])))
+        assert sum(lengths) == x
+
+
+def test_words_are_left_out_only_if_they_are_too_long():
+    rng = np.random.default_rng(1)
+    for x, y, turn in rng.uniform((-5, -5, -math.pi), (5, 5, math.pi), (300, 3)).tolist():
+        every, most = words(views(x, y, turn), SHAPES), rng.uniform(1, 12)
+        some = words(views(x, y, turn), SHAPES, most)
+        assert set(some) <= set(every)
+        assert all(sum(map(abs, lengths)) > most for *_, lengths in set(every) - set(some))
+
+
+def test_paths_come_by_their_cost_and_the_first_is_the_first_of_all():
+    """Most words are not computed before the first is known; from anywhere, at any speed, after braking, too."""
+    rng = np.random.default_rng(2)
+    for car in rng.uniform((-25, -12, -4, -6), (25, 12, 4, 6), (400, 4)).tolist():
+        starts = list(driving._starts(GROUND, tuple(car)))
+        first, *rest = cheapest(GROUND, starts, ENDS)
+        order = [(path.cost, path.number) for path in rest]
+        assert (first.cost, first.number) < order[0]
+        assert order == sorted(order)
+        assert len({path.number for path in (first, *rest)}) == 1 + len(rest)

@@ -89,6 +89,35 @@ def test_a_snapshot_is_the_whole_state(task):
         assert each.truth(tuple(observation.tolist()), False) == end
 
 
+@pytest.mark.parametrize("task", EVERY_TASK)
+def test_a_reset_is_that_of_a_new_simulator_and_holds_the_hand_once_at_most(task, monkeypatch):
+    """metaworld's own reset holds it for 50 steps, three times in all."""
+    used = Simulator(task)
+    held = []
+    hold = type(used.env).do_simulation
+    monkeypatch.setattr(type(used.env), "do_simulation", lambda *args: held.append(args) or hold(*args))
+    for seed in range(3):
+        held.clear()
+        truth = used.reset(np.random.default_rng(seed))
+        assert len(held) <= 52
+        used.env.step(np.ones(4))
+        assert Simulator(task).reset(np.random.default_rng(seed)) == truth
+
+
+@pytest.mark.parametrize("control", CONTROLS)
+def test_what_is_foreseen_is_what_comes(control):
+    world, other = MetaWorld("pick-place-v3", control), MetaWorld("pick-place-v3", control)
+    world.reset(seed=2)
+    other.reset(seed=3)
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        action, begun = world.legal(world.sample_action(rng)), other.truth
+        hand, solved = other.foresee(world.truth, action)
+        assert other.truth is begun
+        world.advance(action)
+        assert (hand, solved) == (world.truth.observation[:3], world.truth.solved)
+
+
 def test_worlds_of_a_task_do_not_disturb_each_other():
     def episode(others):
         world = MetaWorld("pick-place-v3")

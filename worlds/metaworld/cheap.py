@@ -4,13 +4,15 @@ import math
 import sys
 import types
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from worlds.metaworld.state import FloatArray
 
 _FLOATS = (float, np.float64)
+_RESTS = 4
+"""States in which the hand is held that are remembered; those of a new simulator come again in each episode."""
 _LONG_TAIL = math.sqrt(1 / 0.1 - 1)
 
 
@@ -54,6 +56,7 @@ class _Cheap:
         )
         self._pads = data.geom("leftpad_geom").id, data.geom("rightpad_geom").id
         self._known: dict[str, FloatArray] = {}
+        self._rests: dict[Any, FloatArray] = {}
         self._still = np.array([1.0, 0.0, 1.0, 0.0])
         space = self.sawyer_observation_space
         self._bounds = space.low, space.high
@@ -89,6 +92,28 @@ class _Cheap:
                 if other in pair:
                     right += force[addresses[i]]
         return left > 0 and right > 0
+
+    def _reset_hand(self, steps: int = 50) -> None:
+        """As metaworld does, which holds the hand where it begins until it has come there.
+
+        What came of that from the same state before is taken over, but for the last step: MuJoCo derives all the rest.
+        """
+        mujoco, model, data = self._views[0], self.model, self.data
+        kind, metaworld = mujoco.mjtState.mjSTATE_INTEGRATION, cast("Any", super())
+        physics = np.empty(mujoco.mj_stateSize(model, kind))
+        mujoco.mj_getState(model, data, physics, kind)
+        begun = physics.tobytes(), model.body_pos.tobytes(), steps
+        held = self._rests.pop(begun, None)
+        if held is None:
+            metaworld._reset_hand(steps - 1)
+            held = np.empty_like(physics)
+            mujoco.mj_getState(model, data, held, kind)
+            if len(self._rests) == _RESTS:
+                del self._rests[next(iter(self._rests))]  # the one that was not used for longest
+        else:
+            mujoco.mj_setState(model, data, held, kind)
+        self._rests[begun] = held
+        metaworld._reset_hand(1)
 
     def _get_curr_obs_combined_no_goal(self) -> FloatArray:
         _, hand, right, left, _, _ = self._views

@@ -2,7 +2,7 @@
 
 import threading
 from functools import lru_cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -83,7 +83,7 @@ class Simulator:
         kept = tuple(tuple(value.tolist()) if isinstance(value, np.ndarray) else value for value in passing)
         return Truth(observation, solved, self._physics().tobytes(), kept, self._episode)
 
-    def load(self, truth: Truth) -> None:
+    def load(self, truth: Truth) -> Self:
         """Take over a snapshot. What MuJoCo derives from it is not computed: a step begins with that."""
         env, episode = self.env, truth.episode
         if episode is not self._episode:
@@ -96,6 +96,7 @@ class Simulator:
         names = (name for name in _PASSING if name in self._fresh)
         env.__dict__.update(zip(names, map(_thawed, truth.passing), strict=True))
         self._mujoco.mj_setState(env.model, env.data, np.frombuffer(truth.physics).copy(), self._kind)
+        return self
 
     def image(self) -> ImageArray:
         """What the camera sees now, uint8 (240, 240, 3)."""

@@ -148,6 +148,12 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
             info["video"] = video
         return self.observe(), reward, False, False, info
 
+    def foresee(self, truth: Truth, action: Pose) -> tuple[tuple[float, float, float], bool]:
+        """Where an action in some state would take the hand, and whether it would solve the task; nothing changes."""
+        seen, _, solved = self._turn(simulator_of(self.task).load(truth), truth, action, None)
+        x, y, z = seen[:3]
+        return (x, y, z), truth.solved or solved
+
     def _turn(
         self, simulator: Simulator, truth: Truth, action: Pose, watch: Callable[[FloatArray], None] | None
     ) -> tuple[tuple[float, ...], float, bool]:
@@ -228,9 +234,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
 
     def simulator(self) -> Simulator:
         """The task's simulator in this thread, with the current state loaded until another world uses it."""
-        simulator = simulator_of(self.task)
-        simulator.load(self._truth)
-        return simulator
+        return simulator_of(self.task).load(self._truth)
 
     def original(self, actions: Sequence[Any], seed: int) -> Original:
         """The environment of metaworld, which takes the low-level steps of these turns and nothing else."""

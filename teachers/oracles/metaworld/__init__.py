@@ -78,7 +78,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         tries += [rounded(lab.sample_action(rng).tolist()) for _ in range(_TRIES)]
         told: list[Claim] = []
         for action in tries:
-            before, after = self._trial(truth, action)
+            before, after, _ = self._trial(truth, action)
             if abs(after - before) >= NOTABLE:
                 cls = TriedWell if after < before else TriedInVain
                 told.append(cls(action=action, before=before, after=after))
@@ -91,12 +91,11 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
             return ()
         return (Solution(actions=actions),)
 
-    def _trial(self, truth: Truth, action: Pose) -> tuple[float, float]:
-        """How far the hand is from where it is wanted, before and after an action."""
-        lab, place = self.lab, self._aim(truth).target
-        lab.restore(truth)
-        lab.advance(action)
-        return apart(hand_of(truth), place), apart(hand_of(lab.truth), place)
+    def _trial(self, truth: Truth, action: Pose) -> tuple[float, float, bool]:
+        """How far the hand is from where it is wanted, before and after an action; whether that solves the task."""
+        place = self._aim(truth).target
+        hand, solved = self.lab.foresee(truth, action)
+        return apart(hand_of(truth), place), apart(hand, place), solved
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         before, action = moment.past, moment.action
@@ -151,8 +150,8 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         for way in (away, [0.0, 0.0, 1.0]):
             x, y, z = (h + _ASIDE * w for h, w in zip(hand, way, strict=True))
             action = action_for(aim._replace(target=(x, y, z)), truth, self.lab)
-            before, after = self._trial(truth, action)
-            if after - before >= NOTABLE and not self.lab.truth.solved:
+            before, after, solved = self._trial(truth, action)
+            if after - before >= NOTABLE and not solved:
                 return (Avoid(action=action, before=before, after=after),)
         return ()
 

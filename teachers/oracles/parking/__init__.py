@@ -30,7 +30,8 @@ from teachers.oracles.parking.claims import (
     TriedInVain,
     TriedWell,
 )
-from teachers.oracles.parking.driving import Ground, can_stop, misfit, misses, move, solve
+from teachers.oracles.parking.driving import solve
+from teachers.oracles.parking.model import Ground, can_stop, misfit, misses, move
 from worlds.parking import WALL_X, WALL_Y, Action, Parking, Spot, Truth
 
 TOLERANCE = 1.44

@@ -4,7 +4,7 @@ import math
 from itertools import product
 from weakref import WeakKeyDictionary
 
-from teachers.oracles.parking.driving import BRAKES
+from teachers.oracles.parking.model import BRAKES
 from worlds.parking import LENGTH, Action, Parking, Truth
 
 PEDALS = ("push backwards", "leave the pedals alone", "push forwards")

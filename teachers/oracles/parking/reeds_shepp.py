@@ -6,143 +6,193 @@ word is one of eight formulas, mirrored, reversed in time or read from its end. 
 is where headings grow.
 """
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from itertools import count, product
+from math import acos, asin, atan2, cos, hypot, inf, pi, sin, sqrt
 from typing import NamedTuple
 
-_HALF_TURN = math.pi
-_QUARTER = math.pi / 2
+_TURN = 2 * pi
+_QUARTER = pi / 2
 _TINY = 1e-9
 _Lengths = tuple[float, ...] | None
 
 
-class Word(NamedTuple):
-    """A path."""
+Word = tuple[int, str, tuple[float, ...]]
+"""A path: its place among all words, its pieces, each L, R or S, and their lengths, negative if driven backwards."""
+View = tuple[float, float, float, float, float]
+"""A point, a heading, and the heading's sine and cosine: what formulas are given."""
 
+
+class Shape(NamedTuple):
+    """A formula and the symmetry that is applied to it."""
+
+    number: int
+    formula: Callable[[float, float, float, float, float, float], _Lengths]
     pieces: str
-    """The pieces, each L, R or S."""
-    lengths: tuple[float, ...]
-    """The length of each piece; negative if it is driven backwards."""
+    """Of the word that it gives."""
+    view: int
+    """Which of the `views` the formula is given."""
+    time: int
+    """-1 if the way is reversed in time."""
+    back: bool
+    """Whether it is read from its end."""
 
 
-def words(x: float, y: float, turn: float) -> Iterator[Word]:
-    """Every word that leads from the origin, looking along the x axis, to a point and heading.
+def views(x: float, y: float, turn: float) -> list[View]:
+    """A point and heading as they are seen by each symmetry: back or not, reversed in time or not, mirrored or not.
 
     Args:
-        x, y: where to, in turning radii.
+        x, y: the point, in turning radii, from an origin where one looks along the x axis.
         turn: the heading there, in radians.
     """
-    cos, sin = math.cos(turn), math.sin(turn)
-    back_x, back_y = x * cos + y * sin, x * sin - y * cos
-    for formula, pieces, mirrored, two_ways in _FORMULAS:
-        for there_x, there_y, order in ((x, y, 1), (back_x, back_y, -1)) if two_ways else ((x, y, 1),):
-            for time in (1, -1):
-                for side in (1, -1):
-                    lengths = formula(time * there_x, side * there_y, time * side * turn)
-                    if lengths is not None:
-                        shape = pieces if side == 1 else mirrored
-                        if time == -1:
-                            lengths = tuple([-each for each in lengths])
-                        yield Word(shape[::order], lengths[::order])
+    sine, cosine = sin(turn), cos(turn)
+    back_x, back_y = x * cosine + y * sine, x * sine - y * cosine
+    return [
+        (x, y, turn, sine, cosine),
+        (x, -y, -turn, -sine, cosine),
+        (-x, y, -turn, -sine, cosine),
+        (-x, -y, turn, sine, cosine),
+        (back_x, back_y, turn, sine, cosine),
+        (back_x, -back_y, -turn, -sine, cosine),
+        (-back_x, back_y, -turn, -sine, cosine),
+        (-back_x, -back_y, turn, sine, cosine),
+    ]
+
+
+def words(seen: Sequence[View], shapes: Sequence[Shape], most: float = inf) -> list[Word]:
+    """The words that lead from the origin, looking along the x axis, to a point and heading.
+
+    Args:
+        seen: the `views` of the point and heading.
+        shapes: which words.
+        most: words of a greater length may be left out.
+    """
+    found = []
+    for number, formula, pieces, view, time, back in shapes:
+        lengths = formula(*seen[view], most)
+        if lengths is not None:
+            if time == -1:
+                lengths = tuple([-each for each in lengths])
+            found.append((number, pieces, lengths[::-1] if back else lengths))
+    return found
 
 
 def wrapped(angle: float) -> float:
     """The angle from -pi to pi."""
-    return (angle + _HALF_TURN) % (2 * _HALF_TURN) - _HALF_TURN
+    return (angle + pi) % _TURN - pi
 
 
-def _lsl(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x - math.sin(turn), y - 1 + math.cos(turn)
-    first = math.atan2(y, x)
-    last = wrapped(turn - first)
-    return (first, math.hypot(x, y), last) if first >= -_TINY and last >= -_TINY else None
+# Each formula is given a view and the most that the lengths may come to; it gives None where there is no such word,
+# perhaps also where it would be longer.
 
 
-def _lsr(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x + math.sin(turn), y - 1 - math.cos(turn)
+def _lsl(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x - sine, y - 1 + cosine
+    first, straight = atan2(y, x), hypot(x, y)
+    if first < -_TINY or first + straight > most:
+        return None
+    last = (turn - first + pi) % _TURN - pi
+    return (first, straight, last) if last >= -_TINY else None
+
+
+def _lsr(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x + sine, y - 1 - cosine
     square = x * x + y * y - 4
     if square < 0:
         return None
-    straight = math.sqrt(square)
-    first = wrapped(math.atan2(y, x) + math.atan2(2, straight))
-    last = wrapped(first - turn)
-    return (first, straight, last) if first >= -_TINY and last >= -_TINY else None
+    straight = sqrt(square)
+    first = (atan2(y, x) + atan2(2, straight) + pi) % _TURN - pi
+    if first < -_TINY or first + straight > most:
+        return None
+    last = (first - turn + pi) % _TURN - pi
+    return (first, straight, last) if last >= -_TINY else None
 
 
-def _lrl(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x - math.sin(turn), y - 1 + math.cos(turn)
-    distance = math.hypot(x, y)
+def _lrl(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x - sine, y - 1 + cosine
+    distance = hypot(x, y)
     if distance > 4:
         return None
-    middle = -2 * math.asin(distance / 4)
-    first = wrapped(math.atan2(y, x) + middle / 2 + _HALF_TURN)
-    return (first, middle, wrapped(turn - first + middle)) if first >= -_TINY else None
+    middle = -2 * asin(distance / 4)
+    first = (atan2(y, x) + middle / 2 + pi + pi) % _TURN - pi
+    if first < -_TINY or first - middle > most:
+        return None
+    return first, middle, wrapped(turn - first + middle)
 
 
 def _ends(u: float, v: float, x: float, y: float, turn: float) -> tuple[float, float]:
     """The outer arcs of a path of four arcs."""
     delta = wrapped(u - v)
-    a, b = math.sin(u) - math.sin(delta), math.cos(u) - math.cos(delta) - 1
-    first = math.atan2(y * a - x * b, x * a + y * b)
-    if 2 * (math.cos(delta) - math.cos(v) - math.cos(u)) + 3 < 0:
-        first += _HALF_TURN
+    a, b = sin(u) - sin(delta), cos(u) - cos(delta) - 1
+    first = atan2(y * a - x * b, x * a + y * b)
+    if 2 * (cos(delta) - cos(v) - cos(u)) + 3 < 0:
+        first += pi
     first = wrapped(first)
     return first, wrapped(first - u + v - turn)
 
 
-def _lrlr_cusp_last(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x + math.sin(turn), y - 1 - math.cos(turn)
-    cosine = (2 + math.hypot(x, y)) / 4
-    if cosine > 1:
+def _lrlr_cusp_last(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x + sine, y - 1 - cosine
+    share = (2 + hypot(x, y)) / 4
+    if share > 1:
         return None
-    u = math.acos(cosine)
+    u = acos(share)
+    if 2 * u > most:
+        return None
     first, last = _ends(u, -u, x, y, turn)
     return (first, u, -u, last) if first >= -_TINY and last <= _TINY else None
 
 
-def _lrlr_cusps_outside(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x + math.sin(turn), y - 1 - math.cos(turn)
-    cosine = (20 - x * x - y * y) / 16
-    if not 0 <= cosine <= 1:
+def _lrlr_cusps_outside(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x + sine, y - 1 - cosine
+    share = (20 - x * x - y * y) / 16
+    if not 0 <= share <= 1:
         return None
-    u = -math.acos(cosine)
+    u = -acos(share)
+    if -2 * u > most:
+        return None
     first, last = _ends(u, u, x, y, turn)
     return (first, u, u, last) if first >= -_TINY and last >= -_TINY else None
 
 
-def _lrsl(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x - math.sin(turn), y - 1 + math.cos(turn)
+def _lrsl(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x - sine, y - 1 + cosine
+    square = x * x + y * y - 4
+    if square < 4:
+        return None
+    root = sqrt(square)
+    first = (atan2(y, x) + atan2(root, -2) + pi) % _TURN - pi
+    if first < -_TINY or first + _QUARTER + root - 2 > most:
+        return None
+    last = (turn - _QUARTER - first + pi) % _TURN - pi
+    return (first, -_QUARTER, 2 - root, last) if last <= _TINY else None
+
+
+def _lrsr(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x + sine, y - 1 - cosine
+    distance, first = hypot(x, y), atan2(x, -y)
+    if distance < 2 or first < -_TINY or first + _QUARTER + distance - 2 > most:
+        return None
+    last = (first + _QUARTER - turn + pi) % _TURN - pi
+    return (first, -_QUARTER, 2 - distance, last) if last <= _TINY else None
+
+
+def _lrslr(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
+    x, y = x + sine, y - 1 - cosine
     square = x * x + y * y - 4
     if square < 0:
         return None
-    root = math.sqrt(square)
-    first = wrapped(math.atan2(y, x) + math.atan2(root, -2))
-    last = wrapped(turn - _QUARTER - first)
-    return (first, -_QUARTER, 2 - root, last) if first >= -_TINY and root >= 2 and last <= _TINY else None
-
-
-def _lrsr(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x + math.sin(turn), y - 1 - math.cos(turn)
-    distance, first = math.hypot(x, y), math.atan2(x, -y)
-    last = wrapped(first + _QUARTER - turn)
-    return (first, -_QUARTER, 2 - distance, last) if distance >= 2 and first >= -_TINY and last <= _TINY else None
-
-
-def _lrslr(x: float, y: float, turn: float) -> _Lengths:
-    x, y = x + math.sin(turn), y - 1 - math.cos(turn)
-    square = x * x + y * y - 4
-    if square < 0:
+    straight = 4 - sqrt(square)
+    if straight > _TINY or -straight > most:
         return None
-    straight = 4 - math.sqrt(square)
-    first = wrapped(math.atan2((4 - straight) * x - 2 * y, -2 * x + (straight - 4) * y))
+    first = wrapped(atan2((4 - straight) * x - 2 * y, -2 * x + (straight - 4) * y))
     last = wrapped(first - turn)
-    if straight > _TINY or first < -_TINY or last < -_TINY:
-        return None
-    return first, -_QUARTER, straight, -_QUARTER, last
+    return (first, -_QUARTER, straight, -_QUARTER, last) if first >= -_TINY and last >= -_TINY else None
 
 
-_FORMULAS: tuple[tuple[Callable[[float, float, float], _Lengths], str, str, bool], ...] = tuple(
-    (formula, pieces, pieces.translate(str.maketrans("LR", "RL")), two_ways)
+def _shapes() -> Iterator[Shape]:
+    """Every formula with its symmetries; those that are the same word again are left out."""
+    number = count()
     for formula, pieces, two_ways in (
         (_lsl, "LSL", False),
         (_lsr, "LSR", False),
@@ -152,5 +202,25 @@ _FORMULAS: tuple[tuple[Callable[[float, float, float], _Lengths], str, str, bool
         (_lrsl, "LRSL", True),
         (_lrsr, "LRSR", True),
         (_lrslr, "LRSLR", False),
-    )
-)
+    ):
+        mirrored = pieces.translate(str.maketrans("LR", "RL"))
+        for back in (False, True) if two_ways else (False,):
+            for view, (time, side) in enumerate(product((1, -1), (1, -1)), 4 * back):
+                shape = pieces if side == 1 else mirrored
+                yield Shape(next(number), formula, shape[::-1] if back else shape, view, time, back)
+
+
+SHAPES = tuple(_shapes())
+"""All of them, in the order of their numbers."""
+FORWARDS = tuple(shape for shape in SHAPES if shape.formula in {_lsl, _lsr} and shape.time == 1)
+"""Without a change of direction, forwards."""
+BACKWARDS = tuple(shape for shape in SHAPES if shape.formula in {_lsl, _lsr} and shape.time == -1)
+"""Without a change of direction, backwards."""
+ONE_CUSP = tuple(shape for shape in SHAPES if shape.formula in {_lrsl, _lrsr})
+"""With one change of direction and a quarter turn."""
+TWO_CUSPS = tuple(shape for shape in SHAPES if shape.formula is _lrslr)
+"""With two changes of direction and two quarter turns."""
+NEARBY = tuple(shape for shape in SHAPES if shape.formula in {_lrl, _lrlr_cusp_last, _lrlr_cusps_outside})
+"""Arcs alone, with a change of direction at least."""
+NEAR = 6.5
+"""Nothing that is farther away, in turning radii, is reached by those of `NEARBY`."""
