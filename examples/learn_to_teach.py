@@ -1,20 +1,24 @@
-"""A teacher that learned when to advise: maskable PPO in the teacher's seat, against heuristics at an equal budget.
+"""A teacher that learned when to advise: PPO in the teacher's seat, against heuristics at an equal budget.
 
 The student learns a house by tabular Q-learning in a lifetime of episodes; the teacher has a few pieces of advice for
-that lifetime, sees numbers only, and is paid by the student's progress. Prints a table and draws how the teacher got
-there. Needs the extra `learn`:
+that lifetime, sees numbers only, and is paid by the student's progress. Many lifetimes are lived at once, in arrays.
+Prints a table and draws how the teacher got there. Needs the extra `learn`:
 
     python examples/learn_to_teach.py --steps 600000 --seeds 200 --plot docs/learn-to-teach.png
 """
 
 import argparse
-from collections.abc import Callable, Iterable, Mapping
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import gymnasium
 import numpy as np
+from gymnasium import Env
+from gymnasium.spaces import Box, Discrete
+from rich.console import Console
+from rich.progress import Progress
 from teaching_on_a_budget import SETTINGS, TEACHERS, Setting, lifetime
 
 import llf_teacher
@@ -23,9 +27,10 @@ from llf_teacher.studies.statistics import mean_interval, paired_difference
 
 try:
     import torch
-    from sb3_contrib import MaskablePPO
-    from stable_baselines3.common.running_mean_std import RunningMeanStd
-    from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.buffers import RolloutBuffer
+    from stable_baselines3.common.logger import Logger
+    from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 except ModuleNotFoundError as error:
     raise SystemExit(f'{error}; install it by: pip install -e ".[learn]" -c constraints.txt') from None
 
@@ -35,120 +40,181 @@ TRIAL, HELD_OUT = 2_000_000, 1_000_000
 """First seeds of the lifetimes that choose among trained teachers, and that compare the chosen one; no training
 environment has them.
 """
-_ENVS, _TRIALS, _STAGES = 8, 60, 10
+_ROWS, _DECISIONS, _TRIALS, _STAGES = 64, 128, 200, 10  # PPO learns from so many decisions of each row at once
 _NEAR = 4  # moves
 _RETICENCE = 3.0  # log-odds of silence at first
+_MOVES = 200.0  # a unit of reward, about what a lifetime varies by
+_LEAST = 0.05  # deviation: what hardly varies at first may do so later
+_ADVICE = 0b01000  # fp among the kinds
 _MISTAKE, _WAY = FIELDS.index("mistake"), FIELDS.index("way")
-Policy = Callable[[Mapping[str, Any], np.ndarray], int]
+_SEEN = Box(0, 100, (5 + len(FIELDS),), np.float32)  # `features`, then `lifetime`
+Policy = Callable[[np.ndarray], np.ndarray | bool]
+"""What rows see, float32 (rows, 14), to whether to speak, bool (rows,)."""
 
 
-class Correcting(gymnasium.Wrapper):
-    """A step is a decision: to let a mistake happen that has been announced, or to spend a piece of advice on it.
+class Seats:
+    """Teachers' seats over lifetimes, with advice as the only kind; to decide is whether to correct a mistake that has
+    been announced, or to let it happen.
+    """  # noqa: D205
 
-    Until the next decision, or the end of the lifetime, the teacher is silent. The reward is that of all turns since.
+    def __init__(self, setting: Setting, seeds: Sequence[int], pool: int = 16_384) -> None:
+        """Lifetimes of these seeds, and further ones where they end, in houses of a pool of this size."""
+        self.env = llf_teacher.TeacherVectorEnv(
+            setting.id,
+            len(seeds),
+            student=setting.student,
+            episodes=setting.episodes,
+            max_turns=setting.turns,
+            feedback_type="fp",
+            budget=setting.budget,
+            cost=0.0,
+            teacher_reward="student_progress",
+            announce=True,
+            pool=pool,
+            **setting.world,
+        )
+        self._look(self.env.reset(seed=list(seeds))[0])
+
+    def _look(self, observation: Mapping[str, np.ndarray]) -> None:
+        self.seen = np.concatenate([observation["features"], observation["lifetime"]], axis=1)
+        """What each row sees."""
+        self.choosing = np.flatnonzero(
+            (observation["lifetime"][:, _MISTAKE] > 0) & (observation["action_mask"][:, _ADVICE] > 0)
+        )
+        """The rows in which there is something to decide."""
+
+    def step(self, speaks: np.ndarray | bool) -> tuple[np.ndarray, np.ndarray]:
+        """A turn in all rows; the choosing ones speak or not. Rewards, and which lifetimes have ended."""
+        actions = np.zeros(self.env.num_envs, np.int64)
+        actions[self.choosing] = np.where(speaks, _ADVICE, 0)
+        observation, reward, terminated, truncated, _ = self.env.step(actions)
+        self._look(observation)
+        return reward, terminated | truncated
+
+
+class Space(Env):
+    """What a decision sees and can be, for a learner that is told of decisions by `Rollouts`."""
+
+    observation_space, action_space = _SEEN, Discrete(2)
+
+
+class Rollouts:
+    """Fills a learner's buffer with the same number of decisions of each row, however far apart they are.
+
+    The reward of a decision is that of all turns until the next one, or until the end of the lifetime.
     """
 
-    def reset(self, **kwargs: Any) -> tuple[Any, dict[str, Any]]:
-        """Begin a lifetime; what the student loses before the first decision belongs to the first step's reward."""
-        observation, info = self.env.reset(**kwargs)
-        observation, self._owed, terminated, truncated, info = self._proceed(observation, 0.0, False, False, info)
-        if terminated or truncated:  # without a mistake there is nothing to decide
-            return self.reset()
-        return observation, info
+    def __init__(self, model: PPO, setting: Setting, seed: int) -> None:
+        self.model, self.seats = model, Seats(setting, range(seed * _ROWS, (seed + 1) * _ROWS))
+        spaces = model.observation_space, model.action_space
+        rates = {"gae_lambda": model.gae_lambda, "gamma": model.gamma}
+        self.buffer = model.rollout_buffer = RolloutBuffer(_DECISIONS, *spaces, n_envs=_ROWS, **rates)
+        self._fresh = np.ones(_ROWS, bool)  # lifetimes without a decision so far
 
-    def step(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Speak or not."""
-        observation, reward, *rest = self._proceed(*self.env.step(action))
-        owed, self._owed = self._owed, 0.0
-        return observation, reward + owed, *rest
+    def collect(self) -> None:
+        """Live on until every row has made its decisions; what a row decides beyond them is not learned from."""
+        self.buffer.reset()
+        self._known = np.zeros(_ROWS, np.int64)  # decisions whose reward is known
+        self._waiting = np.zeros(_ROWS, bool)  # for the reward of a decision
+        self._gained = np.zeros(_ROWS)
+        self._last_values, self._last_ended = torch.zeros(_ROWS), np.zeros(_ROWS, bool)
+        while (self._known < _DECISIONS).any():
+            rows = self.seats.choosing
+            reward, ended = self.seats.step(self._decide(rows) if len(rows) else rows > 0)
+            self._gained += reward
+            self._close(np.flatnonzero(ended), ended=True)
+            self._fresh |= ended
+        self.buffer.pos, self.buffer.full = _DECISIONS, True
+        self.buffer.compute_returns_and_advantage(self._last_values, self._last_ended)
 
-    def _proceed(
-        self, observation: Any, reward: Any, terminated: bool, truncated: bool, info: dict[str, Any]
-    ) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Be silent until there is something to decide."""
-        while not (terminated or truncated or (observation["lifetime"][_MISTAKE] and self.action_masks()[1:].any())):
-            observation, more, terminated, truncated, info = self.env.step(0)
-            reward += more
-        return observation, reward, terminated, truncated, info
+    def _decide(self, rows: np.ndarray) -> np.ndarray:
+        seen = torch.as_tensor(self.seats.seen[rows])
+        with torch.no_grad():
+            actions, values, log_probs = self.model.policy(seen)
+        waited = self._waiting[rows]
+        self._last_values[rows[waited]] = values[waited].flatten()  # the last one stays
+        self._close(rows, ended=False)
+        new = self._known[rows] < _DECISIONS
+        into = self._known[rows[new]], rows[new]
+        self.buffer.observations[into] = seen[new]
+        self.buffer.actions[into] = actions[new, None]
+        self.buffer.values[into] = values[new].flatten()
+        self.buffer.log_probs[into] = log_probs[new]
+        self.buffer.episode_starts[into] = self._fresh[rows[new]]
+        self._waiting[rows[new]] = True
+        self._gained[rows] = 0
+        self._fresh[rows] = False
+        return actions.numpy() > 0
 
-    def action_masks(self) -> np.ndarray:
-        """Silence, and advice while there is some left."""
-        return self.env.unwrapped.action_masks()
-
-
-def seat(setting: Setting) -> gymnasium.Env:
-    """The teacher's seat over a lifetime, with advice as the only kind."""
-    env = llf_teacher.TeacherEnv(
-        setting.id,
-        student=setting.student,
-        episodes=setting.episodes,
-        max_turns=setting.turns,
-        feedback_type="fp",
-        budget=setting.budget,
-        cost=0.0,
-        teacher_reward="student_progress",
-        announce=True,
-        **setting.world,
-    )
-    return Correcting(gymnasium.wrappers.FilterObservation(env, ["features", "lifetime"]))
+    def _close(self, rows: np.ndarray, *, ended: bool) -> None:
+        """The reward of what rows have decided is known."""
+        rows = rows[self._waiting[rows]]
+        self.buffer.rewards[self._known[rows], rows] = self._gained[rows] / _MOVES
+        self._known[rows] += 1
+        self._waiting[rows] = False
+        self._last_ended[rows] = ended
 
 
-def learner(setting: Setting, seed: int) -> MaskablePPO:
+class Scaled(BaseFeaturesExtractor):
+    """What is seen, by its mean and deviation in play before training."""
+
+    def __init__(self, space: Box) -> None:
+        super().__init__(space, space.shape[0])
+        self.register_buffer("mean", torch.zeros(space.shape))
+        self.register_buffer("deviation", torch.ones(space.shape))
+
+    def forward(self, seen: torch.Tensor) -> torch.Tensor:
+        """Scaled."""
+        return (seen - self.mean) / self.deviation
+
+    def fit(self, seen: np.ndarray) -> None:
+        """Take mean and deviation of these, shape (n, 14)."""
+        self.mean.copy_(torch.as_tensor(seen.mean(axis=0)))
+        self.deviation.copy_(torch.as_tensor(np.maximum(seen.std(axis=0), _LEAST)))
+
+
+def learner(seed: int) -> PPO:
     """An untrained teacher: it seldom speaks, so that what it says at first is spread over the whole lifetime."""
-    envs = VecNormalize(DummyVecEnv([lambda: seat(setting)] * _ENVS), gamma=1.0)
-    envs.seed(seed)
-    model = MaskablePPO(
-        "MultiInputPolicy",
-        envs,
-        n_steps=1024,
+    model = PPO(
+        "MlpPolicy",
+        Space(),
+        n_steps=_ROWS * _DECISIONS,
         batch_size=2048,
         gamma=1.0,  # advice pays off over many episodes
         gae_lambda=0.95,
         ent_coef=0.01,
         learning_rate=5e-4,
+        policy_kwargs={"features_extractor_class": Scaled},
         seed=seed,
         device="cpu",
     )
+    model.set_logger(Logger(None, []))
     with torch.no_grad():
         model.policy.action_net.bias[0] = _RETICENCE
     return model
 
 
-def policy_of(model: MaskablePPO, explores: bool = False) -> Policy:
+def policy_of(model: PPO, explores: bool = False) -> Policy:
     """What a teacher does, by chance as in training or by what it thinks best."""
-    scale = model.get_vec_normalize_env()
-
-    def act(observation: Mapping[str, Any], mask: np.ndarray) -> int:
-        seen = scale.normalize_obs(observation)
-        return int(model.predict(seen, action_masks=mask, deterministic=not explores)[0])
-
-    return act
+    return lambda seen: len(seen) > 0 and model.predict(seen, deterministic=not explores)[0] > 0
 
 
 def near_mistakes(others: float = 0.0) -> Policy:
     """Correct the mistakes that are made near the treasure, and a share of the others."""
     rng = np.random.default_rng(0)
-
-    def act(observation: Mapping[str, Any], mask: np.ndarray) -> int:
-        near = observation["lifetime"][_WAY] <= _NEAR / (_NEAR + 4)
-        return int(np.flatnonzero(mask)[-1]) if near or rng.random() < others else 0
-
-    return act
+    return lambda seen: (seen[:, 5 + _WAY] <= _NEAR / (_NEAR + 4)) | (rng.random(len(seen)) < others)
 
 
 def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.ndarray:
     """The student's regret per episode in a lifetime with this teacher, one a seed."""
-    env = seat(setting)
-    regrets = []
-    for seed in seeds:
-        observation, _ = env.reset(seed=seed)
-        regret, done = 0.0, False
-        while not done:
-            observation, reward, terminated, truncated, _ = env.step(policy(observation, env.action_masks()))
-            regret -= float(reward)
-            done = terminated or truncated
-        regrets.append(regret / setting.episodes)
-    return np.array(regrets)
+    seats = Seats(setting, list(seeds), pool=1)  # who has ended is not looked at
+    regrets = np.zeros(seats.env.num_envs)
+    living = np.ones(seats.env.num_envs, bool)
+    while living.any():
+        reward, ended = seats.step(policy(seats.seen[seats.choosing]))
+        regrets -= np.where(living, reward, 0)
+        living &= ~ended
+    return regrets / setting.episodes
 
 
 class Stage(NamedTuple):
@@ -159,24 +225,25 @@ class Stage(NamedTuple):
     regret: float
     """Per episode, on trial."""
     weights: Mapping[str, torch.Tensor]
-    scales: Mapping[str, RunningMeanStd]
 
 
-def train(model: MaskablePPO, setting: Setting, steps: int) -> list[Stage]:
+def train(model: PPO, setting: Setting, steps: int, seed: int) -> list[Stage]:
     """Train in stages; the model becomes the best of them."""
-    scale = model.get_vec_normalize_env()
-    stages = []
-    count = max(1, min(_STAGES, steps // (model.n_steps * model.n_envs)))  # it learns from so many at once
-    for _ in range(count):
-        model.learn(steps // count, reset_num_timesteps=False, progress_bar=True)
-        regret = accompanied(policy_of(model), setting, range(TRIAL, TRIAL + _TRIALS)).mean()
-        weights = {name: values.clone() for name, values in model.policy.state_dict().items()}
-        scales = {name: each.copy() for name, each in scale.obs_rms.items()}
-        stages.append(Stage(model.num_timesteps, regret, weights, scales))
-        print(f"{model.num_timesteps} decisions: regret per episode {regret:.2f} on trial", flush=True)
-    best = min(stages, key=lambda stage: stage.regret)
-    model.policy.load_state_dict(best.weights)
-    scale.obs_rms = dict(best.scales)
+    rollouts, stages = Rollouts(model, setting, seed), list[Stage]()
+    updates = -(-steps // (_ROWS * _DECISIONS))
+    rollouts.collect()
+    model.policy.features_extractor.fit(rollouts.buffer.observations.reshape(-1, *_SEEN.shape))
+    ends = {round(updates * (stage + 1) / _STAGES) for stage in range(_STAGES)} - {0}
+    with Progress(console=Console(stderr=True)) as progress:
+        for update in progress.track(range(1, updates + 1), description="decisions"):
+            rollouts.collect()
+            model.train()
+            if update in ends:
+                regret = accompanied(policy_of(model), setting, range(TRIAL, TRIAL + _TRIALS)).mean()
+                weights = {name: values.clone() for name, values in model.policy.state_dict().items()}
+                stages.append(Stage(update * _ROWS * _DECISIONS, regret, weights))
+                progress.console.print(f"{stages[-1].decisions} decisions: regret per episode {regret:.2f} on trial")
+    model.policy.load_state_dict(min(stages, key=lambda stage: stage.regret).weights)
     return stages
 
 
@@ -223,20 +290,19 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=200, help="lifetimes to compare on")
     parser.add_argument("--seed", type=int, default=0, help="of the training")
     parser.add_argument("--episodes", type=int, default=SETTING.episodes, help="of a lifetime")
-    parser.add_argument("--save", help="folder for the trained teacher, and for the scales of its observations")
+    parser.add_argument("--save", help="file for the trained teacher")
     parser.add_argument("--plot", help="file for the figure")
     arguments = parser.parse_args()
     torch.set_num_threads(1)
     setting = SETTING._replace(episodes=arguments.episodes)
     seeds = range(HELD_OUT, HELD_OUT + arguments.seeds)
-    model = learner(setting, arguments.seed)
+    model = learner(arguments.seed)
     areas = {"untrained policy": accompanied(policy_of(model, explores=True), setting, seeds)}
-    stages = train(model, setting, arguments.steps)
+    began = time.process_time()
+    stages = train(model, setting, arguments.steps, arguments.seed)
+    print(f"trained on {stages[-1].decisions} decisions in {time.process_time() - began:.0f} s of the processor")
     if arguments.save:
-        folder = Path(arguments.save)
-        folder.mkdir(parents=True, exist_ok=True)
-        model.save(folder / "teacher.zip")
-        model.get_vec_normalize_env().save(str(folder / "scales.pkl"))
+        model.save(Path(arguments.save))
     areas["learned"] = accompanied(policy_of(model), setting, seeds)
     with ProcessPoolExecutor() as pool:
         for teacher in TEACHERS:
