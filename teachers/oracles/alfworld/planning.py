@@ -126,6 +126,7 @@ class Planner:
         """What outlooks depend on."""
         self._locations = frozenset[Fact](("atlocation", AGENT, each) for each in house.at)
         self._anywhere = frozenset({"", *house.at})
+        self._may_hold: dict[str, tuple[str, ...]] = {}
         self._outlooks: dict[frozenset[Fact], Outlook] = {}
 
     def _of_type(self, ids: Iterable[str], kind: str) -> tuple[str, ...]:
@@ -205,6 +206,7 @@ class Planner:
         self._opened = {fact[1] for fact in facts if fact[0] == "opened"}
         self._stored = {fact[1]: fact[2] for fact in facts if fact[0] == "inreceptacle"}
         self._hand = next((fact[2] for fact in facts if fact[0] == "holds"), "")
+        self._laid = [self._put(self._hand, each) for each in self._takers(self._hand)] if self._hand else []
         self._ready = {fact[1] for fact in facts if fact[0] == self._made}
         if self.game.lamp:
             return Outlook(self._singles(), self._lit())
@@ -215,6 +217,14 @@ class Planner:
         if any(not self._verb or each in self._ready for each in placed):
             return Outlook((), self._anywhere)
         return Outlook(self._singles())
+
+    def _takers(self, each: str) -> tuple[str, ...]:
+        """The receptacles that may hold an object."""
+        if each not in self._may_hold:
+            house = self.engine.house
+            kind = house.type.get(each, "")
+            self._may_hold[each] = tuple(r for r in house.place if (house.type.get(r), kind) in house.holds)
+        return self._may_hold[each]
 
     def _lit(self) -> frozenset[str]:
         """The locations of lamps that are on, if there is something in the hand to look at under them."""
@@ -252,26 +262,22 @@ class Planner:
 
     def _freed(self, target: str, plans: Sequence[_Stops]) -> Iterator[tuple[int, _Stops, bool]]:
         """The plans, each after laying down what is held if that is not the target."""
-        hand, house = self._hand, self.engine.house
-        if not hand or hand == target:
+        if self._hand in ("", target):
             for stops in plans:
                 yield _length(stops), stops, False
             return
         if not plans:
             return
-        kind = house.type.get(hand, "")
         shortest = min(plans, key=_length)
         left = _length(shortest)
         opened = {receptacle for stops in plans for receptacle, _, opens, _ in stops if opens}
-        for receptacle in house.receptacles:
-            if (house.type.get(receptacle), kind) in house.holds:
-                laid = self._put(hand, receptacle)
-                if receptacle in opened:
-                    then = min(((laid, *stops) for stops in plans), key=_length)
-                    yield _length(then), then, True
-                else:
-                    went = laid.location != shortest[0].location
-                    yield laid.opens + 1 + went + left, (laid, *shortest), True
+        for laid in self._laid:
+            if laid.receptacle in opened:
+                then = min(((laid, *stops) for stops in plans), key=_length)
+                yield _length(then), then, True
+            else:
+                went = laid.location != shortest[0].location
+                yield laid.opens + 1 + went + left, (laid, *shortest), True
 
     def _stop(self, receptacle: str, command: str, reaches: bool = True) -> _Stop:
         house = self.engine.house
