@@ -68,6 +68,45 @@ def test_plans_are_as_short_as_search_finds_them(task):
             assert len(planner.plan(facts)) == distance(Truth(facts, "", False, played))
 
 
+@pytest.mark.parametrize("task", TASKS)
+def test_what_is_left_is_the_length_of_the_plan(task):
+    """From where the student is, and after each command, which is not always carried out to know it."""
+    for played, planner, facts in states(task, 320, 12):
+        assert planner.left(facts) == len(planner.plan(facts))
+        engine = ExactEngine(played)
+        engine.load(facts)
+        for command in engine.commands():
+            engine.load(facts)
+            engine.do(command)
+            assert planner.left_after(facts, command) == len(Planner(played).plan(engine.facts))
+
+
+def test_an_outlook_serves_while_the_student_does_nothing_that_matters(monkeypatch):
+    looked = []
+    look = Planner._look
+    monkeypatch.setattr(Planner, "_look", lambda self, facts: looked.append(facts) or look(self, facts))
+    played = make(np.random.default_rng(0), TASKS[0], "all")
+    engine, planner = ExactEngine(played), Planner(played)
+    for command in ("look", "inventory", *[each for each in engine.commands() if each.startswith("go to ")]):
+        engine.do(command)
+        planner.plan(engine.facts)
+    assert len(looked) == 1
+    opened = next(each for each in engine.house.receptacles if each in engine.house.openable)
+    planner.plan(engine.facts | {("opened", opened)})
+    assert len(looked) == 2
+
+
+def test_a_planner_remembers_a_few_outlooks():
+    world = Alfworld()
+    world.reset(seed=0)
+    planner, rng, most = Planner(world.truth.game), np.random.default_rng(0), 0
+    for _ in range(3000):
+        world.step(world.sample_action(rng))
+        planner.left(world.truth.facts)
+        most = max(most, len(planner._outlooks))
+    assert most == 64
+
+
 def downward(played):
     """The length of an optimal plan, by Fast Downward's search on TextWorld's translation; None if it takes long."""
     import multiprocessing

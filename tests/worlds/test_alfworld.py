@@ -95,6 +95,31 @@ def test_no_game_begins_solved_and_none_lies_wrong(task, split):
         assert sum(kinds[each] == f"{played.target}type" for _, each, _ in lying) >= 1 + (task == TASKS[-1])
 
 
+@pytest.mark.parametrize("task", TASKS)
+def test_a_game_is_what_its_problem_says(task):
+    played = game(7, task)
+    words = {"obj": played.target, "recep": played.destination, "toggle": played.lamp, "mrecep": ""}
+    assert parse(played.problem, task, words, played.goal) == played
+
+
+def test_an_engine_takes_over_a_state_as_a_new_one_would():
+    rng = np.random.default_rng(0)
+    for seed in range(6):
+        played = game(seed)
+        engine, goes, seen = ExactEngine(played), ExactEngine(played), []
+        for _ in range(60):
+            goes.do(choose(goes.commands(), rng))
+            seen.append(goes.facts)
+        for i in rng.permutation(60).tolist():
+            fresh = ExactEngine(played)
+            fresh.load(seen[i])
+            engine.load(seen[i])
+            for each in ("facts", "location", "held", "inside"):
+                assert getattr(engine, each) == getattr(fresh, each)
+            assert engine.commands() == fresh.commands()
+            assert [engine.do("look"), engine.won()] == [fresh.do("look"), fresh.won()]
+
+
 def test_every_floor_plan_can_be_drawn():
     numbers = [*range(1, 31), *range(201, 231), *range(301, 331), *range(401, 431)]
     assert all(len(plan(number).receptacles) > 3 for number in numbers)

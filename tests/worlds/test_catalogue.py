@@ -367,3 +367,12 @@ def test_a_changed_file_is_read_again(tmp_path):
         assert load_catalogue(str(target)) is first
         assert isinstance(first, Catalogue)
     assert len(first.items) == 3
+
+
+def test_labels_are_looked_up_without_reading_them(monkeypatch):
+    catalogue = Catalogue()
+    read = [catalogue._titles.find(item.label) for item in catalogue.items]
+    monkeypatch.setattr(catalogue, "_found", lambda title: pytest.fail(f"{title} was read"))
+    found = [catalogue.find(item.label) for item in catalogue.items if item.named]
+    assert found == [each for each, item in zip(read, catalogue.items, strict=True) if item.named]
+    assert len(found) > 1000

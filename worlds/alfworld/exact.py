@@ -6,11 +6,12 @@ counts as turned on each time. As TextWorld does, the facts keep what has become
 looks at that when it lists what lies beside a receptacle.
 """
 
+from bisect import insort
 from collections.abc import Callable
 from typing import Any
 
 from worlds.alfworld.games import Fact, Game
-from worlds.alfworld.house import House
+from worlds.alfworld.house import house_of
 
 __all__ = ["AGENT", "NOTHING", "USES", "ExactEngine"]
 
@@ -68,8 +69,14 @@ class ExactEngine:
 
     def __init__(self, game: Game) -> None:
         self.game = game
-        self.house = House(game)
-        self._ways: dict[str, dict[str, _Do]] = {}
+        self.house = house_of(game)
+        self.location = ""
+        self.held: list[str] = []
+        self.inside: dict[str, list[str]] = {each: [] for each in self.house.receptacles}
+        """Per receptacle what is in it, sorted."""
+        self._facts: set[Fact] = set()
+        self._near: dict[str, set[str]] = {}
+        self._here: dict[str, _Do] | None = None  # what can be done but for going elsewhere, once it is worked out
         self.load(game.start)
 
     @property
@@ -78,25 +85,31 @@ class ExactEngine:
         return frozenset(self._facts)
 
     def load(self, facts: frozenset[Fact]) -> None:
-        """Take over a state."""
-        self._facts = set(facts)
-        self.location = ""
-        self.held: list[str] = []
-        self.inside: dict[str, list[str]] = {each: [] for each in self.house.receptacles}
-        self._near: dict[str, set[str]] = {}
-        for fact in facts:
+        """Take over a state. Only what differs from the present one takes time."""
+        gone, new = self._facts - facts, facts - self._facts
+        for fact in gone:
             predicate = fact[0]
             if predicate == "inreceptacle":
-                self.inside[fact[2]].append(fact[1])
+                self.inside[fact[2]].remove(fact[1])
+            elif predicate == "objectatlocation":
+                self._near[fact[2]].remove(fact[1])
+            elif predicate == "atlocation":
+                self.location = ""
+            elif predicate == "holds":
+                self.held.remove(fact[2])
+        for fact in new:
+            predicate = fact[0]
+            if predicate == "inreceptacle":
+                insort(self.inside[fact[2]], fact[1])
             elif predicate == "objectatlocation":
                 self._near.setdefault(fact[2], set()).add(fact[1])
             elif predicate == "atlocation":
                 self.location = fact[2]
             elif predicate == "holds":
                 self.held.append(fact[2])
-        for objects in self.inside.values():
-            objects.sort()
-        self._offer()
+        self._facts -= gone
+        self._facts |= new
+        self._here = None
 
     def intro(self) -> str:
         """The first words of a game."""
@@ -107,17 +120,20 @@ class ExactEngine:
 
     def commands(self) -> list[str]:
         """The commands that can be carried out, sorted."""
-        return sorted(self._offers)
+        return sorted([*self.house.ways_from(self.location), *(self._here or self._offer())])
 
     def do(self, command: str) -> str:
         """Carry out a command; the answer."""
-        offer = self._offers.get(command)
+        way = self.house.ways.get(command)
+        if way is None:
+            offer = (self._here or self._offer()).get(command)
+        else:
+            offer = (self._go, way) if way[1] != self.location else None
         if offer is None:
             return NOTHING
         act, arguments = offer
-        answer = act(*arguments)
-        self._offer()
-        return answer
+        self._here = None
+        return act(*arguments)
 
     def won(self) -> bool:
         """Whether the goal is reached now."""
@@ -131,10 +147,14 @@ class ExactEngine:
         """Whether one can reach into a receptacle."""
         return receptacle not in self.house.openable or ("opened", receptacle) in self._facts
 
-    def _offer(self) -> None:
-        """Work out what can be done now."""
+    def _offer(self) -> dict[str, _Do]:
+        """Work out what can be done now, but for going elsewhere."""
         house, name, location = self.house, self.house.name, self.location
-        offers = self._elsewhere(location).copy()
+        offers: dict[str, _Do] = {
+            "help": (self._help, ()),
+            "inventory": (self._inventory, ()),
+            "look": (self._look_around, ()),
+        }
         hand = self.held[0] if self.held else ""
         pickupable, toggleable = house.able_to("pickupable"), house.able_to("toggleable")
         for receptacle in house.at.get(location, ()):
@@ -166,23 +186,7 @@ class ExactEngine:
                 for each in self._near.get(location, ()):
                     if each in sliceable:
                         offers[f"slice {name[each]} with {name[hand]}"] = self._slice, (each, hand)
-        self._offers = offers
-
-    def _elsewhere(self, location: str) -> dict[str, _Do]:
-        """What can be done anywhere, and the ways to other locations."""
-        offers = self._ways.get(location)
-        if offers is None:
-            offers = {
-                way: (self._go, (receptacle, there))
-                for way, (receptacle, there) in self.house.ways.items()
-                if there != location
-            }
-            offers |= {
-                "help": (self._help, ()),
-                "inventory": (self._inventory, ()),
-                "look": (self._look_around, ()),
-            }
-            self._ways[location] = offers
+        self._here = offers
         return offers
 
     def _add(self, *fact: str) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from worlds.alfworld.facts import tasks
 
-__all__ = ["CHANGING", "SPLITS", "TASKS", "Fact", "Game", "goal_pddl", "parse", "uncommented"]
+__all__ = ["CHANGING", "SPLITS", "TASKS", "Fact", "Game", "compose", "goal_pddl", "parse", "uncommented"]
 
 Fact = tuple[str, ...]
 """A predicate and its arguments, in lower case, as in `("opened", "fridge_bar_...")`."""
@@ -86,6 +86,14 @@ def parse(problem: str, task: str, words: dict[str, str], goal: str) -> Game:
     kinds = re.findall(r"(\S+)\s+-\s+(\S+)", found["objects"])
     facts = [tuple(atom.split()) for atom in _ATOM.findall(found["init"])]
     facts = [fact for fact in facts if fact[0] not in _NUMBERS]
+    return compose(problem, task, words, goal, kinds, facts)
+
+
+def compose(
+    problem: str, task: str, words: dict[str, str], goal: str, kinds: list[tuple[str, str]], facts: list[Fact]
+) -> Game:
+    """The game of a problem whose objects and facts are known, in lower case; the rest is as for `parse`."""
+    start = frozenset(fact for fact in facts if fact[0] in CHANGING)
     return Game(
         task,
         words["obj"].lower(),
@@ -93,8 +101,8 @@ def parse(problem: str, task: str, words: dict[str, str], goal: str) -> Game:
         words["toggle"].lower(),
         goal,
         tuple(sorted(kinds)),
-        frozenset(fact for fact in facts if fact[0] not in CHANGING),
-        frozenset(fact for fact in facts if fact[0] in CHANGING),
+        frozenset(facts) - start,
+        start,
         problem,
     )
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from worlds.alfworld.facts import tasks, things
-from worlds.alfworld.games import TASKS, Game, goal_pddl, parse
+from worlds.alfworld.games import TASKS, Game, compose, goal_pddl
 from worlds.alfworld.plans import (
     APPLIANCES,
     LAMPS,
@@ -15,6 +15,7 @@ from worlds.alfworld.plans import (
     errands,
     location,
     metres,
+    name,
     plan,
     plans_for,
     portable,
@@ -53,8 +54,17 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
         start = location(x, z, 90 * pick(range(4)), 30)
     words = {"obj": target, "recep": destination, "toggle": lamp, "mrecep": ""}
     goal = pick(tasks()[task].templates).format(**{key: each.lower() for key, each in words.items()})
-    problem = _write(here, lying, start, target, goal_pddl(task, words))
-    return parse(problem, task, words, goal)
+    kinds, facts = _tell(here, lying, start, target)
+    problem = [f"(define (problem plan_{here.number})", "(:domain alfred)", "(:objects", *kinds]
+    problem += [")", "(:init", *(f"({fact})" for fact in facts), ")", goal_pddl(task, words)]
+    return compose(
+        "\n".join(problem),
+        task,
+        words,
+        goal,
+        [(thing, kind) for thing, _, kind in map(str.split, "\n".join(kinds).lower().splitlines())],
+        [tuple(fact.split()) for fact in "\n".join(facts).lower().splitlines()],
+    )
 
 
 class _Lying(NamedTuple):
@@ -77,7 +87,7 @@ def _strew(here: Plan, task: str, target: str, destination: str, pick: Callable[
             count = 1
         elif kind in portable():
             bar = barred if kind == target else ()
-            where = [each for each in here.receptacles if kind in things().holds[each.type] and each.type not in bar]
+            where = [each for each in here.holders[kind] if each.type not in bar]
             count = max(least if kind == target else 1, pick(_COPIES))
         else:
             continue
@@ -93,39 +103,37 @@ def _strew(here: Plan, task: str, target: str, destination: str, pick: Callable[
     return tuple(lying.values())
 
 
-def _name(id: str) -> str:
-    """An id as a name in PDDL, as ALFRED writes it."""
-    for character, word in (("-", "minus"), ("|", "bar"), ("+", "plus"), (".", "dot"), (",", "comma")):
-        id = id.replace(character, f"_{word}_")
-    return id
+def _tell(here: Plan, lying: tuple[_Lying, ...], start: str, target: str) -> tuple[list[str], list[str]]:
+    """The objects of a problem in PDDL, each with its type, and the facts that are true at first.
 
-
-def _write(here: Plan, lying: tuple[_Lying, ...], start: str, target: str, goal: str) -> str:
-    """A problem in PDDL. Four types of things must be declared since the domain names them."""
-    known = things()
+    Four types of things must be declared since the domain names them.
+    """
+    known, called = things(), here.pddl
     kinds = {each.type for each in lying} | {"Knife", "ButterKnife", target}
     holding = {each.type for each in here.receptacles} | {"SinkBasin", "Microwave", "Fridge"}
+    names = {each.id: name(each.id) for each in lying}
     places = sorted({each.location for each in here.receptacles} | {start})
-    lines = [f"(define (problem plan_{here.number})", "(:domain alfred)", "(:objects", "agent1 - agent"]
-    lines += [f"{each}Type - otype" for each in sorted(kinds)] + [f"{each}Type - rtype" for each in sorted(holding)]
-    lines += [f"{_name(each.id)} - object" for each in sorted(lying)]
-    lines += [f"{_name(each.id)} - receptacle" for each in here.receptacles]
-    lines += [f"{_name(each)} - location" for each in places]
-    lines += [")", "(:init", f"(atLocation agent1 {_name(start)})"]
-    for place in here.receptacles:
-        name = _name(place.id)
-        lines += [f"(receptacleType {name} {place.type}Type)", f"(receptacleAtLocation {name} {_name(place.location)})"]
-        if place.type in known.openable:
-            lines.append(f"(openable {name})")
-    for holder in sorted({each.type for each in here.receptacles}):
-        lines += [f"(canContain {holder}Type {each}Type)" for each in known.holds[holder] if each in kinds]
-    for each in lying:
-        name = _name(each.id)
-        lines += [f"(objectType {name} {each.type}Type)", f"(inReceptacle {name} {_name(each.holder.id)})"]
-        lines.append(f"(objectAtLocation {name} {_name(each.holder.location)})")
-        if each.type in portable():
-            lines.append(f"(pickupable {name})")
-        if each.type in known.hollow:
-            lines.append(f"(isReceptacleObject {name})")
-        lines += [f"({predicate.lower()} {name})" for predicate in _PREDICATES if each.type in known.able[predicate]]
-    return "\n".join([*lines, ")", goal])
+    begin = name(start)
+    objects = ["agent1 - agent"]
+    objects += [f"{each}Type - otype" for each in sorted(kinds)] + [f"{each}Type - rtype" for each in sorted(holding)]
+    objects += [f"{names[id]} - object" for id in sorted(names)]
+    objects += [f"{called[each.id]} - receptacle" for each in here.receptacles]
+    objects += [f"{called.get(each, begin)} - location" for each in places]
+    facts = [f"atLocation agent1 {begin}"]
+    for id, kind, place in here.receptacles:
+        holder = called[id]
+        facts += [f"receptacleType {holder} {kind}Type", f"receptacleAtLocation {holder} {called[place]}"]
+        if kind in known.openable:
+            facts.append(f"openable {holder}")
+    for kind in sorted({each.type for each in here.receptacles}):
+        facts += [f"canContain {kind}Type {each}Type" for each in known.holds[kind] if each in kinds]
+    for id, kind, (holder, _, place) in lying:
+        thing = names[id]
+        facts += [f"objectType {thing} {kind}Type", f"inReceptacle {thing} {called[holder]}"]
+        facts.append(f"objectAtLocation {thing} {called[place]}")
+        if kind in portable():
+            facts.append(f"pickupable {thing}")
+        if kind in known.hollow:
+            facts.append(f"isReceptacleObject {thing}")
+        facts += [f"{predicate.lower()} {thing}" for predicate in _PREDICATES if kind in known.able[predicate]]
+    return objects, facts

@@ -1,10 +1,12 @@
 """What no action changes in a house, as maps and lists by which it is looked up."""
 
 from collections import Counter
+from functools import lru_cache
+from itertools import chain
 
 from worlds.alfworld.games import Game
 
-__all__ = ["House", "names"]
+__all__ = ["House", "house_of", "names"]
 
 
 def names(ids: list[str]) -> dict[str, str]:
@@ -31,8 +33,7 @@ class House:
 
     def __init__(self, game: Game) -> None:
         self.game = game
-        facts = game.static | game.start
-        known = {argument for fact in facts for argument in fact[1:]}
+        known = {*chain.from_iterable(game.static), *chain.from_iterable(game.start)}  # and names of predicates
         self.name = names([id for id, _ in game.kinds if id in known])
         """Per id its name."""
         of = {"receptacle": {}, "object": {}}  # type: dict[str, dict[str, str]]
@@ -46,7 +47,7 @@ class House:
         """Per predicate of one argument what it is true of."""
         self.within: dict[str, list[str]] = {}
         """Per object what lies in it, for ever."""
-        for fact in sorted(game.static):
+        for fact in game.static:
             predicate = fact[0]
             if predicate in ("receptacletype", "objecttype"):
                 self.type[fact[1]] = fact[2]
@@ -58,6 +59,9 @@ class House:
                 self.within.setdefault(fact[2], []).append(fact[1])
             elif len(fact) == 2:
                 self.able.setdefault(predicate, set()).add(fact[1])
+        self.place = dict(sorted(self.place.items()))
+        for inside in self.within.values():
+            inside.sort()
         for id, kind in game.kinds:
             if kind in of and id in known:
                 of[kind][id] = ""
@@ -72,9 +76,25 @@ class House:
         """Types of the receptacles that can be used."""
         self.openable = self.able.get("openable", set())
         self.ways = {f"go to {self.name[each]}": (each, location) for each, location in self.place.items()}
+        """Per command that leads somewhere the receptacle and the location."""
+        self._ways_from: dict[str, tuple[str, ...]] = {}
         self.id = {name: id for id, name in self.name.items()}
         """Per name its id."""
 
     def able_to(self, predicate: str) -> set[str]:
         """What a static predicate of one argument is true of."""
         return self.able.get(predicate, set())
+
+    def ways_from(self, location: str) -> tuple[str, ...]:
+        """The commands that lead from a location to others, sorted."""
+        ways = self._ways_from.get(location)
+        if ways is None:
+            ways = tuple(sorted(way for way, (_, there) in self.ways.items() if there != location))
+            self._ways_from[location] = ways
+        return ways
+
+
+@lru_cache(maxsize=4)
+def house_of(game: Game) -> House:
+    """The house of a game; those who play the same one at the same time share it."""
+    return House(game)

@@ -38,6 +38,10 @@ class Plan(NamedTuple):
     """Types of all that is in the room."""
     points: tuple[tuple[float, float], ...]
     """Where one can stand: x and z in metres."""
+    holders: dict[str, tuple[Receptacle, ...]]
+    """Per type of object the receptacles that may hold it."""
+    pddl: dict[str, str]
+    """Per id of a receptacle, and per place to stand to use one, its name in PDDL."""
 
 
 @cache
@@ -66,7 +70,16 @@ def plan(number: int) -> Plan:
                 id = f"{_BASE.get(kind, kind)}|{metres(x)}|+00.90|{metres(z + copy / 100)}"
                 turn = 90 * int(rng.integers(4))
                 found.append(Receptacle(f"{id}|{kind}" if kind in _BASE else id, kind, location(x, z, turn, 30)))
-    return Plan(number, tuple(sorted(found)), types, points)
+    found.sort()
+    holders = {kind: tuple(each for each in found if kind in static[each.type]) for kind in types}
+    return Plan(number, tuple(found), types, points, holders, {id: name(id) for each in found for id in each[::2]})
+
+
+def name(id: str) -> str:
+    """An id as a name in PDDL, as ALFRED writes it."""
+    for character, word in (("-", "minus"), ("|", "bar"), ("+", "plus"), (".", "dot"), (",", "comma")):
+        id = id.replace(character, f"_{word}_")
+    return id
 
 
 def metres(value: float) -> str:

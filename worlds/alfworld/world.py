@@ -121,7 +121,7 @@ class Alfworld(World[Truth, str, str]):
         game = given or self._draw()
         self._load(Truth(game.start, "", False, game))
         self._feedback = self._engine.intro()
-        return self.observe(), self._info()
+        return self._told()
 
     @property
     def truth(self) -> Truth:
@@ -140,11 +140,12 @@ class Alfworld(World[Truth, str, str]):
         first = not self._won and self._engine.won()
         if first:
             self._won = True
-        return self.observe(), 1.0 if first else 0.0, self._won, False, self._info()
+        observation, info = self._told()
+        return observation, 1.0 if first else 0.0, self._won, False, info
 
     def observe(self) -> str:
         """The last answer, and the commands that can be carried out now."""
-        return f"{self._feedback}{_LISTED}{', '.join(self._engine.commands())}"
+        return self._told()[0]
 
     def describe(self, observation: str) -> str:
         """The observation, which is text."""
@@ -191,8 +192,11 @@ class Alfworld(World[Truth, str, str]):
         self._engine.load(truth.facts)
         self._feedback, self._won = truth.feedback, truth.won
 
-    def _info(self) -> dict[str, Any]:
-        return {"success": self._won, self.actions_key: self._engine.commands()}
+    def _told(self) -> tuple[str, dict[str, Any]]:
+        """The observation and the info."""
+        commands = self._engine.commands()
+        info = {"success": self._won, self.actions_key: commands}
+        return f"{self._feedback}{_LISTED}{', '.join(commands)}", info
 
     def _given(self, path: str | os.PathLike[str] | None) -> Game | None:
         """The game of a file, if one is given."""

@@ -11,12 +11,13 @@ MAX_TITLES = 100
 """Greatest number of titles in an answer."""
 MAX_TITLE = 200
 """Greatest number of characters of a title, a year included."""
+_in_json = json.JSONEncoder(ensure_ascii=False).encode  # `json.dumps` makes one each time
 _FENCE = re.compile(r"```[a-z]*\n(.*)\n```", re.DOTALL)
 
 
 def answer_of(titles: list[str] | tuple[str, ...]) -> str:
     """A list of titles in canonical form."""
-    return json.dumps(list(titles), ensure_ascii=False)
+    return f"[{', '.join(map(_in_json, titles))}]"
 
 
 @lru_cache(maxsize=1024)

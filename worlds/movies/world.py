@@ -112,8 +112,8 @@ class Movies(World[Truth, dict[str, Any], str]):
         """Look the titles up and judge them."""
         profile, unsaid, manner, _ = self._truth
         self._truth = Truth(profile, unsaid, manner, action)
-        titles = titles_of(action)
-        met = sum(self.catalogue.meets(title, profile.wishes.values()) for title in titles)
+        titles, wishes = titles_of(action), profile.wishes.values()
+        met = sum([self.catalogue.meets(title, wishes) for title in titles])
         reward = met / len(titles) - 1.0 if titles else -1.0
         return self.observe(), reward, False, False, {"success": reward == 0.0}
 

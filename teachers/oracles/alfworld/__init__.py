@@ -1,12 +1,6 @@
-"""ALFWorld's oracle: shortest plans in closed form from the true facts, and what can be said by them.
+"""ALFWorld's oracle: what can be said by shortest plans, found in closed form from the true facts."""
 
-A task is a few acts in a fixed order (empty the hand, take, treat, put), each at some receptacle. Every way from one
-location to another is one command, so a shortest plan is found by trying all choices of objects and receptacles.
-"""
-
-from collections.abc import Callable, Iterable, Iterator, Set
-from itertools import permutations
-from typing import NamedTuple
+from collections.abc import Callable, Set
 
 import numpy as np
 
@@ -33,10 +27,10 @@ from teachers.oracles.alfworld.claims import (
     seen,
     visible_part,
 )
-from teachers.oracles.alfworld.search import FAR, IDLE, TREATMENTS, verb_of
+from teachers.oracles.alfworld.planning import Planner
+from teachers.oracles.alfworld.search import FAR, IDLE, verb_of
 from worlds.alfworld import Alfworld, Truth
-from worlds.alfworld.exact import AGENT, NOTHING, USES, ExactEngine
-from worlds.alfworld.games import Fact, Game
+from worlds.alfworld.exact import AGENT, NOTHING
 
 FORMS = (
     "look",
@@ -54,159 +48,6 @@ FORMS = (
     "cool (object) with (receptacle)",
     "slice (object) with (object)",
 )
-
-
-class _Leg(NamedTuple):
-    """A beginning of a plan."""
-
-    location: str
-    opened: frozenset[str]
-    """Receptacles that it has opened."""
-    commands: tuple[str, ...]
-
-
-class Planner:
-    """Shortest plans for a game, from any state.
-
-    Args:
-        game: the game.
-    """
-
-    def __init__(self, game: Game) -> None:
-        self.game = game
-        self.engine = ExactEngine(game)
-        house = self.engine.house
-        self._targets = self._of_type(house.objects, game.target)
-        self._destinations = self._of_type(house.receptacles, game.destination)
-        self._lamps = self._of_type(house.objects, game.lamp)
-        self._verb = TREATMENTS.get(game.task, "")
-        self._appliances: tuple[str, ...] = ()
-        if self._verb:
-            appliance, able, self._made, _ = USES[self._verb]
-            self._appliances = tuple(each for each in house.receptacles if house.type[each] == appliance)
-            self._targets = tuple(each for each in self._targets if each in house.able_to(able))
-
-    def _of_type(self, ids: Iterable[str], kind: str) -> tuple[str, ...]:
-        house = self.engine.house
-        return tuple(each for each in ids if house.type.get(each) == f"{kind}type")
-
-    def plan(self, facts: frozenset[Fact]) -> tuple[str, ...] | None:
-        """A shortest sequence of commands that does the task; None if there is none."""
-        engine = self.engine
-        engine.load(facts)
-        if engine.won():
-            return ()
-        self._stored = {each: receptacle for receptacle, inside in engine.inside.items() for each in inside}
-        begin = _Leg(engine.location, frozenset(), ())
-        ends = self._pairs(begin) if self.game.task == "pick_two_obj_and_place" else self._singles(begin)
-        return min((end.commands for end in ends), key=len, default=None)
-
-    def explore(self, truth: Truth) -> tuple[str, ...]:
-        """Commands that show what lies in a receptacle not looked into yet, likely ones and near ones first."""
-        engine = self.engine
-        house, name = engine.house, engine.house.name
-        engine.load(truth.facts)
-        known = seen(truth, house)
-        unlikely = {
-            each: (house.type.get(each, ""), f"{self.game.target}type") not in house.holds for each in house.place
-        }
-        left = [each for each in house.place if each not in known]
-        if not left:
-            return ()
-        goal = min(left, key=lambda each: (unlikely[each], house.place[each] != engine.location))
-        leg = self._go(_Leg(engine.location, frozenset(), ()), goal)
-        if goal in house.openable:
-            leg = self._reach(leg, goal)
-        elif len(house.at[leg.location]) > 1:
-            leg = leg._replace(commands=(*leg.commands, f"examine {name[goal]}"))
-        return leg.commands
-
-    def _singles(self, begin: _Leg) -> Iterator[_Leg]:
-        """Plans for one object: empty the hand, take, treat, put or hold under a lamp."""
-        engine = self.engine
-        for target in self._targets:
-            if target not in engine.held and target not in self._stored:
-                continue
-            legs = self._freed(begin, target)
-            if target not in engine.held:
-                legs = [self._take(leg, target) for leg in legs]
-            if self.game.lamp:
-                for leg in legs:
-                    yield from self._lit(leg)
-                continue
-            if self._verb and not engine.has(self._made, target):
-                legs = [self._treat(leg, target, each) for leg in legs for each in self._appliances]
-            for leg in legs:
-                for receptacle in self._destinations:
-                    yield self._put(leg, target, receptacle)
-
-    def _lit(self, leg: _Leg) -> Iterator[_Leg]:
-        name = self.engine.house.name
-        for lamp in self._lamps:
-            if lamp in self._stored:
-                there = self._go(leg, self._stored[lamp])
-                lit = self.engine.has("istoggled", lamp)
-                yield there if lit else there._replace(commands=(*there.commands, f"use {name[lamp]}"))
-
-    def _pairs(self, begin: _Leg) -> Iterator[_Leg]:
-        """Plans for two objects: put as many as are missing into the same receptacle."""
-        engine = self.engine
-        for receptacle in self._destinations:
-            rest = [each for each in self._targets if self._stored.get(each) != receptacle]
-            rest = [each for each in rest if each in self._stored or each in engine.held]
-            missing = 2 - sum(self._stored.get(each) == receptacle for each in self._targets)
-            for order in permutations(rest, missing):
-                for leg in self._freed(begin, order[0]):
-                    for each in order:
-                        if each in engine.held and each is not order[0]:
-                            break
-                        leg = leg if each in engine.held else self._take(leg, each)
-                        leg = self._put(leg, each, receptacle)
-                    else:
-                        yield leg
-
-    def _freed(self, leg: _Leg, target: str) -> list[_Leg]:
-        """The ways to lay down what is held, if it is not the target; those that can be worth while."""
-        engine = self.engine
-        house = engine.house
-        junk = [each for each in engine.held if each != target]
-        if not junk:
-            return [leg]
-        kind = house.type.get(junk[0], "")
-        ways = [
-            self._put(leg, junk[0], each) for each in house.receptacles if (house.type.get(each), kind) in house.holds
-        ]
-        # Going on from the best of them to where another one ends takes two more commands at most: go and open.
-        least = min((len(way.commands) for way in ways), default=0)
-        return [way for way in ways if len(way.commands) <= least + 1]
-
-    def _go(self, leg: _Leg, receptacle: str) -> _Leg:
-        location = self.engine.house.place[receptacle]
-        if location == leg.location:
-            return leg
-        return _Leg(location, leg.opened, (*leg.commands, f"go to {self.engine.house.name[receptacle]}"))
-
-    def _reach(self, leg: _Leg, receptacle: str) -> _Leg:
-        leg = self._go(leg, receptacle)
-        if self.engine.open(receptacle) or receptacle in leg.opened:
-            return leg
-        command = f"open {self.engine.house.name[receptacle]}"
-        return _Leg(leg.location, leg.opened | {receptacle}, (*leg.commands, command))
-
-    def _take(self, leg: _Leg, each: str) -> _Leg:
-        name, receptacle = self.engine.house.name, self._stored[each]
-        leg = self._reach(leg, receptacle)
-        return leg._replace(commands=(*leg.commands, f"take {name[each]} from {name[receptacle]}"))
-
-    def _treat(self, leg: _Leg, each: str, appliance: str) -> _Leg:
-        name = self.engine.house.name
-        leg = self._go(leg, appliance)
-        return leg._replace(commands=(*leg.commands, f"{self._verb} {name[each]} with {name[appliance]}"))
-
-    def _put(self, leg: _Leg, each: str, receptacle: str) -> _Leg:
-        name = self.engine.house.name
-        leg = self._reach(leg, receptacle)
-        return leg._replace(commands=(*leg.commands, f"move {name[each]} to {name[receptacle]}"))
 
 
 class AlfworldOracle(Oracle[Truth, Alfworld]):
@@ -227,58 +68,53 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
     def start(self, truth: Truth) -> None:
         """Get a planner for the game."""
         self._planner = Planner(truth.game)
-        self._plans: dict[frozenset[Fact], tuple[str, ...] | None] = {}
+
+    def _planner_of(self, truth: Truth) -> Planner:
+        if truth.game is not self._planner.game:
+            self._planner = Planner(truth.game)
+        return self._planner
 
     def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
         """A shortest plan, or its beginning; nothing once the task is done."""
-        plan = None if truth.won else self._plan(truth)
+        if truth.won:
+            return ()
+        plan = self._explored(truth) if self._explores else self._planner_of(truth).plan(truth.facts)
         return plan[: max(n, 0)] if plan else ()
-
-    def _plan(self, truth: Truth) -> tuple[str, ...] | None:
-        """A shortest plan; the last ones are remembered."""
-        if truth.game is not self._planner.game:
-            self._planner, self._plans = Planner(truth.game), {}
-        if truth.facts not in self._plans:
-            if len(self._plans) > _RECENT:
-                self._plans.clear()
-            self._plans[truth.facts] = self._explored(truth) if self._explores else self._planner.plan(truth.facts)
-        return self._plans[truth.facts]
 
     def _explored(self, truth: Truth) -> tuple[str, ...] | None:
         """A shortest plan by what has been seen, else the way to something else; None if all has been seen."""
-        visible = visible_part(truth, self._planner.engine.house)
-        plan = self._planner.plan(visible.facts)
-        return self._planner.explore(truth) or None if plan is None else plan
-
-    def _known(self, truth: Truth) -> int | None:
-        """The length of a shortest plan by what has been seen."""
-        plan = self._planner.plan(visible_part(truth, self._planner.engine.house).facts)
-        return None if plan is None else len(plan)
+        planner = self._planner_of(truth)
+        plan = planner.plan(visible_part(truth, planner.engine.house).facts)
+        return planner.explore(truth) or None if plan is None else plan
 
     def _forward(self, before: Truth, command: str) -> bool:
         """Whether a command is a step forward for an explorer."""
-        house = self._planner.engine.house
-        known = self._known(before)
+        planner = self._planner_of(before)
+        house = planner.engine.house
+        visible = visible_part(before, house).facts
+        known = planner.left(visible)
         if known is not None:
-            after = self._after(visible_part(before, house), command)
-            gained = self._planner.plan(after.facts)
-            return gained is not None and len(gained) < known
-        after = self._after(before, command)
+            gained = planner.left_after(visible, command)
+            return gained is not None and gained < known
+        engine = planner.engine
+        engine.load(before.facts)
+        engine.do(command)
+        after = before._replace(facts=engine.facts)
         if seen(after, house) != seen(before, house):
             return True
-        self._planner.engine.load(after.facts)
-        location = self._planner.engine.location
-        unseen = set(house.at.get(location, ())) - seen(after, house)
-        return bool(unseen) and ("atlocation", AGENT, location) not in before.facts
+        unseen = set(house.at.get(engine.location, ())) - seen(after, house)
+        return bool(unseen) and ("atlocation", AGENT, engine.location) not in before.facts
 
-    def _left(self, truth: Truth) -> int | None:
-        plan = self._plan(truth)
-        return None if plan is None else len(plan)
+    def _gain(self, truth: Truth, command: str) -> int | None:
+        """By how many commands a command brings the task nearer; None if it is not known."""
+        planner = self._planner_of(truth)
+        return _less(planner.left(truth.facts), planner.left_after(truth.facts, command))
 
-    def _gain(self, before: Truth, after: Truth) -> int | None:
-        """By how many commands the task has come nearer; None if it is not known."""
-        a, b = self._left(before), self._left(after)
-        return None if a is None or b is None else a - b
+    def _commands(self, truth: Truth) -> list[str]:
+        """The commands that can be carried out, sorted."""
+        engine = self._planner_of(truth).engine
+        engine.load(truth.facts)
+        return engine.commands()
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         expected = self.lab.action_syntax
@@ -286,20 +122,14 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """Some first commands: one that is right, and others."""
-        self.lab.restore(truth)
-        commands = self.lab.commands()
+        commands = self._commands(truth)
         tried = {*self.plan(truth, 1), *(commands[i] for i in rng.integers(len(commands), size=_TRIES).tolist())}
         told: list[Claim] = []
         for command in sorted(tried):
-            gain = self._gain(truth, self._after(truth, command))
+            gain = self._gain(truth, command)
             if gain is not None:
                 told.append(TriedWell(action=command) if gain > 0 else TriedInVain(action=command))
         return tuple(told)
-
-    def _after(self, truth: Truth, command: str) -> Truth:
-        self.lab.restore(truth)
-        self.lab.advance(command)
-        return self.lab.truth
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         plan = self.plan(truth, FAR)
@@ -317,7 +147,8 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         elif self._explores:
             verdict = Forward(action=action) if self._forward(before, action) else NotForward(action=action)
         else:
-            needed, left = self._left(before), self._left(after)
+            planner = self._planner_of(after)
+            needed, left = planner.left(before.facts), planner.left(after.facts)
             if needed is not None and left is not None:
                 verdict = Nearer(action=action, left=left) if left < needed else NoNearer(action=action)
         if verdict is not None and verdict.kind in kinds:
@@ -337,28 +168,27 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
 
     def _warning(self, truth: Truth, turn: int) -> Avoid | Needless | None:
         """A command to avoid: in each turn another one, of those that can be carried out."""
-        self.lab.restore(truth)
-        commands = self.lab.commands()
+        commands = self._commands(truth)
         for i in range(len(commands)):
             command = commands[(turn * _STRIDE + i) % len(commands)]
             if self._explores:
                 if not self._forward(truth, command):
                     return Needless(action=command)
                 continue
-            gain = self._gain(truth, self._after(truth, command))
+            gain = 0 if verb_of(command) in IDLE else self._gain(truth, command)
             if gain is not None and gain <= 0:
                 return Avoid(action=command)
         return None
 
     def importance(self, truth: Truth) -> float:
         """By how many commands the worst next command puts the task off, more than the best one does."""
-        if truth.won or self._left(truth) is None:
+        if truth.won:
             return 0.0
         if self._explores:
-            return 1.0
-        self.lab.restore(truth)
-        commands = [each for each in self.lab.commands() if verb_of(each) not in IDLE]
-        gains = [self._gain(truth, self._after(truth, command)) for command in commands]
+            return 0.0 if self._explored(truth) is None else 1.0
+        if self._planner_of(truth).left(truth.facts) is None:
+            return 0.0
+        gains = [self._gain(truth, each) for each in self._commands(truth) if verb_of(each) not in IDLE]
         # Looking around, which is always possible, gains nothing: one command is lost.
         return min(1.0 - min([0, *(gain for gain in gains if gain is not None)]), self.max_importance)
 
@@ -370,10 +200,15 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
             return 0.0
         if self._explores:
             return 0.0 if moment.success else float(not self._forward(moment.before, moment.action))
-        gain = 1 if moment.success else self._gain(moment.before, moment.after)
+        planner = self._planner_of(moment.after)
+        gain = 1 if moment.success else _less(planner.left(moment.before.facts), planner.left(moment.after.facts))
         return 1.0 - gain if gain is not None else 0.0
 
 
+def _less(before: int | None, after: int | None) -> int | None:
+    """By how much a number has become less; None if it is not known."""
+    return None if before is None or after is None else before - after
+
+
 _TRIES = 3
-_RECENT = 100
 _STRIDE = 7

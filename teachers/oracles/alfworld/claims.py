@@ -6,7 +6,7 @@ from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING, ExactEngine
-from worlds.alfworld.house import House
+from worlds.alfworld.house import House, house_of
 
 
 @claim
@@ -366,7 +366,7 @@ def _forward(lab: Alfworld, truth: Truth, command: str) -> bool:
     If the task cannot be done with that: whether it shows what lies in a receptacle that had not been looked into, or
     leads to one.
     """
-    house = House(truth.game)
+    house = house_of(truth.game)
     visible = visible_part(truth, house)
     try:
         left = distance(visible)

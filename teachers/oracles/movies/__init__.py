@@ -164,9 +164,12 @@ class MoviesOracle(Oracle[Truth, Movies]):
         truth = moment.after
         catalogue = self.lab.catalogue
         titles, wishes = titles_of(truth.answer), truth.profile.wishes.values()
-        found = [catalogue.find(title) for title in titles]
-        items = [catalogue.items[each[0]] if len(each) == 1 else None for each in found]
-        wrong = [i for i, item in enumerate(items) if item is None or not all(item.bits & wish for wish in wishes)]
+        items, wrong = [], []
+        for i, title in enumerate(titles):
+            item = catalogue.item(title)
+            items.append(item)
+            if item is None or not item.meets(wishes):
+                wrong.append(i)
         if FP in kinds:
             if titles and not wrong:
                 claims.append(Repeat(action=truth.answer))
@@ -197,7 +200,6 @@ class MoviesOracle(Oracle[Truth, Movies]):
 _LONGEST = MAX_TITLES + 1
 
 
-@lru_cache(maxsize=4096)
 def _recommend(titles: tuple[str, ...], place: int, title: str) -> Recommend:
     """Advice to put a title at a place of a list; it stands alone if the list would be too long."""
     action = answer_of([*titles[:place], title, *titles[place + 1 :]])
@@ -244,22 +246,26 @@ def _verdicts(catalogue: Catalogue, profile: Profile, place: int, said: str) -> 
     item = catalogue.items[found[0]]
     if not item.named:
         return ()
+    title = item.label
     claims: list[Claim] = []
     plain = (item.title, f"{item.title} ({item.first})")
-    if said.casefold() not in map(str.casefold, plain):
-        claims.append(TakenFor(item=place, said=said, title=item.label))
-    wrong = [attribute for attribute, wish in profile.wishes.items() if not item.bits & wish]
-    if not wrong:
-        return (*claims, Fits(item=place, title=item.label))
-    for attribute in profile.wishes:
+    if said not in plain and said.casefold() not in map(str.casefold, plain):
+        claims.append(TakenFor(item=place, said=said, title=title))
+    if item.meets(profile.wishes.values()):
+        return (*claims, Fits(item=place, title=title))
+    bits = item.bits
+    for attribute, wish, wanted in _wanted(profile):
         words = found_words(item, attribute)
-        if attribute not in wrong:
-            claims.append(AttributeFits(item=place, title=item.label, attribute=attribute, found=words))
-        elif not words:
-            claims.append(Unrated(item=place, title=item.label, wanted=profile.words(AGE)))
+        if bits & wish:
+            claims.append(AttributeFits(item=place, title=title, attribute=attribute, found=words))
+        elif words:
+            claims.append(AttributeMisses(item=place, title=title, attribute=attribute, found=words, wanted=wanted))
         else:
-            wanted = profile.words(attribute)
-            claims.append(
-                AttributeMisses(item=place, title=item.label, attribute=attribute, found=words, wanted=wanted)
-            )
+            claims.append(Unrated(item=place, title=title, wanted=wanted))
     return tuple(claims)
+
+
+@lru_cache(maxsize=1024)
+def _wanted(profile: Profile) -> tuple[tuple[str, int, str], ...]:
+    """Per attribute that matters the bits of which a title must have one, and the wish in words."""
+    return tuple((attribute, wish, profile.words(attribute)) for attribute, wish in profile.wishes.items())

@@ -314,9 +314,8 @@ def row_words(lab: Movies, row: tuple[Any, ...], attribute: str) -> str | None:
         return _years(first, last)
     if attribute == AGE:
         return None if certificate is None else str(certificate)
-    return _genres(
-        [genre for (genre,) in lab.catalogue.query("SELECT genre FROM genre WHERE id = ? ORDER BY rowid", id)]
-    )
+    genres = lab.catalogue.query("SELECT genre FROM genre WHERE id = ? ORDER BY rowid", id)
+    return _genres(tuple([genre for (genre,) in genres]))
 
 
 def found_words(item: Item, attribute: str) -> str:
@@ -332,7 +331,8 @@ def _years(first: int, last: int | None) -> str:
     return f"{first}" if last == first else f"{first} to {last or 'now'}"
 
 
-def _genres(genres: Sequence[str]) -> str:
+@lru_cache(maxsize=1024)
+def _genres(genres: tuple[str, ...]) -> str:
     return " and ".join((", ".join(genres[:-1]), genres[-1]) if len(genres) > 1 else genres) or "none listed"
 
 

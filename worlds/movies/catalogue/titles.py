@@ -129,12 +129,11 @@ class Titles:
         if len(form) < _SHORTEST:
             return []
         most = 2 if len(form) >= _LONG else 1
-        found = []
+        forms: list[str] = []
         for length in range(max(len(form) - most, _SHORTEST), len(form) + most + 1):
-            forms = self._by_start.get((form[0], length), ())
-            close = process.extract(form, forms, scorer=OSA.distance, score_cutoff=most, limit=None)
-            found += [(int(distance), other) for other, distance, _ in close]
-        return found
+            forms += self._by_start.get((form[0], length), ())
+        close = process.extract(form, forms, scorer=OSA.distance, score_cutoff=most, limit=None)
+        return [(int(distance), other) for other, distance, _ in close]
 
 
 def _split(text: str) -> tuple[str, int | None]:
