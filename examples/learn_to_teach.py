@@ -40,7 +40,7 @@ TRIAL, HELD_OUT = 2_000_000, 1_000_000
 """First seeds of the lifetimes that choose among trained teachers, and that compare the chosen one; no training
 environment has them.
 """
-_ROWS, _DECISIONS, _TRIALS, _STAGES = 64, 128, 200, 10  # PPO learns from so many decisions of each row at once
+_ROWS, _DECISIONS, _TRIALS, _STAGES = 64, 256, 200, 10  # PPO learns from so many decisions of each row at once
 _NEAR = 4  # moves
 _RETICENCE = 3.0  # log-odds of silence at first
 _MOVES = 200.0  # a unit of reward, about what a lifetime varies by
