@@ -115,6 +115,8 @@ class TeacherSeat:
         self._kinds = -1  # as a subset's number, once it has been asked for
         self.choosing: list[int] = []
         """Indices into `listed` that have been chosen in this turn."""
+        self.trimmed = 0
+        """The kinds that it was last to say and of which nothing could be said, as a subset's number."""
 
     def see(self, moment: Moment[Any], asked: bool = False) -> None:
         """Take note of what there is to speak of now; `asked`: that the student asks for advice on it."""
@@ -145,11 +147,7 @@ class TeacherSeat:
     def available(self) -> int:
         """The kinds that can be said now, as a subset's number."""
         if self._kinds < 0:
-            kinds = 0
-            for claim in self.claims():
-                if claim.kind is not None:
-                    kinds |= BIT[claim.kind]
-            self._kinds = kinds
+            self._kinds = kinds_of(self.claims())
         return self._kinds if self.purse.budget is None or self.purse.left else 0
 
     def features(self) -> tuple[float, float, float, float, float]:
@@ -219,12 +217,14 @@ class TeacherSeat:
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
         if not (type(subset) is int and 0 <= subset < SUBSETS) and not _DISCRETE.contains(subset):
             raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {subset!r}")
-        said: Sequence[Claim[Any]] = self.claims()
+        subset, said = int(subset), self.claims()
+        self.trimmed = subset & ~self.available()
         if subset & self._kinds != self._kinds:  # or it says all that there is, as it mostly does
-            said = [claim for claim in said if claim.kind is None or subset & BIT[claim.kind]]
+            said = tuple([claim for claim in said if claim.kind is None or subset & BIT[claim.kind]])
         if self.purse.budget is not None:
-            said = within(self.purse.left, said, _kind)
-        return self.teacher.say(tuple(said), self.moment.turn)
+            said = tuple(within(self.purse.left, said, _kind))
+            self.trimmed = subset & ~kinds_of(said)
+        return self.teacher.say(said, self.moment.turn)
 
     # To say one claim after the other.
 
@@ -308,6 +308,15 @@ def _silence() -> np.ndarray:
     mask = np.zeros(1 + CLAIMS, np.int8)
     mask[0] = 1
     return mask
+
+
+def kinds_of(claims: Sequence[Claim[Any]]) -> int:
+    """The kinds of claims, as a subset's number."""
+    kinds = 0
+    for claim in claims:
+        if claim.kind is not None:
+            kinds |= BIT[claim.kind]
+    return kinds
 
 
 def message_space() -> Prose:

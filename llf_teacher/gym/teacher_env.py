@@ -38,11 +38,13 @@ class TeacherEnv(SeatEnv):
     4. n / (n + 4) for n earlier visits of the student's state in this lifetime
     5. n / (n + 4) for n of those visits in which an action was advised
     6. 1 if the student has announced its next action, else 0
-    7. 1 if what it announced is a mistake, else 0
+    7. 1 if what it announced is a mistake, else 0: worth less than another action, or, where actions have no values,
+       one with which the oracle would find fault
     8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
 
-    Info: the privileged `moment`; `student`, its spec, or None for a policy of your own; and, if it has
-    announced an action, that as `intention`.
+    Info: that of `teacher_0`, such as the privileged `moment`, and `trimmed`, the kinds of the last action of which
+    nothing could be said; `student`, its spec, or None for a policy of your own; and, if it has announced an action,
+    that as `intention`.
 
     A student with `forget=False` remembers its earlier episodes until a reset with a seed, which brings a new one. A
     policy of your own that is given as it is always stays; only its `reset` is called.
@@ -102,7 +104,9 @@ class TeacherEnv(SeatEnv):
         self.student: Any = self._enrol(np.random.default_rng(0)) if given else student
         self._renews = episodes > 1 or bool(self._vary) or not (given or _is_policy(student))
         self._remembers = given and not getattr(student, "forget", True)
-        if given or _is_policy(student):  # another one is made for each episode
+        if (
+            given or _is_policy(student) or isinstance(student, type)
+        ):  # what a function makes is checked when it is made
             self._check_announces(self.student)
         self.observation_space = self.aec.observation_space(TEACHER)
         if episodes > 1:

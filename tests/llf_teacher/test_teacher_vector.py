@@ -80,6 +80,7 @@ def check_lifetimes(id, rows, seed, mode, **options):
             check_seen(seen, row, observation)
             intention = int(infos["intention"][row])
             assert (None if intention < 0 else intention) == info.get("intention")
+            assert infos["trimmed"][row] == info["trimmed"]
             assert str(batch.students.student(row)) == info["student"]
             if turn % 5 == 0:
                 check_table(batch, row, lesson)

@@ -56,7 +56,7 @@ class TeacherVectorEnv(RowsEnv):
 
     Observation, action, reward, lifetimes, budgets and announcements are as there; the oracle's claims are what there
     is to say, and the episodes of a lifetime begin in the same state of one world. Info: `intention`, what was
-    announced, -1 where nothing was. `lesson` gives a row as a scalar environment.
+    announced, -1 where nothing was; `trimmed`, as there. `lesson` gives a row as a scalar environment.
 
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays, with finitely many states.
@@ -133,6 +133,7 @@ class TeacherVectorEnv(RowsEnv):
         """What teachers remember."""
         self.spent = np.zeros(num_envs, np.int64)
         """Atoms that were said in each lifetime."""
+        self._trimmed = np.zeros(num_envs, np.int64)
         self._finished = np.zeros(num_envs, bool)
         self._start = self.worlds.state
         scalar = TeacherEnv(env_id, student=spec, **self._lesson)
@@ -169,7 +170,7 @@ class TeacherVectorEnv(RowsEnv):
         """Lifetimes begin, with new students."""
         self._pupil_streams.states[rows] = self._draws.integers(2**64, size=len(rows), dtype=np.uint64)
         self.students.enrol(rows, self._enrolled(len(rows), seeds))
-        self.spent[rows] = 0
+        self.spent[rows] = self._trimmed[rows] = 0
         self._finished[rows] = False
         self._start = merged(self._start, rows, self.worlds.taken(self.worlds.state, rows))
         self.lives.begin(rows, self.worlds.place(rows))
@@ -196,6 +197,7 @@ class TeacherVectorEnv(RowsEnv):
         if self.budget is not None:
             left = np.clip(self.budget - self.spent[rows], 0, len(KINDS))
             said = WITHIN[said, left]
+        self._trimmed[rows] = actions & ~said
         atoms = _COUNT[said]
         self.spent[rows] += atoms
         reward = np.zeros(self.num_envs)
@@ -275,7 +277,12 @@ class TeacherVectorEnv(RowsEnv):
         return LEGAL.take(np.where(self._finished, 0, self._available()), axis=0)
 
     def _infos(self) -> dict[str, Any]:
-        return {"intention": self._intention, "_intention": self._intention >= 0}
+        return {
+            "intention": self._intention,
+            "_intention": self._intention >= 0,
+            "trimmed": self._trimmed.copy(),
+            "_trimmed": np.ones(self.num_envs, bool),
+        }
 
 
 class _RowSeeds(Seeds):

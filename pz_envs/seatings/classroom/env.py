@@ -63,8 +63,9 @@ class ClassroomEnv(SeatsEnv):
         Action: Dict of `student`, Discrete(n + 1), 0 for nobody, i + 1 for student i, and `words`, `Prose`; an
         `Utterance` brings its atoms along. What words say of the instruction is not repeated.
     Info of the teacher: the privileged `moments`, a tuple with a `Moment` per student; `asking`, the number of the
-    student who asks, if one does; with `message` also `suggestions`, per student what its own teacher would say (empty
-    for who has left), and `suggestion`, what it would answer.
+    student who asks, if one does; with `kinds` also `trimmed`, the kinds of its last action of which nothing was said,
+    as a subset's number; with `message` also `suggestions`, per student what its own teacher would say (empty for who
+    has left), and `suggestion`, what it would answer.
     To turn to a student who has left, or a second time in a round, is to waste that attention.
 
     Rewards: at a student's step it gets its world's reward, and the teacher its `teacher_reward`; so over a round the
@@ -177,6 +178,7 @@ class ClassroomEnv(SeatsEnv):
         self._paid = TEACHER
         self._terminated = True
         self._class = list(range(len(self.desks)))
+        self._trimmed = 0
         self._begin_round()
 
     def observe(self, agent: str) -> dict[str, Any]:
@@ -259,6 +261,8 @@ class ClassroomEnv(SeatsEnv):
         info: dict[str, Any] = {"moments": self._moments}
         if self.speech == "message":
             info["suggestions"] = self._suggestions
+        elif self.speech == "kinds":
+            info["trimmed"] = self._trimmed
         if self._asking is not None:
             info["asking"] = self._asking
             if self.speech == "message":
@@ -268,6 +272,7 @@ class ClassroomEnv(SeatsEnv):
     def _teach(self, action: Any) -> None:
         """A turn of the teacher."""
         i, said = self._understand(action)
+        self._trimmed = 0 if i is None else said  # all of it, unless it is heard
         reward = 0.0
         if self._asking is not None:
             self._answer(self._asking, i, said)
@@ -304,6 +309,7 @@ class ClassroomEnv(SeatsEnv):
         """Let a student hear something; what that costs, negated."""
         if self.speech == "kinds":
             words: str = desk.seat.say(said)
+            self._trimmed = desk.seat.trimmed
         elif self.speech == "claims":
             desk.seat.choose(said)
             words = desk.seat.chosen()

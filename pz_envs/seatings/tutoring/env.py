@@ -49,7 +49,8 @@ class TutoringEnv(SeatsEnv):
             `action_mask`, int8 (32,).
         The claims are those of the seat's own teacher after its personality: true, if that does not err.
         Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to
-        say are not said. `reset` says the instruction itself. Info: the privileged `moment`.
+        say are not said. `reset` says the instruction itself. Info: the privileged `moment`, and `trimmed`, the kinds
+        of its last action of which nothing could be said, as a subset's number.
 
     Teacher, `speech="claims"`:
         Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim that
@@ -154,7 +155,7 @@ class TutoringEnv(SeatsEnv):
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
         self._begin(seed, options, None)
-        self.purse.spent = 0
+        self.purse.spent = self.seat.trimmed = 0
         self._open_lesson()
 
     def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
@@ -246,9 +247,9 @@ class TutoringEnv(SeatsEnv):
             if asks and not self._asked:
                 self._ask(self.ask_cost)
                 return
-            action = failure(ASK, self.world) if asks else self._understand(action)
+            action = failure(ASK, self.world) if asks else self.understand(action)
         else:
-            action = self._understand(action)
+            action = self.understand(action)
         world, before = self.world, self.moment.after
         turn = self.turn = self.turn + 1
         if type(action) is ParseFailure:
@@ -295,6 +296,7 @@ class TutoringEnv(SeatsEnv):
             self._pay(TEACHER, self.purse.pay(self.hear(self.seat.allow(action))), 0.0)
         elif self.speech == "kinds":
             self._pay(TEACHER, self.purse.pay(self.hear(self.seat.say(action))), 0.0)
+            self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.seat.trimmed}
         else:
             chosen = len(self.seat.choosing)
             done = self.seat.choose(action)
@@ -340,7 +342,7 @@ class TutoringEnv(SeatsEnv):
     def _see(self) -> None:
         self.state_now = self.world.describe(self._state) if self.text else self._state
 
-    def _understand(self, action: Any) -> Any:
+    def understand(self, action: Any) -> Any:
         """The student's action in canonical form, or a `ParseFailure`."""
         if not self._texts:
             return self.world.legal(action)
@@ -355,6 +357,8 @@ class TutoringEnv(SeatsEnv):
             info["asked"] = True
         if self.speech == "message":
             info["suggestion"] = self.seat.suggestion(brief=not self.turn and not self._asked)
+        elif self.speech == "kinds":
+            info["trimmed"] = self.seat.trimmed
         elif self.speech == "claims":
             info["claims"] = tuple(self.seat.listed())
         self.infos[TEACHER] = info
