@@ -89,6 +89,11 @@ class TeacherEnv(SeatEnv):
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
         if isinstance(student, str | Student):
             student = parse_student(student)
+            if options.get("numbers"):
+                raise ValueError(
+                    f"the student {student} reads no numbers; numbers=True is for policies with reset(rng) and "
+                    "act(observation, info) of your own"
+                )
             options.setdefault("text", student.text)
         if episodes > 1:
             options.setdefault("until_success", True)

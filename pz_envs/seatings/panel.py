@@ -283,6 +283,8 @@ class Panel(Seating):
         check_teachers(teachers)
         if "teacher" in options:
             raise ValueError(f"a panel has teachers=[...], not teacher={options['teacher']!r}")
+        if options.get("numbers"):
+            raise ValueError("a panel's student hears each of its teachers in words; allowed: numbers=False")
         first, *others = teachers
         chosen = "kinds" if speech == "message" else speech
         desk = TUTORING.raw_env(subject, speech=chosen, teacher=first, **options)

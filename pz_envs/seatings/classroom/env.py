@@ -181,7 +181,7 @@ class ClassroomEnv(SeatsEnv):
         self._trimmed = 0
         self._begin_round()
 
-    def observe(self, agent: str) -> dict[str, Any]:
+    def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         if agent != TEACHER:
             return self.desks[self._number[agent]].observe(STUDENT)

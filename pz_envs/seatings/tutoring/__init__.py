@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
+from pz_envs.numbers import Embed
 from pz_envs.rewards import TeacherReward
 from pz_envs.seatings.tutoring.env import TutoringEnv, words_space
 from pz_envs.subject import Seating, Subject
@@ -31,6 +32,8 @@ class Tutoring(Seating):
         render_mode: str | None = None,
         speech: str = "message",
         text: bool = False,
+        numbers: bool = False,
+        embed: Embed | None = None,
         cost: float = 0.01,
         budget: int | None = None,
         purse: Purse | None = None,
@@ -73,6 +76,8 @@ class Tutoring(Seating):
             render_mode=render_mode,
             speech=speech,
             text=text,
+            numbers=numbers,
+            embed=embed,
             cost=cost,
             budget=budget,
             purse=purse,

@@ -6,6 +6,7 @@ from typing import Any
 from gymnasium import spaces
 
 from pz_envs.asking import ASK, asking_space, read_question
+from pz_envs.numbers import Embed, Field, Numbers
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
@@ -33,6 +34,8 @@ class TutoringEnv(SeatsEnv):
         the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
         `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world
         does not step, the turn counts.
+        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
+        `pz_envs.numbers`, and `fields` for what is where. The action is the world's.
         Info: what the world tells, with `success`, and `atoms`, what was said last.
 
     Teacher, `speech="message"`:
@@ -80,6 +83,8 @@ class TutoringEnv(SeatsEnv):
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         speech: `message`, `kinds` or `claims`.
         text: text in, text out for the student.
+        numbers: numbers in for the student.
+        embed: with `numbers`, gives the vector of a text.
         cost: paid by the teacher per atom of feedback, at least 0.
         budget: atoms of feedback that the teacher may say in an episode; what exceeds it is not said. None: any number.
         purse: cost and budget that the seat shares with others; None: its own.
@@ -105,6 +110,8 @@ class TutoringEnv(SeatsEnv):
         repeated: bool = False,
         speech: str = "message",
         text: bool = False,
+        numbers: bool = False,
+        embed: Embed | None = None,
         cost: float = 0.01,
         budget: int | None = None,
         purse: Purse | None = None,
@@ -114,7 +121,11 @@ class TutoringEnv(SeatsEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(name, speech, render_mode)
-        check_flags(text=text, until_success=until_success)
+        check_flags(text=text, numbers=numbers, until_success=until_success)
+        if text and numbers:
+            raise ValueError("text=True and numbers=True exclude each other; set one of them")
+        if embed is not None and not numbers:
+            raise ValueError("embed= makes numbers of words; it needs numbers=True")
         if not is_count(max_cycles):
             raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
         if ask_cost is not None:
@@ -128,6 +139,7 @@ class TutoringEnv(SeatsEnv):
         self._own_reward = self.teacher_reward is not student_reward
         self.possible_agents = [TEACHER, STUDENT]
         self._texts = text or isinstance(world.action_space, spaces.Text)
+        self._numbers = Numbers(world, max_cycles, embed) if numbers else None
         self.student_space = spaces.Dict(
             {
                 "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
@@ -135,10 +147,10 @@ class TutoringEnv(SeatsEnv):
                 "feedback": Prose(PROSE),
             }
         )
-        """What the student observes."""
+        """What the student observes, if not in numbers."""
         self.moment: Moment[Any]
         """The last turn."""
-        self.observation_spaces[STUDENT] = self.student_space
+        self.observation_spaces[STUDENT] = self._numbers.space if self._numbers else self.student_space
         acts = Prose(PROSE) if text else copy.deepcopy(world.action_space)
         self.action_spaces[STUDENT] = acts if ask_cost is None else asking_space(acts)
         if speech == "message":
@@ -213,10 +225,18 @@ class TutoringEnv(SeatsEnv):
             self.infos[STUDENT]["atoms"] = opening.atoms
         self._pass_to_teacher()
 
-    def observe(self, agent: str) -> dict[str, Any]:
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """What the numbers are that the student observes; none without `numbers=True`."""
+        return () if self._numbers is None else self._numbers.fields
+
+    def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         if agent == STUDENT:
             state = self.state_now
+            if self._numbers is not None:
+                said = self.infos[STUDENT].get("atoms", ())
+                return self._numbers.of(state, self.turn, self.instruction, self.feedback, said)
             state = state.copy() if type(state) is dict else copy.copy(state)
             return {"state": state, "instruction": self.instruction, "feedback": self.feedback}
         if self.speech == "message":
