@@ -42,12 +42,30 @@ SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset 
 """Per subset its members, 0 or 1 a kind, shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
 """Per subset of what is true the subsets that can be said, shape (32, 32); silence always can."""
+ACTIONS = ("all", "compact")
+"""Which subsets a teacher chooses from: all, or those that its feedback type and its oracle leave; see `choices_of`."""
 _BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
 
 
 def is_count(value: Any, most: float = math.inf) -> TypeGuard[int]:
     """Whether a value is an integer, numpy's included, from 1 to `most`."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool) and 1 <= int(value) <= most
+
+
+def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[int, ...]:
+    """The subsets that a teacher chooses from, by the number of its action.
+
+    Raises:
+        ValueError: there is no such choice, or the teacher does not say kinds.
+    """
+    if actions not in ACTIONS:
+        raise ValueError(f"actions {actions!r} is unknown; allowed: {', '.join(ACTIONS)}")
+    if actions == "all":
+        return tuple(range(SUBSETS))
+    if speech != "kinds":
+        raise ValueError(f"actions='compact' needs speech='kinds', got {speech!r}; with it give actions='all'")
+    able = sum(BIT[kind] for kind in teacher.kinds.intersection(teacher.oracle.feedback_types))
+    return tuple(subset for subset in range(SUBSETS) if not subset & ~able)
 
 
 def check_cost(name: str, value: Any) -> None:
@@ -181,7 +199,7 @@ class TeacherSeat:
                 **asked,
                 **listed,
                 **more,
-                "action_mask": spaces.Box(0, 1, (CHOICES[speech],), np.int8),
+                "action_mask": mask_space(CHOICES[speech]),
             }
         )
 
@@ -317,6 +335,11 @@ def kinds_of(claims: Sequence[Claim[Any]]) -> int:
         if claim.kind is not None:
             kinds |= BIT[claim.kind]
     return kinds
+
+
+def mask_space(actions: int) -> spaces.Box:
+    """The space of a mask of so many actions."""
+    return spaces.Box(0, 1, (actions,), np.int8)
 
 
 def message_space() -> Prose:
