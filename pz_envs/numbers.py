@@ -19,7 +19,13 @@ Embed = Callable[[str], Any]
 """Gives the vector of a text: finite numbers, always as many."""
 Writer = Callable[[Any], list[float]]
 """Gives the numbers of a value."""
-_NUMBERS = (spaces.Box, spaces.Discrete, spaces.MultiBinary, spaces.MultiDiscrete)
+_MEANINGS: dict[type, str] = {
+    spaces.Box: "as it is",
+    spaces.Discrete: "a 1 among zeros",
+    spaces.MultiBinary: "0 or 1 each",
+    spaces.MultiDiscrete: "each as a 1 among zeros",
+}
+"""The spaces that are a fixed number of numbers, and how."""
 _ASPECTS = {
     "said": "1 if something of this kind is said, else 0",
     "number": f"how many things of this kind are said, at most {CLAIMS}",
@@ -137,18 +143,17 @@ class Numbers:
         for path, part in _parts(space):
             size = _size(part, self._words)
             if isinstance(part, spaces.Text):
-                low = high = np.full(size, np.inf)
-                low, meaning = -high, f"{what}, embedded"
+                high = np.full(size, np.inf)
+                low, how = -high, "embedded"
             else:
                 flat = flatten_space(part)
                 assert isinstance(flat, spaces.Box)  # noqa: S101  # as of all spaces of numbers
-                low, high, meaning = flat.low.astype(float), flat.high.astype(float), f"{what}, {_MEANINGS[type(part)]}"
+                low, high = flat.low.astype(float), flat.high.astype(float)
+                how = next(how for kind, how in _MEANINGS.items() if isinstance(part, kind))
+            meaning = f"{what}, {how}"
             if blank:
-                low, high, meaning = (
-                    np.minimum(low, 0.0),
-                    np.maximum(high, 0.0),
-                    f"{meaning}; zeros where there is none",
-                )
+                low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
+                meaning += "; zeros where there is none"
             self._add(".".join((name, *path)), meaning, size, low, high)
 
     def _add(self, name: str, meaning: str, size: int, low: Any, high: Any) -> None:
@@ -179,14 +184,6 @@ class Numbers:
             )
         numbers: list[float] = vector.tolist()
         return numbers
-
-
-_MEANINGS: dict[type, str] = {
-    spaces.Box: "as it is",
-    spaces.Discrete: "a 1 among zeros",
-    spaces.MultiBinary: "0 or 1 each",
-    spaces.MultiDiscrete: "each as a 1 among zeros",
-}
 
 
 # Writers are no closures, which could not be pickled.
@@ -237,8 +234,8 @@ def _size(space: spaces.Space[Any], words: int | None) -> int:
                 "embed=, a function of a text that gives a vector of numbers, always of the same length"
             )
         return words
-    if not isinstance(space, _NUMBERS):
-        allowed = ", ".join(each.__name__ for each in (*_NUMBERS, spaces.Dict, spaces.Tuple))
+    if not isinstance(space, tuple(_MEANINGS)):
+        allowed = ", ".join(each.__name__ for each in (*_MEANINGS, spaces.Dict, spaces.Tuple))
         raise ValueError(
             f"numbers=True needs states and actions of a fixed number of numbers, got {space}; allowed: {allowed}, and "
             "texts with embed="

@@ -22,7 +22,8 @@ class StudentEnv(SeatEnv):
 
     Observation: Dict of `observation` (the world's space; `Prose` with `text=True`), `instruction` (at reset, else
     empty) and `feedback` (at reset only if the teacher advises the first action).
-    With `numbers=True` it is one flat Box, float32, of the state and of what was said: `fields` says what is where.
+    With `numbers=True` it is one flat Box, float32, of the state and of what was said: `fields` says what is where; the
+    info has no `atoms` then, which `aec.said` are.
     Action: the world's space; `Prose` with `text=True`. Text that is no action costs a turn and is
     answered; see `pz_envs.seatings.tutoring`.
     Info: what the world tells, with `success`; `atoms`, what was said, typed; `parse_failure` for text that was no

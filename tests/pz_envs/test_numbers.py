@@ -55,19 +55,21 @@ def by_name(env, observation):
 
 
 def played(env, turns, seed=0):
-    """The observations and infos of some turns, half of them as advised."""
+    """The observations of some turns and what was said, half of them as advised."""
     rng = np.random.default_rng(seed)
+    aec = env.unwrapped.aec
     observation, info = env.reset(seed=seed)
     for _ in range(turns):
-        yield observation, info
-        advised = [atom.claim.action for atom in info["atoms"] if atom.kind is FP and hasattr(atom.claim, "action")]
-        world = env.unwrapped.aec.world
+        assert "atoms" not in info
+        yield observation, aec.said
+        advised = [atom.claim.action for atom in aec.said if atom.kind is FP and hasattr(atom.claim, "action")]
+        world = aec.world
         action = world.sample_action(rng)
         if advised and rng.random() < 0.5:
             action = native(world.action_space, advised[0])
         observation, _, terminated, truncated, info = env.step(action)
         if terminated or truncated:
-            yield observation, info
+            yield observation, aec.said
             observation, info = env.reset()
 
 
@@ -124,7 +126,7 @@ def test_every_field_is_what_was_said(family, teacher):
     world = env.aec.world
     low, high = env.observation_space.low, env.observation_space.high
     named = set()
-    for observation, info in played(env, 12 if family.slow else 40):
+    for observation, said in played(env, 12 if family.slow else 40):
         assert env.observation_space.contains(observation)
         assert np.isfinite(observation).all()
         assert ((low <= observation) & (observation <= high)).all()
@@ -134,7 +136,7 @@ def test_every_field_is_what_was_said(family, teacher):
         expected = spaces.flatten(world.observation_space, world.observe())
         np.testing.assert_allclose(state, expected, rtol=1e-6, atol=1e-9)
         for kind in KINDS:
-            atoms = [atom for atom in info["atoms"] if atom.kind is kind]
+            atoms = [atom for atom in said if atom.kind is kind]
             assert seen[f"{kind}.said"][0] == bool(atoms)
             assert seen[f"{kind}.number"][0] == len(atoms)
             about = [atom for atom in atoms if action_of(atom.claim) is not None]
@@ -202,8 +204,8 @@ def test_texts_need_to_be_embedded(family):
 def test_a_text_that_is_advised_is_embedded():
     env = llf_teacher.make(first_id(FAMILIES["poem"]), numbers=True, embed=letters, feedback_type="fp")
     advised = []
-    for observation, info in played(env, 10):
-        named = [action_of(atom.claim) for atom in info["atoms"] if action_of(atom.claim) is not None]
+    for observation, said in played(env, 10):
+        named = [action_of(atom.claim) for atom in said if action_of(atom.claim) is not None]
         seen = by_name(env, observation)["fp.action"].tolist()
         assert seen == (letters(named[0]) if named else letters(""))
         advised += named

@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 
-from pz_envs.seatings.tutoring import TutoringEnv, words_space
+from pz_envs.seatings.classroom.spaces import sayings, teachers_choice, teachers_view
+from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
-from pz_envs.teacher_seat import CHOICES, CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
-from teachers.atoms import KINDS, SILENCE, Moment
+from pz_envs.teacher_seat import CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
+from teachers.atoms import SILENCE, Moment
 from teachers.seeds import Seeds
-from worlds.spaces import Prose
 
 __all__ = ["MOST", "ClassroomEnv"]
 
@@ -113,7 +112,7 @@ class ClassroomEnv(SeatsEnv):
         check_flags(same_world=same_world)
         self.desks = tuple(desks)
         self.purse = desks[0].purse
-        self._sayings: int = CHOICES.get(speech, 1) - 1
+        self._sayings = sayings(speech)
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}
@@ -122,38 +121,11 @@ class ClassroomEnv(SeatsEnv):
         self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self.seeds = Seeds()
         """The streams of this environment's episodes, beside those of the desks."""
-        self.observation_spaces[TEACHER] = self._teachers_view()
-        self.action_spaces[TEACHER] = self._teachers_choice()
+        self.observation_spaces[TEACHER] = teachers_view(self.desks, speech)
+        self.action_spaces[TEACHER] = teachers_choice(count, speech)
         for student, desk in zip(self.students, self.desks, strict=True):
             self.observation_spaces[student] = desk.observation_space(STUDENT)
             self.action_spaces[student] = desk.action_space(STUDENT)
-
-    def _teachers_view(self) -> spaces.Space[Any]:
-        count = len(self.desks)
-        if self.speech == "message":
-            return spaces.Dict({student: words_space() for student in self.students})
-        low, high = self.desks[0].seat.feature_bounds()
-        more: dict[str, spaces.Space[Any]] = {}
-        if self.speech == "claims":
-            more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(TRAITS)), np.int8)
-        if self.desks[0].ask_cost is not None:
-            more["asking"] = spaces.MultiBinary(count)
-        keep = [0, 1, 2, 4, 4, 4]  # presence and attendance have the bounds of `over`
-        return spaces.Dict(
-            {
-                "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),
-                "available": spaces.MultiBinary((count, len(KINDS))),
-                "purse": spaces.Box(0, 1, (2,), np.float32),
-                "action_mask": spaces.Box(0, 1, (1 + self._sayings * count,), np.int8),
-                **more,
-            }
-        )
-
-    def _teachers_choice(self) -> spaces.Space[Any]:
-        count = len(self.desks)
-        if self.speech == "message":
-            return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(PROSE)})
-        return spaces.Discrete(1 + self._sayings * count)
 
     def address(self, student: int, said: int) -> int:
         """The teacher's action that says a subset of the kinds (1 to 31) or a claim (1 to 32) to a student (from 0)."""

@@ -5,7 +5,8 @@ from typing import Any
 
 from pz_envs.numbers import Embed
 from pz_envs.rewards import TeacherReward
-from pz_envs.seatings.tutoring.env import TutoringEnv, words_space
+from pz_envs.seatings.tutoring.env import TutoringEnv
+from pz_envs.seatings.tutoring.words import words_space
 from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_seat import Purse
 from teachers.personality import Personality

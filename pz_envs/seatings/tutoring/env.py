@@ -8,16 +8,17 @@ from gymnasium import spaces
 from pz_envs.asking import ASK, asking_space, read_question
 from pz_envs.numbers import Embed, Field, Numbers
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
+from pz_envs.seatings.tutoring.words import split, words_space
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
 from pz_envs.text_mode import failure, legal_text, parse_action
-from teachers.atoms import FN, FP, SILENCE, Atom, Moment, ParseFailure, Utterance
+from teachers.atoms import SILENCE, Atom, Moment, ParseFailure, Utterance
 from teachers.seeds import Seeds
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
 from worlds.world import World
 
-__all__ = ["TutoringEnv", "words_space"]
+__all__ = ["TutoringEnv"]
 
 _new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
 
@@ -34,9 +35,9 @@ class TutoringEnv(SeatsEnv):
         the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
         `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world
         does not step, the turn counts.
-        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
-        `pz_envs.numbers`, and `fields` for what is where. The action is the world's.
         Info: what the world tells, with `success`, and `atoms`, what was said last.
+        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
+        `pz_envs.numbers`, and `fields` for what is where. The action is the world's, the info has no `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
@@ -83,8 +84,7 @@ class TutoringEnv(SeatsEnv):
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         speech: `message`, `kinds` or `claims`.
         text: text in, text out for the student.
-        numbers: numbers in for the student.
-        embed: with `numbers`, gives the vector of a text.
+        numbers, embed: numbers in for the student, and what gives the vector of a text for them.
         cost: paid by the teacher per atom of feedback, at least 0.
         budget: atoms of feedback that the teacher may say in an episode; what exceeds it is not said. None: any number.
         purse: cost and budget that the seat shares with others; None: its own.
@@ -159,6 +159,8 @@ class TutoringEnv(SeatsEnv):
         else:
             self.observation_spaces[TEACHER] = self.seat.view_space(speech)
             self.action_spaces[TEACHER] = spaces.Discrete(CHOICES[speech])
+        self.said: tuple[Atom, ...] = ()
+        """What the student was told last."""
         self.seeds = Seeds()
         """The streams of this environment's episodes, beside the world's."""
         self.state_now: Any = None
@@ -195,7 +197,7 @@ class TutoringEnv(SeatsEnv):
         if moment.turn:
             self.turn, self.moment = moment.turn, moment
             self.ended = terminated, moment.over and not terminated
-            self.infos[STUDENT] = {"success": moment.success}
+            self.infos[STUDENT], self.said = {"success": moment.success}, ()
             self._pass_to_teacher()
 
     def _begin(self, seed: int | None, options: dict[str, Any] | None, start: Any) -> None:
@@ -218,11 +220,11 @@ class TutoringEnv(SeatsEnv):
         self.instruction: str = SILENCE
         self.feedback: str = SILENCE
         self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
-        self.infos[STUDENT] = self._told | {"atoms": ()}
+        self._tell(self._told.copy(), ())
         self.teacher.begin(self.seeds)
         if self.speech != "message":
             opening = self.instruction = self.teacher.open(self.moment)
-            self.infos[STUDENT]["atoms"] = opening.atoms
+            self._tell(self.infos[STUDENT], opening.atoms)
         self._pass_to_teacher()
 
     @property
@@ -235,8 +237,7 @@ class TutoringEnv(SeatsEnv):
         if agent == STUDENT:
             state = self.state_now
             if self._numbers is not None:
-                said = self.infos[STUDENT].get("atoms", ())
-                return self._numbers.of(state, self.turn, self.instruction, self.feedback, said)
+                return self._numbers.of(state, self.turn, self.instruction, self.feedback, self.said)
             state = state.copy() if type(state) is dict else copy.copy(state)
             return {"state": state, "instruction": self.instruction, "feedback": self.feedback}
         if self.speech == "message":
@@ -290,7 +291,7 @@ class TutoringEnv(SeatsEnv):
             self.ended = (terminated, late)
             over = terminated or late
             self.moment = _new(Moment, (before, action, reward, world.truth, info["success"], turn, over, None))
-        self.infos[STUDENT] = info
+        self.infos[STUDENT], self.said = info, ()
         self._asked = False
         own = self.teacher_reward(self.moment, self.teacher.oracle) if self._own_reward else reward
         self._pay(STUDENT, own, reward)
@@ -302,7 +303,7 @@ class TutoringEnv(SeatsEnv):
         self._state = copy.deepcopy(self._state)
         self._see()
         told = {key: value for key, value in self.infos[STUDENT].items() if key not in ("atoms", "parse_failure")}
-        self.infos[STUDENT] = told
+        self.infos[STUDENT], self.said = told, ()
         self._pay(STUDENT, 0.0, -cost)
         self._pass_to_teacher()
 
@@ -329,7 +330,7 @@ class TutoringEnv(SeatsEnv):
         atoms = said.atoms if type(said) is Utterance else ()
         info = self.infos[STUDENT]
         if self.turn == 0 and not self._asked and self.speech == "message":
-            self.instruction, advice = _split(said, atoms)
+            self.instruction, advice = split(said, atoms)
             self.feedback = advice
             cost = len(advice.atoms)
         else:
@@ -337,14 +338,21 @@ class TutoringEnv(SeatsEnv):
             # After an executed action nothing but feedback is said.
             cost = len(atoms) if atoms and self.moment.before is not None else price(said)
             if self.turn == 0 and not self._asked:
-                atoms = info["atoms"] + atoms
-        info["atoms"] = atoms
+                atoms = self.said + atoms
+        self._tell(info, atoms)
         terminated, truncated = self.ended
         if terminated or truncated:
             self.terminations = {TEACHER: terminated, STUDENT: terminated}
             self.truncations = {TEACHER: truncated, STUDENT: truncated}
         self.agent_selection = STUDENT
         return cost
+
+    def _tell(self, info: dict[str, Any], atoms: tuple[Atom, ...]) -> None:
+        """Let the student know what was said; of learners from numbers few know what to do with an info of objects."""
+        self.said = atoms
+        if self._numbers is None:
+            info["atoms"] = atoms
+        self.infos[STUDENT] = info
 
     def moment_of(self, student: str) -> Moment[Any]:
         """The student's last turn."""
@@ -390,16 +398,3 @@ class TutoringEnv(SeatsEnv):
         cumulative[actor] = 0.0
         cumulative[TEACHER] += teacher
         cumulative[STUDENT] += student
-
-
-def words_space() -> spaces.Dict:
-    """The space of `TutoringEnv.describe`."""
-    return spaces.Dict({"state": Prose(PROSE), "action": Prose(PROSE)})
-
-
-def _split(said: str, atoms: tuple[Atom, ...]) -> tuple[str, Utterance]:
-    """An opening utterance as instruction and feedback: advice for the first action is feedback."""
-    advice = [atom for atom in atoms if atom.kind in (FP, FN)]
-    if not advice:
-        return said, SILENCE
-    return Utterance.of([atom for atom in atoms if atom.kind not in (FP, FN)]), Utterance.of(advice)
