@@ -313,17 +313,17 @@ class TutoringEnv(SeatsEnv):
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        if self.speech == "message":
-            self._pay(TEACHER, self.purse.pay(self.hear(self.seat.allow(action))), 0.0)
-        elif self.speech == "kinds":
-            self._pay(TEACHER, self.purse.pay(self.hear(self.seat.say(action))), 0.0)
-            self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.seat.trimmed}
-        else:
+        if self.speech == "claims":
             chosen = len(self.seat.choosing)
             done = self.seat.choose(action)
             self._pay(TEACHER, self.purse.pay(len(self.seat.choosing) - chosen), 0.0)
             if done:
                 self.hear(self.seat.chosen())
+        else:
+            said = self.seat.say(action) if self.speech == "kinds" else self.seat.allow(action)
+            self._pay(TEACHER, self.purse.pay(self.hear(said)), 0.0)
+            if self.seat.trimmed != self.infos[TEACHER].get("trimmed", 0):
+                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.seat.trimmed}
 
     def hear(self, said: str) -> int:
         """Let the student hear the teacher's words, which ends a finished episode; the number of atoms to pay for."""
