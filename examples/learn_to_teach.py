@@ -32,7 +32,7 @@ try:
     from stable_baselines3.common.logger import Logger
     from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 except ModuleNotFoundError as error:
-    raise SystemExit(f'{error}; install it by: pip install -e ".[learn]" -c constraints.txt') from None
+    raise SystemExit(f'{error}; install it by: pip install -e ".[learn]" -c constraints-learn.txt') from None
 
 SETTING = SETTINGS[0]._replace(episodes=30, turns=40, budget=8, world={"min_goal_dist": 6})
 """Eight pieces of advice for treasures that are six moves away and more: not enough to show the way twice."""

@@ -10,8 +10,9 @@ from gymnasium.envs.registration import EnvSpec
 
 import pz_envs  # noqa: F401  (registers with PettingZoo)
 from pz_envs.family import Family, all_families, first_families, own_families
+from pz_envs.learning import ActionValues, StateValues
 
-PREFIX, ALIAS = "llf-", "verbal-"
+PREFIX, ALIAS, TEACHER = "llf-", "verbal-", "llf-teacher/"
 
 
 class Entry(NamedTuple):
@@ -112,16 +113,26 @@ def register_all() -> None:
     """
     entries, aliases = _table(first_families)
     for id, each in (entries | aliases).items():
+        arrays = bool(each.family.world_batch)
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
-            # `gymnasium.register` looks through all that is registered, twice, for each that is added.
-            gymnasium.registry[name] = EnvSpec(
-                name,
-                entry_point="llf_teacher.gym:StudentEnv",
-                vector_entry_point="llf_teacher.gym.vector:StudentVectorEnv" if each.family.world_batch else None,
-                kwargs={"env_id": id},
-                order_enforce=False,
-                disable_env_checker=True,
-            )
+            _register(name, "Student", arrays, env_id=id)
+    for id, each in entries.items():
+        tables = isinstance(each.family.learning, ActionValues | StateValues)  # which students in arrays have
+        arrays = bool(each.family.world_batch) and tables
+        _register(TEACHER + id.removeprefix(PREFIX), "Teacher", arrays, env_id=id, actions="compact")
+
+
+def _register(name: str, seat: str, arrays: bool, **settings: Any) -> None:
+    """Enter a seat, which can be played in arrays or not."""
+    # `gymnasium.register` looks through all that is registered, twice, for each that is added.
+    gymnasium.registry[name] = EnvSpec(
+        name,
+        entry_point=f"llf_teacher.gym:{seat}Env",
+        vector_entry_point=f"llf_teacher.gym.vector:{seat}VectorEnv" if arrays else None,
+        kwargs=settings,
+        order_enforce=False,
+        disable_env_checker=True,
+    )
 
 
 def supported_types(id: str) -> tuple[tuple[str, ...], tuple[str, ...]]:

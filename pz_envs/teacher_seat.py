@@ -42,12 +42,30 @@ SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset 
 """Per subset its members, 0 or 1 a kind, shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
 """Per subset of what is true the subsets that can be said, shape (32, 32); silence always can."""
+ACTIONS = ("all", "compact")
+"""Which subsets a teacher chooses from: all, or those that its feedback type and its oracle leave; see `choices_of`."""
 _BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
 
 
 def is_count(value: Any, most: float = math.inf) -> TypeGuard[int]:
     """Whether a value is an integer, numpy's included, from 1 to `most`."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool) and 1 <= int(value) <= most
+
+
+def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[int, ...]:
+    """The subsets that a teacher chooses from, by the number of its action.
+
+    Raises:
+        ValueError: there is no such choice, or the teacher does not say kinds.
+    """
+    if actions not in ACTIONS:
+        raise ValueError(f"actions {actions!r} is unknown; allowed: {', '.join(ACTIONS)}")
+    if actions == "all":
+        return tuple(range(SUBSETS))
+    if speech != "kinds":
+        raise ValueError(f"actions='compact' needs speech='kinds', got {speech!r}; with it give actions='all'")
+    able = sum(BIT[kind] for kind in teacher.kinds.intersection(teacher.oracle.feedback_types))
+    return tuple(subset for subset in range(SUBSETS) if not subset & ~able)
 
 
 def check_cost(name: str, value: Any) -> None:
@@ -115,6 +133,8 @@ class TeacherSeat:
         self._kinds = -1  # as a subset's number, once it has been asked for
         self.choosing: list[int] = []
         """Indices into `listed` that have been chosen in this turn."""
+        self.trimmed = 0
+        """The kinds that it was last to say and of which nothing could be said, as a subset's number."""
 
     def see(self, moment: Moment[Any], asked: bool = False) -> None:
         """Take note of what there is to speak of now; `asked`: that the student asks for advice on it."""
@@ -145,11 +165,7 @@ class TeacherSeat:
     def available(self) -> int:
         """The kinds that can be said now, as a subset's number."""
         if self._kinds < 0:
-            kinds = 0
-            for claim in self.claims():
-                if claim.kind is not None:
-                    kinds |= BIT[claim.kind]
-            self._kinds = kinds
+            self._kinds = kinds_of(self.claims())
         return self._kinds if self.purse.budget is None or self.purse.left else 0
 
     def features(self) -> tuple[float, float, float, float, float]:
@@ -183,7 +199,7 @@ class TeacherSeat:
                 **asked,
                 **listed,
                 **more,
-                "action_mask": spaces.Box(0, 1, (CHOICES[speech],), np.int8),
+                "action_mask": mask_space(CHOICES[speech]),
             }
         )
 
@@ -219,12 +235,14 @@ class TeacherSeat:
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
         if not (type(subset) is int and 0 <= subset < SUBSETS) and not _DISCRETE.contains(subset):
             raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {subset!r}")
-        said: Sequence[Claim[Any]] = self.claims()
+        subset, said = int(subset), self.claims()
+        self.trimmed = subset & ~self.available()
         if subset & self._kinds != self._kinds:  # or it says all that there is, as it mostly does
-            said = [claim for claim in said if claim.kind is None or subset & BIT[claim.kind]]
+            said = tuple([claim for claim in said if claim.kind is None or subset & BIT[claim.kind]])
         if self.purse.budget is not None:
-            said = within(self.purse.left, said, _kind)
-        return self.teacher.say(tuple(said), self.moment.turn)
+            said = tuple(within(self.purse.left, said, _kind))
+            self.trimmed = subset & ~kinds_of(said)
+        return self.teacher.say(said, self.moment.turn)
 
     # To say one claim after the other.
 
@@ -308,6 +326,20 @@ def _silence() -> np.ndarray:
     mask = np.zeros(1 + CLAIMS, np.int8)
     mask[0] = 1
     return mask
+
+
+def kinds_of(claims: Sequence[Claim[Any]]) -> int:
+    """The kinds of claims, as a subset's number."""
+    kinds = 0
+    for claim in claims:
+        if claim.kind is not None:
+            kinds |= BIT[claim.kind]
+    return kinds
+
+
+def mask_space(actions: int) -> spaces.Box:
+    """The space of a mask of so many actions."""
+    return spaces.Box(0, 1, (actions,), np.int8)
 
 
 def message_space() -> Prose:

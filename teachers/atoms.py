@@ -165,6 +165,13 @@ class PlanClaim(Claim[TruthT, WorldT]):
     """What stands between two of them there."""
 
 
+def action_of(claim: Claim) -> Any:
+    """The action that a claim is about, of a plan the first one; None if it is about none."""
+    if isinstance(claim, ActionClaim):
+        return claim.action
+    return claim.actions[0] if isinstance(claim, PlanClaim) else None
+
+
 class EditClaim(Claim[TruthT, WorldT]):
     """Role of a claim that advises to change one line of the student's last text, or to end the text with a line."""
 

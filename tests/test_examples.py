@@ -20,6 +20,19 @@ def test_teaching_on_a_budget(tmp_path):
     assert (tmp_path / "plot.png").stat().st_size > 10_000
 
 
+@pytest.mark.parametrize(
+    ("episodes", "least"), [(100, 0.0), pytest.param(3000, 0.6, marks=pytest.mark.full)], ids=["short", "whole"]
+)
+def test_both_seats_learn(episodes, least):
+    command = [sys.executable, ROOT / "examples" / "both_seats_learn.py", "--episodes", str(episodes)]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    _, rule, first, *_, last = (line.split("|") for line in result.stdout.splitlines())
+    assert rule[1] == "---"
+    assert float(last[2]) >= least
+    assert (float(first[2]) < 0.4) or not least
+
+
 @pytest.mark.full
 def test_learn_to_teach(tmp_path):
     """Needs the extra `learn`."""

@@ -1,18 +1,31 @@
 """Prose: a space for natural language."""
 
 import multiprocessing
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector.utils import create_shared_memory, read_from_shared_memory, write_to_shared_memory
+from gymnasium.vector.utils import create_shared_memory, iterate, read_from_shared_memory, write_to_shared_memory
 
 __all__ = ["Prose"]
 
 _PRINTABLE = "".join(map(chr, range(32, 127)))
 
 
-class Prose(spaces.Text):
+class _Words(spaces.Text):
+    """What `iterate` knows, for those who iterate over texts by the space of one of them, as SuperSuit does.
+
+    It may not know `Prose` itself: of a Tuple of spaces that it knows Gymnasium iterates over the items' items.
+    """
+
+
+@iterate.register(_Words)
+def _iterate(space: _Words, items: Iterable[str]) -> Iterator[str]:  # type: ignore[misc]  # its fallback is generic
+    return iter(items)
+
+
+class Prose(_Words):
     """Any Unicode text, the empty one included, of at most `max_length` characters.
 
     `gymnasium.spaces.Text` knows an alphabet, checks each character and cannot hold text in shared

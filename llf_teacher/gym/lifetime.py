@@ -9,7 +9,7 @@ from gymnasium import spaces
 
 from llf_teacher.students.student import Student, frozen
 from pz_envs.seatings.tutoring import TutoringEnv
-from teachers.atoms import FP, Moment
+from teachers.atoms import FP, HN, HP, ActionClaim, Moment, ParseFailure
 from teachers.oracle import Oracle, RefusalError
 from teachers.spec import unknown
 
@@ -28,7 +28,7 @@ FIELDS = (
     "visits",  # n / (n + 4) for n earlier visits of the student's state in this lifetime
     "advised",  # n / (n + 4) for n of these visits in which advice for the next action was said
     "announced",  # 1 if the student has announced its next action, else 0
-    "mistake",  # 1 if what it announced is less than optimal, else 0
+    "mistake",  # 1 if what it announced is a mistake, else 0; see `is_mistake`
     "way",  # n / (n + 4) for n turns of the oracle's plan from here, at most max_turns; 0 without one
 )
 """The numbers of `lifetime`, each from 0 to 1."""
@@ -91,7 +91,7 @@ class Lifetime:
     def features(self, announced: Any = None) -> np.ndarray:
         """The numbers of `FIELDS`, float32 of shape (9,)."""
         visits, advised = self._visits.get(self._state, 0), self._advised.get(self._state, 0)
-        mistake = announced is not None and _is_mistake(self._aec, announced)
+        mistake = announced is not None and is_mistake(self._aec, announced)
         moment = self._aec.moment
         way = () if moment.over else self._aec.teacher.oracle.plan(moment.after, self._aec.max_turns)
         return np.array(
@@ -123,10 +123,29 @@ def optimal(oracle: Oracle, moment: Moment[Any]) -> bool:
         return False
 
 
-def _is_mistake(aec: TutoringEnv, action: Any) -> bool:
-    """Whether an action is worse than another one now; False where actions have no values."""
-    values = aec.teacher.oracle.values(aec.moment.after)
-    return values is not None and values[action] < max(values) - NEAR
+def is_mistake(aec: TutoringEnv, action: Any) -> bool:
+    """Whether an action would be a mistake now.
+
+    Where actions have values, that is one that is worth less than another. Elsewhere the oracle tries it out, and it is
+    one with which it would find fault: by its verdicts on the action, if it gives any, or else by anything else in hn.
+    """
+    oracle, now = aec.teacher.oracle, aec.moment.after
+    action = aec.understand(action)
+    if isinstance(action, ParseFailure):
+        return True
+    values = oracle.values(now)
+    if values is not None:
+        return bool(values[action] < max(values) - NEAR)
+    if HN not in oracle.feedback_types:
+        return False
+    lab = oracle.lab
+    lab.restore(now)
+    _, reward, terminated, truncated, info = lab.advance(action)
+    over = terminated or truncated
+    tried = Moment(now, action, reward, lab.truth, info["success"], aec.moment.turn + 1, over)
+    found = oracle.judge(tried, {HP, HN})
+    verdicts = [claim for claim in found if isinstance(claim, ActionClaim)] or found
+    return any(claim.kind is HN for claim in verdicts)
 
 
 def drawn(student: Student, vary: Mapping[str, Any], rng: np.random.Generator) -> Student:

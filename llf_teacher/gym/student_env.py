@@ -7,6 +7,7 @@ from gymnasium import spaces
 
 from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.registry import entry
+from pz_envs.numbers import Embed, Field
 from pz_envs.seats import STUDENT, TEACHER, check_flags
 from pz_envs.subject import Subject
 from teachers.atoms import SILENCE, Moment
@@ -21,6 +22,8 @@ class StudentEnv(SeatEnv):
 
     Observation: Dict of `observation` (the world's space; `Prose` with `text=True`), `instruction` (at reset, else
     empty) and `feedback` (at reset only if the teacher advises the first action).
+    With `numbers=True` it is one flat Box, float32, of the state and of what was said: `fields` says what is where; the
+    info has no `atoms` then, which `aec.said` are.
     Action: the world's space; `Prose` with `text=True`. Text that is no action costs a turn and is
     answered; see `pz_envs.seatings.tutoring`.
     Info: what the world tells, with `success`; `atoms`, what was said, typed; `parse_failure` for text that was no
@@ -30,6 +33,9 @@ class StudentEnv(SeatEnv):
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
         teacher, instruction_type, feedback_type, voice, paraphrase, visual: see `llf_teacher.make`.
         text: text in, text out: the observation is three strings, and so is the action.
+        numbers: numbers in, as most learners want them; see `pz_envs.numbers`.
+        embed: with `numbers`, a function that gives the vector of a text, always of the same length; environments whose
+            states or actions are texts need it.
         max_turns: turns after which the episode is truncated; None: the family's.
         privileged_info: put the teacher's `moment` into the info, and `changes`, what a rewriting voice did to
             numbers and names, if it did anything.
@@ -51,6 +57,8 @@ class StudentEnv(SeatEnv):
         paraphrase: Paraphrase = "random",
         visual: bool = False,
         text: bool = False,
+        numbers: bool = False,
+        embed: Embed | None = None,
         max_turns: int | None = None,
         privileged_info: bool = False,
         render_mode: str | None = None,
@@ -80,6 +88,8 @@ class StudentEnv(SeatEnv):
             voice=voice,
             paraphrase=paraphrase,
             text=text,
+            numbers=numbers,
+            embed=embed,
             **options,
         )
         self._policy = policy
@@ -87,23 +97,28 @@ class StudentEnv(SeatEnv):
         """Who speaks: the seat's own teacher, or the policy that was given."""
         self.privileged_info = privileged_info
         seat = self.aec.student_space
+        self._numbers = bool(numbers)
         self.observation_space = spaces.Dict(
             {"observation": seat["state"], "instruction": seat["instruction"], "feedback": seat["feedback"]}
         )
+        if numbers:
+            self.observation_space = self.aec.observation_space(STUDENT)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, Any]]:
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """What the numbers of an observation are, in their order; none without `numbers=True`."""
+        return self.aec.fields
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; the teacher gives its instruction."""
         self._restart(seed, options)
         aec = self.aec
         if self._policy is not None:
             self._policy.reset(aec.seeds.stream("teacher"))
         self._speak()
-        observation = {"observation": aec.state_now, "instruction": aec.instruction, "feedback": aec.feedback}
-        return observation, self._info()
+        return self._seen(aec.instruction), self._info()
 
-    def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act, or ask, and hear what the teacher says of it.
 
         Raises:
@@ -119,7 +134,7 @@ class StudentEnv(SeatEnv):
         self._speak()
         terminated, truncated = aec.ended
         self._running = not moment.over
-        observation = {"observation": aec.state_now, "instruction": SILENCE, "feedback": aec.feedback}
+        observation = self._seen(SILENCE)
         if self.render_mode == "human":
             self.render()
         return observation, reward, terminated, truncated, self._info()
@@ -132,6 +147,12 @@ class StudentEnv(SeatEnv):
         self.aec.take_up(moment, terminated)
         self._speak()
         self._running = not moment.over
+
+    def _seen(self, instruction: str) -> Any:
+        aec = self.aec
+        if self._numbers:
+            return aec.observe(STUDENT)
+        return {"observation": aec.state_now, "instruction": instruction, "feedback": aec.feedback}
 
     def _info(self) -> dict[str, Any]:
         info = self.aec.infos[STUDENT]

@@ -14,6 +14,7 @@ from llf_teacher.students.student import Student
 from pz_envs.rewards import TeacherReward
 from pz_envs.seats import STUDENT, TEACHER, entitled
 from pz_envs.subject import Subject
+from pz_envs.teacher_seat import choices_of, mask_space
 from teachers.atoms import Moment
 from teachers.oracle import Oracle
 
@@ -25,6 +26,9 @@ class TeacherEnv(SeatEnv):
     """The teacher's seat; observation, action and reward as `teacher_0` has them in `pz_envs.seatings.tutoring`.
 
     A step is the teacher's turn and the student's next one. The reward is the sum of both.
+
+    With `actions="compact"` there are only the actions that can ever be legal: `subsets` of the kinds that the feedback
+    type and the oracle leave, two if that is one kind. `action_mask` is as long; `trimmed` is a subset as ever.
 
     With `episodes` above 1, one episode of this environment is a lifetime: so many episodes of one student, who may
     learn from each for the next (`q_learning(forget=False, trust=1.0)`). Each lifetime has a new student, one budget of
@@ -38,11 +42,13 @@ class TeacherEnv(SeatEnv):
     4. n / (n + 4) for n earlier visits of the student's state in this lifetime
     5. n / (n + 4) for n of those visits in which an action was advised
     6. 1 if the student has announced its next action, else 0
-    7. 1 if what it announced is a mistake, else 0
+    7. 1 if what it announced is a mistake, else 0: worth less than another action, or, where actions have no values,
+       one with which the oracle would find fault
     8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
 
-    Info: the privileged `moment`; `student`, its spec, or None for a policy of your own; and, if it has
-    announced an action, that as `intention`.
+    Info: that of `teacher_0`, such as the privileged `moment`, and `trimmed`, the kinds of the last action of which
+    nothing could be said; `student`, its spec, or None for a policy of your own; and, if it has announced an action,
+    that as `intention`.
 
     A student with `forget=False` remembers its earlier episodes until a reset with a seed, which brings a new one. A
     policy of your own that is given as it is always stays; only its `reset` is called.
@@ -52,6 +58,7 @@ class TeacherEnv(SeatEnv):
         student: a spec string, a `Student`, a policy with `reset(rng)` and `act(observation, info)`, or a function of a
             random generator that makes such a policy, which is asked for a new one at each reset.
         speech: `kinds` or `message`.
+        actions: with `kinds`, `all` or `compact`.
         max_turns: turns after which the student's episode is truncated; None: the family's.
         episodes: episodes of the student in one of this environment, at least 1.
         same_world: whether the episodes of a lifetime begin in the same state of the world.
@@ -74,6 +81,7 @@ class TeacherEnv(SeatEnv):
         *,
         student: str | Student | Any = "obedient",
         speech: str = "kinds",
+        actions: str = "all",
         max_turns: int | None = None,
         episodes: int = 1,
         same_world: bool = True,
@@ -87,6 +95,11 @@ class TeacherEnv(SeatEnv):
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
         if isinstance(student, str | Student):
             student = parse_student(student)
+            if options.get("numbers"):
+                raise ValueError(
+                    f"the student {student} reads no numbers; numbers=True is for policies with reset(rng) and "
+                    "act(observation, info) of your own"
+                )
             options.setdefault("text", student.text)
         if episodes > 1:
             options.setdefault("until_success", True)
@@ -102,12 +115,20 @@ class TeacherEnv(SeatEnv):
         self.student: Any = self._enrol(np.random.default_rng(0)) if given else student
         self._renews = episodes > 1 or bool(self._vary) or not (given or _is_policy(student))
         self._remembers = given and not getattr(student, "forget", True)
-        if given or _is_policy(student):  # another one is made for each episode
+        if (
+            given or _is_policy(student) or isinstance(student, type)
+        ):  # what a function makes is checked when it is made
             self._check_announces(self.student)
+        self.subsets = choices_of(actions, self.aec.teacher, speech)
+        """With `speech="kinds"`, the subset of kinds that each action says."""
+        self._compact = np.array(self.subsets) if actions == "compact" else None
         self.observation_space = self.aec.observation_space(TEACHER)
-        if episodes > 1:
-            seat = self.observation_space
-            self.observation_space = spaces.Dict({**seat, "lifetime": lifetime_space()})  # type: ignore[dict-item]
+        more: dict[str, spaces.Space[Any]] = {"lifetime": lifetime_space()} if episodes > 1 else {}
+        if self._compact is not None:
+            self.action_space = spaces.Discrete(len(self.subsets))
+            more["action_mask"] = mask_space(len(self.subsets))
+        if more:
+            self.observation_space = spaces.Dict({**self.observation_space, **more})  # type: ignore[dict-item]
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -136,6 +157,10 @@ class TeacherEnv(SeatEnv):
         """
         self._check_running()
         aec, life = self.aec, self.life
+        if self._compact is not None:
+            if not self.action_space.contains(action):
+                raise ValueError(f"the action must be an integer from 0 to {len(self.subsets) - 1}, got {action!r}")
+            action = self.subsets[action]
         aec.teacher_turn(action)
         reward = aec.rewards[TEACHER]
         terminated, truncated = aec.ended
@@ -223,6 +248,8 @@ class TeacherEnv(SeatEnv):
     def _observe(self) -> tuple[dict[str, Any], dict[str, Any]]:
         aec, life = self.aec, self.life
         observation, info = aec.observe(TEACHER), dict(aec.infos[TEACHER])  # a new one for the last word, too
+        if self._compact is not None:
+            observation["action_mask"] = observation["action_mask"][self._compact]
         intention = None
         if self.announce and self._running and not any(aec.ended):
             intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
@@ -234,7 +261,7 @@ class TeacherEnv(SeatEnv):
         return observation, info
 
     def action_masks(self) -> np.ndarray:
-        """Which subsets of kinds can be said now, bool (32,); the form that maskable learners ask for.
+        """Which actions are legal now, bool, one each; the form that maskable learners ask for.
 
         Raises:
             ValueError: the speech is not `kinds`.
@@ -244,7 +271,7 @@ class TeacherEnv(SeatEnv):
                 f"action_masks() needs speech='kinds'; with speech={self.aec.speech!r} any text can be said"
             )
         mask: np.ndarray = self.aec.observe(TEACHER)["action_mask"]
-        return mask.astype(bool)
+        return (mask if self._compact is None else mask[self._compact]).astype(bool)
 
 
 def _is_policy(student: Any) -> bool:

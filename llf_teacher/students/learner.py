@@ -5,8 +5,8 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from llf_teacher.students.student import Policy, Student, action_of, frozen
-from teachers.atoms import FN, FP
+from llf_teacher.students.student import Policy, Student, frozen
+from teachers.atoms import FN, FP, action_of
 from teachers.spec import check_range
 
 

@@ -14,7 +14,6 @@ from gymnasium import spaces
 from llf_teacher.students import shelf
 from pz_envs.learning import Learning
 from pz_envs.subject import Subject
-from teachers.atoms import ActionClaim, Claim, PlanClaim
 from teachers.spec import Spec
 from worlds.world import World
 
@@ -125,13 +124,6 @@ class Student(Spec, ABC):
     def facts(self) -> dict[str, Any]:
         """What a study's manifest has to say of it beside its spec, as JSON values."""
         return {}
-
-
-def action_of(claim: Claim[Any]) -> Any:
-    """The action that a claim is about, of a plan the first one; None if it is about none."""
-    if isinstance(claim, ActionClaim):
-        return claim.action
-    return claim.actions[0] if isinstance(claim, PlanClaim) else None
 
 
 def state_of(observation: dict[str, Any]) -> Any:

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.student import action_of
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, entitled
 from teachers import common
-from teachers.atoms import FP, KINDS, Atom, Label, Moment, ParseFailure
+from teachers.atoms import FP, KINDS, Atom, Label, Moment, ParseFailure, action_of
 from teachers.seeds import Seeds
 
 

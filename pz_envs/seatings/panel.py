@@ -63,7 +63,8 @@ class PanelEnv(SeatsEnv):
         said before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. What it says of the
         instruction is not repeated.
     The notice that the student's text was no action is heard from the first who gives it in a round.
-    Info: the privileged `moment`; with `message` also `suggestion`, with `claims` also `claims`, as in `TutoringEnv`.
+    Info: the privileged `moment`; with `kinds` also `trimmed`, with `message` `suggestion`, with `claims` `claims`, as
+    in `TutoringEnv`.
     A student who asks (`ask_cost`) asks all teachers: a round of answers follows, and then it acts.
 
     Rewards: at the student's step the student gets the world's reward, and each teacher its `teacher_reward`, by its
@@ -132,7 +133,7 @@ class PanelEnv(SeatsEnv):
             seat.teacher.begin(desk.seeds, number)
             seat.teacher.open(desk.moment)  # which looks at the world; the student has the instruction already
         for seat in self.seats.values():
-            seat.purse.spent = 0
+            seat.purse.spent = seat.trimmed = 0
         self._open()
         self.infos[STUDENT] = desk.infos[STUDENT]
         self._said: dict[str, str] = dict.fromkeys(self.teachers, SILENCE)
@@ -176,8 +177,11 @@ class PanelEnv(SeatsEnv):
                 return
             said = self._with_speaker(agent, seat.chosen())
         else:
-            said = self._with_speaker(agent, seat.say(action) if self.speech == "kinds" else seat.feedback(action))
+            kinds = self.speech == "kinds"
+            said = self._with_speaker(agent, seat.say(action) if kinds else seat.feedback(action))
             self._charge(agent, price(said))
+            if kinds:
+                self.infos[agent] = {**self.infos[agent], "trimmed": seat.trimmed}
         self._spoken[agent] = said
         if self._waiting:
             self.agent_selection = self._waiting.pop(0)
@@ -215,6 +219,8 @@ class PanelEnv(SeatsEnv):
                 info["asked"] = True
             if self.speech == "message":
                 info["suggestion"] = seat.suggestion()
+            elif self.speech == "kinds":
+                info["trimmed"] = seat.trimmed
             elif self.speech == "claims":
                 info["claims"] = tuple(seat.listed())
             self.infos[teacher] = info
@@ -277,6 +283,8 @@ class Panel(Seating):
         check_teachers(teachers)
         if "teacher" in options:
             raise ValueError(f"a panel has teachers=[...], not teacher={options['teacher']!r}")
+        if options.get("numbers"):
+            raise ValueError("a panel's student hears each of its teachers in words; allowed: numbers=False")
         first, *others = teachers
         chosen = "kinds" if speech == "message" else speech
         desk = TUTORING.raw_env(subject, speech=chosen, teacher=first, **options)

@@ -302,9 +302,27 @@ def test_announcements_go_through_gymnasiums_vectors(vector, episodes):
 
 
 def test_who_cannot_announce_is_refused_however_it_is_made():
+    refused = pytest.raises(ValueError, match=r"cannot announce its actions, since it has no intend")
     for student in (Still(), Still, "obedient"):
-        with pytest.raises(ValueError, match=r"cannot announce its actions, since it has no intend"):
-            llf_teacher.TeacherEnv(GRID, student=student, announce=True).reset(seed=0)
+        with refused:
+            llf_teacher.TeacherEnv(GRID, student=student, announce=True)
+    env = llf_teacher.TeacherEnv(GRID, student=lambda rng: Still(rng), announce=True)  # of whom nothing is known yet
+    with refused:
+        env.reset(seed=0)
+
+
+def test_an_announced_mistake_is_one_also_where_actions_have_no_values():
+    """In optimization the loss rises by it; the check looks the loss up, the feature asks the oracle."""
+    env = llf_teacher.TeacherEnv(BOOTH, student=LEARNERS[BOOTH], episodes=2, announce=True)
+    observation, info = env.reset(seed=0)
+    mistakes = []
+    while "intention" in info:
+        before, announced = info["moment"].after.y, observation["lifetime"][FIELDS.index("mistake")]
+        observation, _, _, _, info = env.step(0)
+        if info["moment"].turn:
+            assert bool(announced) == (info["moment"].after.y > before)
+            mistakes.append(bool(announced))
+    assert {True, False} == set(mistakes)
 
 
 class Still:

@@ -61,7 +61,7 @@ def check_lifetimes(id, rows, seed, mode, **options):
             if row not in lessons and not batch._done[row] and (turn < 1 or rng.random() < 0.2):
                 lessons[row] = lesson = batch.lesson(row)
                 check_seen(seen, row, lesson._observe()[0])
-        actions = rng.integers(SUBSETS, size=rows)
+        actions = rng.integers(batch.single_action_space.n, size=rows)
         seen, rewards, terminated, truncated, infos = batch.step(actions)
         for row, lesson in list(lessons.items()):
             observation, reward, *ends, info = lesson.step(int(actions[row]))
@@ -80,6 +80,7 @@ def check_lifetimes(id, rows, seed, mode, **options):
             check_seen(seen, row, observation)
             intention = int(infos["intention"][row])
             assert (None if intention < 0 else intention) == info.get("intention")
+            assert infos["trimmed"][row] == info["trimmed"]
             assert str(batch.students.student(row)) == info["student"]
             if turn % 5 == 0:
                 check_table(batch, row, lesson)
@@ -92,6 +93,7 @@ LIVES = {
     "mode": st.sampled_from([AutoresetMode.SAME_STEP, AutoresetMode.NEXT_STEP]),
     "episodes": st.integers(1, 4),
     "max_turns": st.integers(1, 7),
+    "actions": st.sampled_from(["all", "compact"]),
     "announce": st.booleans(),
     "budget": st.sampled_from([None, 1, 3, 12]),
     "cost": st.sampled_from([0.0, 0.05]),

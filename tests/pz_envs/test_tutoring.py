@@ -206,3 +206,29 @@ def test_observations_that_were_handed_out_can_be_changed():
     room = env.observe(STUDENT)["state"]["room"]
     env.observe(STUDENT)["state"]["room"] = -5
     assert env.observe(STUDENT)["state"]["room"] == room
+
+
+def test_what_cannot_be_said_is_told():
+    """The kinds of a subset of which nothing was said: there was nothing to say, or the budget was spent."""
+    env = GRID.raw_env(speech="kinds", budget=2, max_cycles=4)
+    env.reset(seed=0)
+    trimmed = [env.infos["teacher_0"]["trimmed"]]
+    for said in (0b01000, 0b00001, 0b11000, 0b01111):
+        env.step(said)
+        trimmed.append(env.infos["teacher_0"]["trimmed"])
+        env.step(0)
+        assert env.infos["teacher_0"]["trimmed"] == trimmed[-1]
+    assert trimmed == [0, 0, 0, 0b11000, 0b01111]
+    env.reset(seed=0)
+    assert env.infos["teacher_0"]["trimmed"] == 0
+    env.step(0b11111)
+    assert env.infos["teacher_0"]["trimmed"] == 0b00111, "there is no hindsight at the opening"
+
+
+@pytest.mark.parametrize("seating", ["classroom", "panel"])
+def test_what_cannot_be_said_is_told_in_every_seating(seating):
+    env = GRID.raw_env(seating=seating, speech="kinds")
+    env.reset(seed=0)
+    teacher = env.agent_selection
+    env.step(env.address(1, 0b11011) if seating == "classroom" else 0b11011)
+    assert env.infos[teacher]["trimmed"] == 0b00011

@@ -3,6 +3,7 @@
 import copy
 import pickle
 
+import numpy as np
 import pytest
 from gymnasium import spaces
 from gymnasium.vector.utils import (
@@ -10,6 +11,7 @@ from gymnasium.vector.utils import (
     concatenate,
     create_empty_array,
     create_shared_memory,
+    iterate,
     read_from_shared_memory,
     write_to_shared_memory,
 )
@@ -141,3 +143,12 @@ def test_vectors_of_prose_are_tuples_of_text():
     space = Prose(20)
     assert ("one", "two") in batch_space(space, 2)
     assert concatenate(space, ["one", "two"], create_empty_array(space, 2)) == ("one", "two")
+
+
+def test_texts_are_iterated_over_by_the_space_of_one_and_of_all():
+    """SuperSuit does the first, Gymnasium the second."""
+    texts = ("", "one", "and another")
+    single = spaces.Dict({"words": Prose(20), "number": spaces.Box(0, 1, (1,))})
+    numbers = np.zeros((3, 1), np.float32)
+    assert [item["words"] for item in iterate(single, {"words": texts, "number": numbers})] == list(texts)
+    assert list(iterate(batch_space(Prose(20), 3), texts)) == list(texts)

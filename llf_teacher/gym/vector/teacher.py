@@ -8,7 +8,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
-from llf_teacher.gym.lifetime import NEAR, check_vary, drawn, is_whole, lifetime_space
+from llf_teacher.gym.lifetime import NEAR, check_vary, drawn, is_whole
 from llf_teacher.gym.teacher_env import TeacherEnv
 from llf_teacher.gym.vector.lifetimes import Lifetimes, columns
 from llf_teacher.gym.vector.rows import RowsEnv
@@ -16,7 +16,7 @@ from llf_teacher.students.batches import learners
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student, frozen
 from pz_envs.seats import check_flags
-from pz_envs.teacher_seat import BIT, LEGAL, SUBSET_BITS, SUBSETS, check_cost, is_count
+from pz_envs.teacher_seat import BIT, LEGAL, SUBSET_BITS, check_cost, is_count
 from teachers.atoms import FP, KINDS
 from teachers.batches import Moments
 from teachers.feedback import MIXED, parse_kinds
@@ -56,13 +56,13 @@ class TeacherVectorEnv(RowsEnv):
 
     Observation, action, reward, lifetimes, budgets and announcements are as there; the oracle's claims are what there
     is to say, and the episodes of a lifetime begin in the same state of one world. Info: `intention`, what was
-    announced, -1 where nothing was. `lesson` gives a row as a scalar environment.
+    announced, -1 where nothing was; `trimmed`, as there. `lesson` gives a row as a scalar environment.
 
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays, with finitely many states.
         num_envs: rows.
-        student: a spec string or a `Student` that can be played in arrays, such as `q_learning(trust=1.0)`.
-        episodes, vary, announce, cost, budget, max_turns, until_success: as in `TeacherEnv`.
+        student: a spec string or a `Student` that can be played in arrays.
+        actions, episodes, vary, announce, cost, budget, max_turns, until_success: as in `TeacherEnv`.
         feedback_type: `a`, `n`, or kinds; it is the same in each turn, so not `m`.
         teacher_reward: a name, as in `pz_envs.rewards`.
         autoreset_mode: one of Gymnasium's.
@@ -77,7 +77,8 @@ class TeacherVectorEnv(RowsEnv):
         env_id: str,
         num_envs: int = 1,
         *,
-        student: str | Student,
+        student: str | Student = "q_learning(trust=1.0)",
+        actions: str = "all",
         episodes: int = 1,
         vary: Mapping[str, Any] | None = None,
         announce: bool = False,
@@ -117,6 +118,7 @@ class TeacherVectorEnv(RowsEnv):
         check_vary(spec, self._vary)
         self._wanted = np.uint8(sum(BIT[kind] for kind in parse_kinds(feedback_type)))
         self._lesson: dict[str, Any] = {
+            "actions": actions,
             "episodes": episodes,
             "announce": announce,
             "feedback_type": feedback_type,
@@ -133,14 +135,16 @@ class TeacherVectorEnv(RowsEnv):
         """What teachers remember."""
         self.spent = np.zeros(num_envs, np.int64)
         """Atoms that were said in each lifetime."""
+        self._trimmed = np.zeros(num_envs, np.int64)
         self._finished = np.zeros(num_envs, bool)
         self._start = self.worlds.state
         scalar = TeacherEnv(env_id, student=spec, **self._lesson)
         self._low, self._high = scalar.aec.seat.low, scalar.aec.seat.high
-        entries = dict(scalar.aec.seat.view_space("kinds"))
-        if episodes > 1:
-            entries["lifetime"] = lifetime_space()
-        self._seat(spaces.Dict(entries), spaces.Discrete(SUBSETS))
+        self.subsets = scalar.subsets
+        """The subset of kinds that each action says."""
+        self._subsets = np.array(self.subsets)
+        self._legal = LEGAL[:, self._subsets]
+        self._seat(scalar.observation_space, scalar.action_space)
 
     def lesson(self, row: int) -> TeacherEnv:
         """The scalar environment in a row's state, before the teacher speaks.
@@ -162,14 +166,14 @@ class TeacherVectorEnv(RowsEnv):
         return env
 
     def action_masks(self) -> Bools:
-        """Which subsets of kinds can be said now, bool (rows, 32); the form that maskable learners ask for."""
+        """Which actions are legal now, bool (rows, actions); the form that maskable learners ask for."""
         return self._mask().astype(bool)
 
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
         """Lifetimes begin, with new students."""
         self._pupil_streams.states[rows] = self._draws.integers(2**64, size=len(rows), dtype=np.uint64)
         self.students.enrol(rows, self._enrolled(len(rows), seeds))
-        self.spent[rows] = 0
+        self.spent[rows] = self._trimmed[rows] = 0
         self._finished[rows] = False
         self._start = merged(self._start, rows, self.worlds.taken(self.worlds.state, rows))
         self.lives.begin(rows, self.worlds.place(rows))
@@ -192,10 +196,12 @@ class TeacherVectorEnv(RowsEnv):
     def _play(self, actions: npt.NDArray[Any], rows: Rows) -> tuple[Floats, Bools, Bools]:
         """The teacher's turn, then the student's, or the next episode's opening after the last word."""
         here = self._everybody[rows]
-        said = actions.astype(np.uint8) & self._kinds[rows]
+        wanted = self._subsets[actions]
+        said = wanted.astype(np.uint8) & self._kinds[rows]
         if self.budget is not None:
             left = np.clip(self.budget - self.spent[rows], 0, len(KINDS))
             said = WITHIN[said, left]
+        self._trimmed[rows] = wanted & ~said
         atoms = _COUNT[said]
         self.spent[rows] += atoms
         reward = np.zeros(self.num_envs)
@@ -272,10 +278,15 @@ class TeacherVectorEnv(RowsEnv):
 
     def _mask(self) -> npt.NDArray[np.int8]:
         """The subsets that can be said; only silence once a lifetime is over."""
-        return LEGAL.take(np.where(self._finished, 0, self._available()), axis=0)
+        return self._legal.take(np.where(self._finished, 0, self._available()), axis=0)
 
     def _infos(self) -> dict[str, Any]:
-        return {"intention": self._intention, "_intention": self._intention >= 0}
+        return {
+            "intention": self._intention,
+            "_intention": self._intention >= 0,
+            "trimmed": self._trimmed.copy(),
+            "_trimmed": np.ones(self.num_envs, bool),
+        }
 
 
 class _RowSeeds(Seeds):

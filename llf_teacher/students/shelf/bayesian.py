@@ -9,9 +9,9 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from llf_teacher.students.student import Policy, Student, action_of, frozen, state_of
+from llf_teacher.students.student import Policy, Student, frozen, state_of
 from pz_envs.subject import Subject
-from teachers.atoms import FN, FP, HN, HP
+from teachers.atoms import FN, FP, HN, HP, action_of
 from teachers.spec import check_range
 from worlds.world import World
 

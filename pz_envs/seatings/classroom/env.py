@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 
-from pz_envs.seatings.tutoring import TutoringEnv, words_space
+from pz_envs.seatings.classroom.spaces import sayings, teachers_choice, teachers_view
+from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
-from pz_envs.teacher_seat import CHOICES, CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
-from teachers.atoms import KINDS, SILENCE, Moment
+from pz_envs.teacher_seat import CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
+from teachers.atoms import SILENCE, Moment
 from teachers.seeds import Seeds
-from worlds.spaces import Prose
 
 __all__ = ["MOST", "ClassroomEnv"]
 
@@ -63,8 +62,9 @@ class ClassroomEnv(SeatsEnv):
         Action: Dict of `student`, Discrete(n + 1), 0 for nobody, i + 1 for student i, and `words`, `Prose`; an
         `Utterance` brings its atoms along. What words say of the instruction is not repeated.
     Info of the teacher: the privileged `moments`, a tuple with a `Moment` per student; `asking`, the number of the
-    student who asks, if one does; with `message` also `suggestions`, per student what its own teacher would say (empty
-    for who has left), and `suggestion`, what it would answer.
+    student who asks, if one does; with `kinds` also `trimmed`, the kinds of its last action of which nothing was said,
+    as a subset's number; with `message` also `suggestions`, per student what its own teacher would say (empty for who
+    has left), and `suggestion`, what it would answer.
     To turn to a student who has left, or a second time in a round, is to waste that attention.
 
     Rewards: at a student's step it gets its world's reward, and the teacher its `teacher_reward`; so over a round the
@@ -112,7 +112,7 @@ class ClassroomEnv(SeatsEnv):
         check_flags(same_world=same_world)
         self.desks = tuple(desks)
         self.purse = desks[0].purse
-        self._sayings: int = CHOICES.get(speech, 1) - 1
+        self._sayings = sayings(speech)
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}
@@ -121,38 +121,11 @@ class ClassroomEnv(SeatsEnv):
         self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self.seeds = Seeds()
         """The streams of this environment's episodes, beside those of the desks."""
-        self.observation_spaces[TEACHER] = self._teachers_view()
-        self.action_spaces[TEACHER] = self._teachers_choice()
+        self.observation_spaces[TEACHER] = teachers_view(self.desks, speech)
+        self.action_spaces[TEACHER] = teachers_choice(count, speech)
         for student, desk in zip(self.students, self.desks, strict=True):
             self.observation_spaces[student] = desk.observation_space(STUDENT)
             self.action_spaces[student] = desk.action_space(STUDENT)
-
-    def _teachers_view(self) -> spaces.Space[Any]:
-        count = len(self.desks)
-        if self.speech == "message":
-            return spaces.Dict({student: words_space() for student in self.students})
-        low, high = self.desks[0].seat.feature_bounds()
-        more: dict[str, spaces.Space[Any]] = {}
-        if self.speech == "claims":
-            more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(TRAITS)), np.int8)
-        if self.desks[0].ask_cost is not None:
-            more["asking"] = spaces.MultiBinary(count)
-        keep = [0, 1, 2, 4, 4, 4]  # presence and attendance have the bounds of `over`
-        return spaces.Dict(
-            {
-                "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),
-                "available": spaces.MultiBinary((count, len(KINDS))),
-                "purse": spaces.Box(0, 1, (2,), np.float32),
-                "action_mask": spaces.Box(0, 1, (1 + self._sayings * count,), np.int8),
-                **more,
-            }
-        )
-
-    def _teachers_choice(self) -> spaces.Space[Any]:
-        count = len(self.desks)
-        if self.speech == "message":
-            return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(PROSE)})
-        return spaces.Discrete(1 + self._sayings * count)
 
     def address(self, student: int, said: int) -> int:
         """The teacher's action that says a subset of the kinds (1 to 31) or a claim (1 to 32) to a student (from 0)."""
@@ -177,9 +150,10 @@ class ClassroomEnv(SeatsEnv):
         self._paid = TEACHER
         self._terminated = True
         self._class = list(range(len(self.desks)))
+        self._trimmed = 0
         self._begin_round()
 
-    def observe(self, agent: str) -> dict[str, Any]:
+    def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         if agent != TEACHER:
             return self.desks[self._number[agent]].observe(STUDENT)
@@ -259,6 +233,8 @@ class ClassroomEnv(SeatsEnv):
         info: dict[str, Any] = {"moments": self._moments}
         if self.speech == "message":
             info["suggestions"] = self._suggestions
+        elif self.speech == "kinds":
+            info["trimmed"] = self._trimmed
         if self._asking is not None:
             info["asking"] = self._asking
             if self.speech == "message":
@@ -268,6 +244,7 @@ class ClassroomEnv(SeatsEnv):
     def _teach(self, action: Any) -> None:
         """A turn of the teacher."""
         i, said = self._understand(action)
+        self._trimmed = 0 if i is None else said  # all of it, unless it is heard
         reward = 0.0
         if self._asking is not None:
             self._answer(self._asking, i, said)
@@ -304,6 +281,7 @@ class ClassroomEnv(SeatsEnv):
         """Let a student hear something; what that costs, negated."""
         if self.speech == "kinds":
             words: str = desk.seat.say(said)
+            self._trimmed = desk.seat.trimmed
         elif self.speech == "claims":
             desk.seat.choose(said)
             words = desk.seat.chosen()

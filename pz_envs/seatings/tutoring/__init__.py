@@ -3,8 +3,10 @@
 from collections.abc import Iterable
 from typing import Any
 
+from pz_envs.numbers import Embed
 from pz_envs.rewards import TeacherReward
-from pz_envs.seatings.tutoring.env import TutoringEnv, words_space
+from pz_envs.seatings.tutoring.env import TutoringEnv
+from pz_envs.seatings.tutoring.words import words_space
 from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_seat import Purse
 from teachers.personality import Personality
@@ -31,6 +33,8 @@ class Tutoring(Seating):
         render_mode: str | None = None,
         speech: str = "message",
         text: bool = False,
+        numbers: bool = False,
+        embed: Embed | None = None,
         cost: float = 0.01,
         budget: int | None = None,
         purse: Purse | None = None,
@@ -73,6 +77,8 @@ class Tutoring(Seating):
             render_mode=render_mode,
             speech=speech,
             text=text,
+            numbers=numbers,
+            embed=embed,
             cost=cost,
             budget=budget,
             purse=purse,

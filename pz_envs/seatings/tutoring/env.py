@@ -6,17 +6,19 @@ from typing import Any
 from gymnasium import spaces
 
 from pz_envs.asking import ASK, asking_space, read_question
+from pz_envs.numbers import Embed, Field, Numbers
 from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
+from pz_envs.seatings.tutoring.words import split, words_space
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
 from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
 from pz_envs.text_mode import failure, legal_text, parse_action
-from teachers.atoms import FN, FP, SILENCE, Atom, Moment, ParseFailure, Utterance
+from teachers.atoms import SILENCE, Atom, Moment, ParseFailure, Utterance
 from teachers.seeds import Seeds
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
 from worlds.world import World
 
-__all__ = ["TutoringEnv", "words_space"]
+__all__ = ["TutoringEnv"]
 
 _new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
 
@@ -34,6 +36,8 @@ class TutoringEnv(SeatsEnv):
         `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world
         does not step, the turn counts.
         Info: what the world tells, with `success`, and `atoms`, what was said last.
+        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
+        `pz_envs.numbers`, and `fields` for what is where. The action is the world's, the info has no `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
@@ -49,7 +53,8 @@ class TutoringEnv(SeatsEnv):
             `action_mask`, int8 (32,).
         The claims are those of the seat's own teacher after its personality: true, if that does not err.
         Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to
-        say are not said. `reset` says the instruction itself. Info: the privileged `moment`.
+        say are not said. `reset` says the instruction itself. Info: the privileged `moment`, and `trimmed`, the kinds
+        of its last action of which nothing could be said, as a subset's number.
 
     Teacher, `speech="claims"`:
         Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim that
@@ -79,6 +84,7 @@ class TutoringEnv(SeatsEnv):
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         speech: `message`, `kinds` or `claims`.
         text: text in, text out for the student.
+        numbers, embed: numbers in for the student, and what gives the vector of a text for them.
         cost: paid by the teacher per atom of feedback, at least 0.
         budget: atoms of feedback that the teacher may say in an episode; what exceeds it is not said. None: any number.
         purse: cost and budget that the seat shares with others; None: its own.
@@ -104,6 +110,8 @@ class TutoringEnv(SeatsEnv):
         repeated: bool = False,
         speech: str = "message",
         text: bool = False,
+        numbers: bool = False,
+        embed: Embed | None = None,
         cost: float = 0.01,
         budget: int | None = None,
         purse: Purse | None = None,
@@ -113,7 +121,11 @@ class TutoringEnv(SeatsEnv):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(name, speech, render_mode)
-        check_flags(text=text, until_success=until_success)
+        check_flags(text=text, numbers=numbers, until_success=until_success)
+        if text and numbers:
+            raise ValueError("text=True and numbers=True exclude each other; set one of them")
+        if embed is not None and not numbers:
+            raise ValueError("embed= makes numbers of words; it needs numbers=True")
         if not is_count(max_cycles):
             raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
         if ask_cost is not None:
@@ -127,6 +139,7 @@ class TutoringEnv(SeatsEnv):
         self._own_reward = self.teacher_reward is not student_reward
         self.possible_agents = [TEACHER, STUDENT]
         self._texts = text or isinstance(world.action_space, spaces.Text)
+        self._numbers = Numbers(world, max_cycles, embed) if numbers else None
         self.student_space = spaces.Dict(
             {
                 "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
@@ -134,10 +147,10 @@ class TutoringEnv(SeatsEnv):
                 "feedback": Prose(PROSE),
             }
         )
-        """What the student observes."""
+        """What the student observes, if not in numbers."""
         self.moment: Moment[Any]
         """The last turn."""
-        self.observation_spaces[STUDENT] = self.student_space
+        self.observation_spaces[STUDENT] = self._numbers.space if self._numbers else self.student_space
         acts = Prose(PROSE) if text else copy.deepcopy(world.action_space)
         self.action_spaces[STUDENT] = acts if ask_cost is None else asking_space(acts)
         if speech == "message":
@@ -146,6 +159,8 @@ class TutoringEnv(SeatsEnv):
         else:
             self.observation_spaces[TEACHER] = self.seat.view_space(speech)
             self.action_spaces[TEACHER] = spaces.Discrete(CHOICES[speech])
+        self.said: tuple[Atom, ...] = ()
+        """What the student was told last."""
         self.seeds = Seeds()
         """The streams of this environment's episodes, beside the world's."""
         self.state_now: Any = None
@@ -154,7 +169,7 @@ class TutoringEnv(SeatsEnv):
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
         self._begin(seed, options, None)
-        self.purse.spent = 0
+        self.purse.spent = self.seat.trimmed = 0
         self._open_lesson()
 
     def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
@@ -182,7 +197,7 @@ class TutoringEnv(SeatsEnv):
         if moment.turn:
             self.turn, self.moment = moment.turn, moment
             self.ended = terminated, moment.over and not terminated
-            self.infos[STUDENT] = {"success": moment.success}
+            self.infos[STUDENT], self.said = {"success": moment.success}, ()
             self._pass_to_teacher()
 
     def _begin(self, seed: int | None, options: dict[str, Any] | None, start: Any) -> None:
@@ -205,17 +220,24 @@ class TutoringEnv(SeatsEnv):
         self.instruction: str = SILENCE
         self.feedback: str = SILENCE
         self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
-        self.infos[STUDENT] = self._told | {"atoms": ()}
+        self._tell(self._told.copy(), ())
         self.teacher.begin(self.seeds)
         if self.speech != "message":
             opening = self.instruction = self.teacher.open(self.moment)
-            self.infos[STUDENT]["atoms"] = opening.atoms
+            self._tell(self.infos[STUDENT], opening.atoms)
         self._pass_to_teacher()
 
-    def observe(self, agent: str) -> dict[str, Any]:
+    @property
+    def fields(self) -> tuple[Field, ...]:
+        """What the numbers are that the student observes; none without `numbers=True`."""
+        return () if self._numbers is None else self._numbers.fields
+
+    def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         if agent == STUDENT:
             state = self.state_now
+            if self._numbers is not None:
+                return self._numbers.of(state, self.turn, self.instruction, self.feedback, self.said)
             state = state.copy() if type(state) is dict else copy.copy(state)
             return {"state": state, "instruction": self.instruction, "feedback": self.feedback}
         if self.speech == "message":
@@ -246,9 +268,9 @@ class TutoringEnv(SeatsEnv):
             if asks and not self._asked:
                 self._ask(self.ask_cost)
                 return
-            action = failure(ASK, self.world) if asks else self._understand(action)
+            action = failure(ASK, self.world) if asks else self.understand(action)
         else:
-            action = self._understand(action)
+            action = self.understand(action)
         world, before = self.world, self.moment.after
         turn = self.turn = self.turn + 1
         if type(action) is ParseFailure:
@@ -269,7 +291,7 @@ class TutoringEnv(SeatsEnv):
             self.ended = (terminated, late)
             over = terminated or late
             self.moment = _new(Moment, (before, action, reward, world.truth, info["success"], turn, over, None))
-        self.infos[STUDENT] = info
+        self.infos[STUDENT], self.said = info, ()
         self._asked = False
         own = self.teacher_reward(self.moment, self.teacher.oracle) if self._own_reward else reward
         self._pay(STUDENT, own, reward)
@@ -281,7 +303,7 @@ class TutoringEnv(SeatsEnv):
         self._state = copy.deepcopy(self._state)
         self._see()
         told = {key: value for key, value in self.infos[STUDENT].items() if key not in ("atoms", "parse_failure")}
-        self.infos[STUDENT] = told
+        self.infos[STUDENT], self.said = told, ()
         self._pay(STUDENT, 0.0, -cost)
         self._pass_to_teacher()
 
@@ -291,23 +313,24 @@ class TutoringEnv(SeatsEnv):
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        if self.speech == "message":
-            self._pay(TEACHER, self.purse.pay(self.hear(self.seat.allow(action))), 0.0)
-        elif self.speech == "kinds":
-            self._pay(TEACHER, self.purse.pay(self.hear(self.seat.say(action))), 0.0)
-        else:
+        if self.speech == "claims":
             chosen = len(self.seat.choosing)
             done = self.seat.choose(action)
             self._pay(TEACHER, self.purse.pay(len(self.seat.choosing) - chosen), 0.0)
             if done:
                 self.hear(self.seat.chosen())
+        else:
+            said = self.seat.say(action) if self.speech == "kinds" else self.seat.allow(action)
+            self._pay(TEACHER, self.purse.pay(self.hear(said)), 0.0)
+            if self.seat.trimmed != self.infos[TEACHER].get("trimmed", 0):
+                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.seat.trimmed}
 
     def hear(self, said: str) -> int:
         """Let the student hear the teacher's words, which ends a finished episode; the number of atoms to pay for."""
         atoms = said.atoms if type(said) is Utterance else ()
         info = self.infos[STUDENT]
         if self.turn == 0 and not self._asked and self.speech == "message":
-            self.instruction, advice = _split(said, atoms)
+            self.instruction, advice = split(said, atoms)
             self.feedback = advice
             cost = len(advice.atoms)
         else:
@@ -315,14 +338,21 @@ class TutoringEnv(SeatsEnv):
             # After an executed action nothing but feedback is said.
             cost = len(atoms) if atoms and self.moment.before is not None else price(said)
             if self.turn == 0 and not self._asked:
-                atoms = info["atoms"] + atoms
-        info["atoms"] = atoms
+                atoms = self.said + atoms
+        self._tell(info, atoms)
         terminated, truncated = self.ended
         if terminated or truncated:
             self.terminations = {TEACHER: terminated, STUDENT: terminated}
             self.truncations = {TEACHER: truncated, STUDENT: truncated}
         self.agent_selection = STUDENT
         return cost
+
+    def _tell(self, info: dict[str, Any], atoms: tuple[Atom, ...]) -> None:
+        """Let the student know what was said; of learners from numbers few know what to do with an info of objects."""
+        self.said = atoms
+        if self._numbers is None:
+            info["atoms"] = atoms
+        self.infos[STUDENT] = info
 
     def moment_of(self, student: str) -> Moment[Any]:
         """The student's last turn."""
@@ -340,7 +370,7 @@ class TutoringEnv(SeatsEnv):
     def _see(self) -> None:
         self.state_now = self.world.describe(self._state) if self.text else self._state
 
-    def _understand(self, action: Any) -> Any:
+    def understand(self, action: Any) -> Any:
         """The student's action in canonical form, or a `ParseFailure`."""
         if not self._texts:
             return self.world.legal(action)
@@ -355,6 +385,8 @@ class TutoringEnv(SeatsEnv):
             info["asked"] = True
         if self.speech == "message":
             info["suggestion"] = self.seat.suggestion(brief=not self.turn and not self._asked)
+        elif self.speech == "kinds":
+            info["trimmed"] = self.seat.trimmed
         elif self.speech == "claims":
             info["claims"] = tuple(self.seat.listed())
         self.infos[TEACHER] = info
@@ -366,16 +398,3 @@ class TutoringEnv(SeatsEnv):
         cumulative[actor] = 0.0
         cumulative[TEACHER] += teacher
         cumulative[STUDENT] += student
-
-
-def words_space() -> spaces.Dict:
-    """The space of `TutoringEnv.describe`."""
-    return spaces.Dict({"state": Prose(PROSE), "action": Prose(PROSE)})
-
-
-def _split(said: str, atoms: tuple[Atom, ...]) -> tuple[str, Utterance]:
-    """An opening utterance as instruction and feedback: advice for the first action is feedback."""
-    advice = [atom for atom in atoms if atom.kind in (FP, FN)]
-    if not advice:
-        return said, SILENCE
-    return Utterance.of([atom for atom in atoms if atom.kind not in (FP, FN)]), Utterance.of(advice)
