@@ -52,9 +52,10 @@ import sys
 from dataclasses import replace
 
 import pz_envs.families.poem as declared
-from pz_envs.family import all_families
+from pz_envs.family import all_families, own_families
 
 declared.FAMILY = replace(declared.FAMILY, extra="verse")
+own_families.cache_clear()
 all_families.cache_clear()
 sys.modules["syllables"] = None
 """
