@@ -4,7 +4,7 @@ The student learns a house by tabular Q-learning in a lifetime of episodes; the 
 that lifetime, sees numbers only, and is paid by the student's progress. Many lifetimes are lived at once, in arrays.
 Prints a table and draws how the teacher got there. Needs the extra `learn`:
 
-    python examples/learn_to_teach.py --steps 600000 --seeds 200 --plot docs/learn-to-teach.png
+    python examples/learn_to_teach.py --steps 1000000 --seeds 200 --plot docs/learn-to-teach.png
 """
 
 import argparse
@@ -199,10 +199,10 @@ def policy_of(model: PPO, explores: bool = False) -> Policy:
     return lambda seen: len(seen) > 0 and model.predict(seen, deterministic=not explores)[0] > 0
 
 
-def near_mistakes(others: float = 0.0) -> Policy:
+def near_mistakes(others: float = 0.0, moves: int = _NEAR) -> Policy:
     """Correct the mistakes that are made near the treasure, and a share of the others."""
     rng = np.random.default_rng(0)
-    return lambda seen: (seen[:, 5 + _WAY] <= _NEAR / (_NEAR + 4)) | (rng.random(len(seen)) < others)
+    return lambda seen: (seen[:, 5 + _WAY] <= moves / (moves + 4)) | (rng.random(len(seen)) < others)
 
 
 def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.ndarray:
@@ -253,6 +253,19 @@ def heuristic(teacher: str, setting: Setting, seeds: Iterable[int], mapped: Call
     return np.array(list(mapped(lifetime, [setting] * len(seeds), [teacher] * len(seeds), seeds))).mean(axis=1)
 
 
+def near_by_budget(setting: Setting, seeds: Sequence[int]) -> None:
+    """Print what correcting mistakes within so many moves comes to, and correcting all of them, by the budget."""
+    within = range(1, 9)
+    print(f"| budget | {' | '.join(map(str, within))} | all |\n|---|{'---|' * (len(within) + 1)}")
+    for budget in (2, 4, 8, 16, 32):
+        given = setting._replace(budget=budget)
+        rules = [*(near_mistakes(moves=moves) for moves in within), near_mistakes(others=1.0)]
+        print(
+            f"| {budget} | {' | '.join(f'{accompanied(rule, given, seeds).mean():.2f}' for rule in rules)} |",
+            flush=True,
+        )
+
+
 def compare(areas: Mapping[str, np.ndarray], learned: str) -> None:
     """Print regret per episode, and what the learned teacher saves beside each other one."""
     print("| teacher | regret per episode | the learned one's is less by | p |")
@@ -286,16 +299,20 @@ def draw(stages: list[Stage], areas: Mapping[str, np.ndarray], path: str) -> Non
 def main() -> None:
     """Train, and compare on held-out seeds."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--steps", type=int, default=600_000, help="decisions to learn from")
+    parser.add_argument("--steps", type=int, default=1_000_000, help="decisions to learn from")
     parser.add_argument("--seeds", type=int, default=200, help="lifetimes to compare on")
     parser.add_argument("--seed", type=int, default=0, help="of the training")
     parser.add_argument("--episodes", type=int, default=SETTING.episodes, help="of a lifetime")
     parser.add_argument("--save", help="file for the trained teacher")
     parser.add_argument("--plot", help="file for the figure")
+    parser.add_argument("--near", action="store_true", help="compare rules of nearness by budget, and train nothing")
     arguments = parser.parse_args()
     torch.set_num_threads(1)
     setting = SETTING._replace(episodes=arguments.episodes)
     seeds = range(HELD_OUT, HELD_OUT + arguments.seeds)
+    if arguments.near:
+        near_by_budget(setting, seeds)
+        return
     model = learner(arguments.seed)
     areas = {"untrained policy": accompanied(policy_of(model, explores=True), setting, seeds)}
     began = time.process_time()

@@ -38,7 +38,7 @@ def test_learn_to_teach(tmp_path):
     """Needs the extra `learn`."""
     command = [sys.executable, ROOT / "examples" / "learn_to_teach.py", "--steps", "2000", "--seeds", "3"]
     result = subprocess.run(
-        [*command, "--episodes", "2", "--save", tmp_path / "teacher", "--plot", tmp_path / "plot.png"],
+        [*command, "--episodes", "2", "--save", tmp_path / "teacher.zip", "--plot", tmp_path / "plot.png"],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -47,7 +47,7 @@ def test_learn_to_teach(tmp_path):
     assert result.returncode == 0, result.stderr
     assert "| learned | " in result.stdout
     assert "| announced mistake | " in result.stdout
-    assert {file.name for file in (tmp_path / "teacher").iterdir()} == {"teacher.zip", "scales.pkl"}
+    assert (tmp_path / "teacher.zip").stat().st_size > 10_000
     assert (tmp_path / "plot.png").stat().st_size > 10_000
 
 
