@@ -417,7 +417,8 @@ def cached(path):
 
 def episodes(path):
     with contextlib.closing(sqlite3.connect(path)) as db:
-        return [db.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall() for table in ("episode", "turn")]
+        turns = "SELECT key, packed FROM result JOIN story USING (number) ORDER BY key"
+        return [db.execute(query).fetchall() for query in ("SELECT * FROM episode ORDER BY key", turns)]
 
 
 def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
