@@ -159,8 +159,9 @@ class TeacherSeat:
     def suggestion(self, brief: bool = False) -> Utterance:
         """What the teacher would say now: all that it has to say, in its words; `brief`: after the instruction."""
         teacher, moment = self.teacher, self.moment
-        notice = teacher.notice(moment) if brief else ()
-        return teacher.say(notice + self.claims(), moment.turn)
+        if brief:  # which comes first: with it the oracle starts
+            return teacher.say(teacher.notice(moment) + self.claims(), moment.turn)
+        return teacher.say(self.claims(), moment.turn)
 
     def available(self) -> int:
         """The kinds that can be said now, as a subset's number."""

@@ -284,7 +284,7 @@ class TutoringEnv(SeatsEnv):
             info: dict[str, Any] = {"success": success, "parse_failure": action}
         else:
             self._state, reward, terminated, truncated, info = world.advance(action)
-            self._see()
+            self.state_now = world.describe(self._state) if self.text else self._state
             if self.until_success and info["success"]:
                 terminated = True
             late = not terminated and (truncated or turn >= self.max_turns)
@@ -313,22 +313,23 @@ class TutoringEnv(SeatsEnv):
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        if self.speech == "claims":
-            chosen = len(self.seat.choosing)
-            done = self.seat.choose(action)
-            self._pay(TEACHER, self.purse.pay(len(self.seat.choosing) - chosen), 0.0)
-            if done:
-                self.hear(self.seat.chosen())
+        seat = self.seat
+        if self.speech == "message":
+            self._pay(TEACHER, self.purse.pay(self.hear(seat.allow(action))), 0.0)
+        elif self.speech == "kinds":
+            self._pay(TEACHER, self.purse.pay(self.hear(seat.say(action))), 0.0)
+            if seat.trimmed != self.infos[TEACHER]["trimmed"]:
+                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": seat.trimmed}
         else:
-            said = self.seat.say(action) if self.speech == "kinds" else self.seat.allow(action)
-            self._pay(TEACHER, self.purse.pay(self.hear(said)), 0.0)
-            if self.seat.trimmed != self.infos[TEACHER].get("trimmed", 0):
-                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.seat.trimmed}
+            chosen = len(seat.choosing)
+            done = seat.choose(action)
+            self._pay(TEACHER, self.purse.pay(len(seat.choosing) - chosen), 0.0)
+            if done:
+                self.hear(seat.chosen())
 
     def hear(self, said: str) -> int:
         """Let the student hear the teacher's words, which ends a finished episode; the number of atoms to pay for."""
         atoms = said.atoms if type(said) is Utterance else ()
-        info = self.infos[STUDENT]
         if self.turn == 0 and not self._asked and self.speech == "message":
             self.instruction, advice = split(said, atoms)
             self.feedback = advice
@@ -339,7 +340,7 @@ class TutoringEnv(SeatsEnv):
             cost = len(atoms) if atoms and self.moment.before is not None else price(said)
             if self.turn == 0 and not self._asked:
                 atoms = self.said + atoms
-        self._tell(info, atoms)
+        self._tell(self.infos[STUDENT], atoms)
         terminated, truncated = self.ended
         if terminated or truncated:
             self.terminations = {TEACHER: terminated, STUDENT: terminated}
@@ -381,14 +382,14 @@ class TutoringEnv(SeatsEnv):
     def _pass_to_teacher(self) -> None:
         self.seat.see(self.moment, self._asked)
         info: dict[str, Any] = {"moment": self.moment}
-        if self._asked:
-            info["asked"] = True
         if self.speech == "message":
             info["suggestion"] = self.seat.suggestion(brief=not self.turn and not self._asked)
         elif self.speech == "kinds":
             info["trimmed"] = self.seat.trimmed
         elif self.speech == "claims":
             info["claims"] = tuple(self.seat.listed())
+        if self._asked:
+            info["asked"] = True
         self.infos[TEACHER] = info
         self.agent_selection = TEACHER
 
