@@ -59,7 +59,7 @@ def test_pettingzoo_accepts_it(id, speech, text):
         require_parallel(lambda: pettingzoo.make("parallel", f"llf/{id}", **settings))
 
 
-@pytest.mark.parametrize("students", [1, 2, 64])
+@pytest.mark.parametrize("students", [1, 2, 16, pytest.param(64, marks=pytest.mark.full)])
 def test_pettingzoo_accepts_every_size(students):
     require_aec(lambda: GRID.env(seating="classroom", students=students, attention=students))
 
