@@ -361,8 +361,7 @@ class TutoringEnv(SeatsEnv):
 
     def as_text(self) -> str:
         """The world and the teacher's last words."""
-        words = self.feedback or self.instruction
-        return f"{self.world.describe(self._state)}\nTeacher: {words}".lstrip("\n")
+        return f"{self.world.describe(self._state)}\nTeacher: {self.feedback or self.instruction}".lstrip("\n")
 
     def close(self) -> None:
         """Close the world."""
