@@ -131,8 +131,7 @@ class StudentEnv(SeatEnv):
         aec.student_turn(action)
         moment = aec.moment
         reward = moment.reward if not aec.seat.asked else aec.rewards[STUDENT]
-        told = aec.infos[TEACHER]
-        aec.teacher_turn(told["suggestion"] if self._policy is None else self._policy.act(aec.observe(TEACHER), told))
+        self._speak()
         terminated, truncated = aec.ended
         self._running = not moment.over
         observation = self._seen(SILENCE)

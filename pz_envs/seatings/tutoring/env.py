@@ -284,7 +284,7 @@ class TutoringEnv(SeatsEnv):
             info: dict[str, Any] = {"success": success, "parse_failure": action}
         else:
             self._state, reward, terminated, truncated, info = world.advance(action)
-            self.state_now = world.describe(self._state) if self.text else self._state
+            self._see()
             if self.until_success and info["success"]:
                 terminated = True
             late = not terminated and (truncated or turn >= self.max_turns)
