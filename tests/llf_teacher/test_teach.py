@@ -1,18 +1,15 @@
 """Any Gymnasium environment can be taught."""
 
-import abc
 import copy
 import pickle
-from typing import ClassVar
 
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
-from gymnasium.utils.ezpickle import EzPickle
 from lake import PHRASES, WORDS, Head, LakeOracle, Nearer
+from walks import Walk
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
@@ -24,15 +21,20 @@ from teachers.oracle import Oracle, RefusalError
 from teachers.reward_oracle import RewardOracle
 from worlds import testing as world_kit
 from worlds.testing import plain
-from worlds.wrapped.gym_world import GymWorld, faithful
+from worlds.wrapped.gym_world import GymWorld
 
 pytestmark = [  # what Gymnasium has to say of its own environments
     pytest.mark.filterwarnings("ignore:.*Box observation space m.* value is -?infinity"),
     pytest.mark.filterwarnings("ignore:.*recommend using a symmetric and normalized space"),
 ]
 
+
 LAKE = "FrozenLake-v1"
+
+
 CART = "CartPole-v1"
+
+
 SNAPSHOTS = ("copy", "replay")
 
 
@@ -325,138 +327,6 @@ def test_wrapped_worlds_pass_the_kit(id, check, snapshot):
     check(lambda: GymWorld(gymnasium.make(id), snapshot=snapshot))
 
 
-class Walk(gymnasium.Env):
-    """A random walk that can be made hard to copy, or to play again."""
-
-    observation_space = spaces.Box(-100, 100, (1,))
-    action_space = spaces.Discrete(2)
-    metadata: ClassVar = {"render_modes": []}
-    reward_range = (-1, 1)
-    info: ClassVar = {}
-
-    def reset(self, *, seed=None, options=None):
-        super().reset(seed=seed)
-        self.at = float((options or {}).get("at", 0))
-        return self._observe(), {}
-
-    def step(self, action):
-        self.at += action + self.np_random.random()
-        return self._observe(), 0.5, self.at > 20, False, dict(self.info)
-
-    def _observe(self):
-        return np.array([self.at], np.float32)
-
-
-class Rebuilt(Walk, EzPickle):
-    """Copies are new environments, as those of many simulators."""
-
-    def __init__(self):
-        EzPickle.__init__(self)
-
-
-class Twin(Walk):
-    """Copies share their state."""
-
-    def __deepcopy__(self, memo):
-        return self
-
-
-class Stubborn(Walk):
-    """Cannot be copied."""
-
-    def __deepcopy__(self, memo):
-        raise TypeError("no")
-
-
-class Lucky(Walk):
-    """Draws what no seed governs."""
-
-    def step(self, action):
-        self.luck = np.random.default_rng()
-        return *super().step(action)[:1], float(self.luck.random()), False, False, {}
-
-
-def test_copies_are_tried_before_they_are_relied_on():
-    assert [faithful(cls()) for cls in (Walk, Rebuilt, Twin, Stubborn, Lucky)] == [True] + [False] * 4
-    with pytest.raises(ValueError, match=r"copies of <Rebuilt.*allowed: snapshot='replay'"):
-        GymWorld(Rebuilt(), snapshot="copy")
-
-
-@pytest.mark.parametrize("make", [Walk, Rebuilt, lambda: Stubborn])
-@pytest.mark.parametrize("length", [5, 40])
-def test_labs_go_anywhere_in_an_episode(make, length):
-    world = GymWorld(make())
-    lab = world.scratch()
-    for seed in (3, None):
-        world.reset(seed=seed, options={"at": 2})
-        truths = [world.truth]
-        for i in range(length):
-            world.step(i % 2)
-            truths.append(world.truth)
-        for turn in [0, 1, 3, length - 1, length - 2, length, 0, length]:
-            lab.restore(truths[turn])
-            assert lab.truth == truths[turn]
-            assert lab.env.unwrapped.at == pytest.approx(truths[turn].seen.item(), rel=1e-5)
-            if turn < length:
-                lab.step(turn % 2)
-                assert lab.truth == truths[turn + 1]
-                assert lab.truth != truths[turn]
-        assert world.truth == truths[-1]
-        assert world.truth.actions == tuple(i % 2 for i in range(length))
-        assert len({hash(truth) for truth in truths}) == length + 1
-
-
-def test_a_state_is_what_is_seen_there_whatever_the_way_to_it():
-    world = GymWorld(gymnasium.make("FrozenLake-v1", is_slippery=False), look=lambda env: int(env.unwrapped.s))
-    truths = {}
-    for way in ((), (2,), (2, 0), (1, 3)):
-        world.reset(seed=7)
-        for action in way:
-            world.step(action)
-        truths[way] = world.truth
-    assert truths[2, 0] != truths[()] != truths[1, 3]
-    assert [world.state_of(truth) for truth in truths.values()] == [0, 1, 0, 0]
-    bandit = llf_teacher.make("llf-bandits-BanditTenArmedGaussian-v0").aec.world
-    bandit.reset(seed=7)
-    assert bandit.state_of(bandit.truth) == bandit.truth
-
-
-def test_an_environment_that_cannot_be_played_again_is_found_out():
-    world = GymWorld(Lucky())
-    lab = world.scratch()
-    world.reset(seed=0)
-    world.step(0)
-    lab.restore(world.truth)
-    with pytest.raises(RuntimeError, match="cannot be played again: action 1 gave something else"):
-        lab.step(0)
-
-
-def test_a_lab_that_cannot_be_made_asks_for_a_function():
-    world = GymWorld(Stubborn())
-    world.reset(seed=0)
-    lab = world.scratch()
-    lab.restore(world.truth)
-    with pytest.raises(ValueError, match="give a function that makes it"):
-        lab.step(0)
-    llf_teacher.teach(Stubborn()).reset(seed=0)  # rewards alone need no lab
-
-
-def test_a_lab_that_differs_is_found_out():
-    env = gymnasium.make(CART)
-    env.unwrapped.gravity = 1.0
-    env.unwrapped.state = None
-    world = GymWorld(env, snapshot="replay", look=lambda env: env.unwrapped.gravity)
-    world.reset(seed=0)
-    assert world.truth.seen == 1.0
-    other = GymWorld(lambda: gymnasium.make(CART), snapshot="replay")
-    other.reset(seed=1)
-    other._episode.observation = world._observation
-    lab = other.scratch()
-    lab.restore(other.truth)
-    with pytest.raises(RuntimeError, match="reset gave something else"):
-        lab.step(0)
-
-
 @pytest.mark.parametrize(
     ("info", "options", "success"),
     [
@@ -488,24 +358,6 @@ def test_reward_range():
 def test_describe():
     world = GymWorld(Walk(), describe=lambda observation: f"at {observation[0]:.0f}")
     assert world.describe(world.reset(seed=0)[0]) == "at 0"
-
-
-@pytest.mark.parametrize(
-    ("env", "match"),
-    [(object(), "must be a gymnasium.Env, or a function that makes one, got <object"), (lambda: 3, "got 3")],
-)
-def test_what_is_no_environment(env, match):
-    with pytest.raises(ValueError, match=match):
-        llf_teacher.teach(env)
-
-
-def test_an_old_environment_is_told_apart():
-    class Old:
-        def step(self, action):
-            pass
-
-    with pytest.raises(ValueError, match="wrap an environment of the old Gym in OldGym"):
-        llf_teacher.teach(Old())
 
 
 @pytest.mark.parametrize("snapshot", SNAPSHOTS)
@@ -540,130 +392,3 @@ def test_nearer_is_judged_by_the_lab_that_slips_alike():
         lab.restore(moment.before)
         lab.step(moment.action)
         assert lab.truth.seen == moment.after.seen
-
-
-# --- errors of who is about to begin, and what follows from the environment
-
-
-class Bare(gymnasium.Env):
-    """The least environment."""
-
-    observation_space = spaces.Discrete(2)
-    action_space = spaces.Discrete(2)
-
-    def __init__(self, **attributes):
-        self.__dict__.update(attributes)
-
-    def reset(self, *, seed=None, options=None):
-        super().reset(seed=seed)
-        return 0, {}
-
-    def step(self, action):
-        return 1, 0.0, False, False, {}
-
-
-@pytest.mark.parametrize(
-    ("env", "limit"),
-    [
-        (lambda: gymnasium.make(CART), 500),
-        (lambda: gymnasium.make(CART, max_episode_steps=7), 7),
-        (lambda: Bare(max_steps=250), 250),
-        (lambda: Bare(max_steps=np.int64(250)), 250),
-        (lambda: gymnasium.wrappers.TimeLimit(Bare(), 40), 40),
-        (lambda: gymnasium.wrappers.TimeLimit(Bare(max_steps=250), 40), 40),
-        (Bare, 100),
-        (lambda: Bare(max_steps=None), 100),
-        (lambda: Bare(max_steps=float("inf")), 100),
-        (lambda: Bare(max_steps=True), 100),
-    ],
-)
-def test_the_environments_own_time_limit_is_the_default(env, limit):
-    assert llf_teacher.Lesson(env()).max_turns == limit
-    assert llf_teacher.Lesson(env(), max_turns=3).max_turns == 3
-
-
-class Abstract(Bare, abc.ABC):
-    @abc.abstractmethod
-    def step(self, action):
-        """Left to others."""
-
-
-class Spaceless(gymnasium.Env):
-    def reset(self, *, seed=None, options=None):
-        return 0, {}
-
-
-class Undecided(Oracle):
-    def _basics(self, truth):
-        return ()
-
-
-@pytest.mark.parametrize(
-    ("env", "match"),
-    [
-        (Abstract, "env is an abstract class, .*Abstract.*; it lacks step"),
-        (gymnasium.Env, "Env is no complete environment: it lacks reset, step, action_space, observation_space"),
-        (Spaceless(), "Spaceless is no complete environment: it lacks step, action_space, observation_space"),
-        (Bare(action_space=spaces.Graph(spaces.Discrete(2), None)), "Graph.* cannot be written as text"),
-    ],
-)
-def test_an_environment_that_is_not_complete(env, match):
-    with pytest.raises(ValueError, match=match):
-        llf_teacher.teach(env)
-
-
-@pytest.mark.parametrize(
-    ("oracle", "match"),
-    [
-        ("LakeOracle", "oracle must be a subclass of teachers.oracle.Oracle, or a function .*, got 'LakeOracle'"),
-        (3, "oracle must be a subclass"),
-        (dict, "oracle must be a subclass .*, got <class 'dict'>"),
-        (RewardOracle(Bare), "oracle must be a subclass .*, got <teachers.reward_oracle.RewardOracle"),
-        (Oracle, "oracle Oracle is abstract: it lacks _advice, _basics, _hindsight"),
-        (Undecided, "oracle Undecided is abstract: it lacks _advice, _hindsight"),
-        (lambda scratch: "no oracle", "oracle must be a teachers.oracle.Oracle, got 'no oracle'"),
-    ],
-)
-def test_what_is_no_oracle(oracle, match):
-    with pytest.raises(ValueError, match=match):
-        llf_teacher.teach(Bare(), oracle)
-
-
-@pytest.mark.parametrize("words", ["left", ["left", "right"], {0: "left"}, 3])
-def test_what_are_no_action_words(words):
-    with pytest.raises(ValueError, match="action_words must be a dict of words with their actions, got"):
-        llf_teacher.teach(Bare(), action_words=words)
-
-
-@pytest.mark.parametrize("parts", [[], Head(action=0, move="left"), "Go.", ("Go.",), None])
-def test_an_instruction_that_is_no_tuple_of_claims(parts):
-    class Hasty(RewardOracle):
-        def _basics(self, truth):
-            return parts
-
-    with pytest.raises(TypeError, match=r"Hasty\._basics must return a tuple of claims, got"):
-        llf_teacher.teach(Bare(), Hasty).reset(seed=0)
-
-
-@pytest.mark.parametrize(
-    ("space", "text", "played"),
-    [
-        (spaces.Dict(m=spaces.Discrete(2), v=spaces.Box(-1, 1, (2,))), '{"m": 1, "v": [0.5, -0.5]}', None),
-        (spaces.Sequence(spaces.Discrete(3)), "[0, 2, 2]", (0, 2, 2)),
-        (spaces.OneOf([spaces.Discrete(2), spaces.MultiBinary(2)]), "[1, [0, 1]]", None),
-        (spaces.OneOf([spaces.Discrete(2), spaces.MultiBinary(2)]), "[0, 1]", (0, 1)),
-    ],
-)
-def test_every_action_can_be_typed(space, text, played):
-    class Taking(Bare):
-        def step(self, action):
-            self.took = action
-            assert self.action_space.contains(action)
-            return super().step(action)
-
-    env = llf_teacher.teach(Taking(action_space=space), text=True)
-    env.reset(seed=0)
-    info = env.step(text)[4]
-    assert "parse_failure" not in info
-    assert played is None or env.aec.world.env.took == played
-    assert "parse_failure" in env.step("[9, 9]")[4]

@@ -1,0 +1,24 @@
+"""What tests of studies share."""
+
+import contextlib
+import sqlite3
+
+from llf_teacher.studies.study import Study
+
+
+def small(**changes):
+    settings = {
+        "ids": ["verbal-gridworld-v0", "llf-bandits-BanditTwoArmedHighLowFixed-v0"],
+        "teachers": ["oracle", "mistake( eps = 0.5 )"],
+        "students": ["random", "text_only"],
+        "seeds": 2,
+        "max_turns": 5,
+    }
+    return Study(**(settings | changes))
+
+
+def rows(path):
+    """All episodes and turns of a store."""
+    turns = "SELECT key, packed FROM result JOIN story USING (number) ORDER BY key"
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        return [db.execute(query).fetchall() for query in ("SELECT * FROM episode ORDER BY key", turns)]

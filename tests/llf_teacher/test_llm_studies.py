@@ -1,0 +1,176 @@
+"""Studies with a language model: killed, limited, and with broken or slow endpoints."""
+
+import collections
+import contextlib
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+from endpoints import KEY, MOVES, NORTH, files_with, ledger
+from studying import rows
+
+from llf_teacher.models.testing import Reply, ScriptedEndpoint
+from llf_teacher.studies.runner import run
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import load_study
+
+pytestmark = pytest.mark.usefixtures("no_settings")
+
+STUDY = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "silent"]
+students = ["llm(model='m', base_url='{url}', input_price=1000, output_price=1000)"]
+feedback_types = ["fp+r"]
+seeds = 25
+max_turns = 5
+"""
+
+
+def wanderer(delay=0.0):
+    """A model that is the same to the same request, and slow enough to be interrupted."""
+
+    def answer(request):
+        time.sleep(delay)
+        turn = len(request["messages"]) // 2
+        return f"Thought: let me see.\nResponse: {MOVES[(request['seed'] + turn) % 4]}"
+
+    return answer
+
+
+def llf(folder, *options, popen=False, **environment):
+    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2", *options]
+    surroundings = os.environ | {"LLF_LLM_API_KEY": KEY} | environment
+    if popen:
+        null = subprocess.DEVNULL
+        return subprocess.Popen(command, cwd=folder, env=surroundings, stdout=null, stderr=null, start_new_session=True)
+    return subprocess.run(command, cwd=folder, env=surroundings, capture_output=True, text=True, check=False)
+
+
+def hits(server):
+    return collections.Counter(json.dumps(request, sort_keys=True) for request in server.requests)
+
+
+def cached(path):
+    """What the cache holds, as the server sees requests."""
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        requests = [json.loads(row[0]) for row in db.execute("SELECT request FROM answer")]
+    for request in requests:
+        del request["base_url"]
+    return {json.dumps(request, sort_keys=True) for request in requests}
+
+
+def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
+    """What is in the cache at the kill is never asked for again; what was under way, one request a worker, may be."""
+    workers = 2
+    with ScriptedEndpoint(wanderer(0.02)) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
+        process = llf(tmp_path, "--store", "s.db", popen=True)
+        while process.poll() is None and len(server.requests) < 100:
+            time.sleep(0.005)
+        os.killpg(process.pid, signal.SIGKILL)  # the workers, too
+        process.wait()
+        time.sleep(0.2)  # the server notices
+        before, kept = hits(server), cached(tmp_path / "s.llm.db")
+        assert kept
+        assert set(before.values()) == {1}
+        assert kept <= set(before)
+        assert len(before) - len(kept) <= workers
+        done = len(rows(tmp_path / "s.db")[0])
+        assert done < 50
+
+        result = llf(tmp_path, "--store", "s.db", "--report", "r.html")
+        assert result.returncode == 0, result.stderr
+        assert f"Played {50 - done} episodes" in result.stderr
+        after = hits(server)
+        assert all(after[request] == 1 for request in kept)
+        assert sum(after.values()) == len(after) + sum(after[request] - 1 for request in set(before) - kept)
+        assert sum(after.values()) <= len(after) + workers
+        assert cached(tmp_path / "s.llm.db") == set(after)
+
+        asked = len(server.requests)
+        with Store(tmp_path / "whole.db") as store:
+            environment = {"LLF_LLM_CACHE": str(tmp_path / "s.llm.db")}
+            assert run(load_study(tmp_path / "study.toml"), store, workers, environment=environment) == 50
+        assert len(server.requests) == asked, "a study from the cache asks nothing"
+    assert rows(tmp_path / "whole.db") == rows(tmp_path / "s.db")
+    assert len(rows(tmp_path / "s.db")[0]) == 50
+    assert set(server.keys) == {f"Bearer {KEY}"}
+    assert files_with(KEY, tmp_path) == []
+    assert f"m: {len(after)} answers paid so far" in result.stderr
+    report = (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "Answers of language models that were paid for" in report
+    assert f"<td>{len(after)}</td>" in report
+    assert "Prompt system.j2" in report
+
+
+def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
+    with ScriptedEndpoint(wanderer()) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
+        stopped = llf(tmp_path, "--llm-budget", "5")
+        assert stopped.returncode == 1
+        assert "llf: the spending limit of 5 USD is reached" in stopped.stderr
+        assert "raise --llm-budget to go on" in stopped.stderr
+        assert "Traceback" not in stopped.stderr
+        spent = [usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")]
+        assert sum(spent) >= 5 > sum(spent[:-2]), "exceeded by the requests under way only"
+        played = len(rows(tmp_path / "llf-study.db")[0])
+        assert 0 < played < 10
+
+        again = llf(tmp_path, LLF_LLM_BUDGET="5")
+        assert again.returncode == 1
+        assert len(spent) == len(server.requests)
+        played = len(rows(tmp_path / "llf-study.db")[0])
+        finished = llf(tmp_path, "--llm-budget", "1000")
+        assert finished.returncode == 0, finished.stderr
+        assert f"Played {10 - played} episodes" in finished.stderr
+    assert set(hits(server).values()) == {1}
+
+
+def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):
+    reply = Reply(400, json.dumps({"error": {"message": f"no such model for {KEY}"}}))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
+        result = llf(tmp_path)
+    assert result.returncode == 1
+    assert "failed: http://127.0.0.1" in result.stderr
+    assert "no such model for ***" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert KEY not in result.stderr + result.stdout
+    assert files_with(KEY, tmp_path) == []
+
+
+def test_a_model_that_repeats_the_key(tmp_path):
+    """It cannot know the key, but an endpoint could."""
+    with ScriptedEndpoint(lambda request: f"Thought: {KEY}\nResponse: {KEY}") as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 1"))
+        result = llf(tmp_path, OPENAI_LOG="debug")
+    assert result.returncode == 0, result.stderr
+    assert files_with("***", tmp_path)
+    assert KEY not in result.stderr + result.stdout
+    assert files_with(KEY, tmp_path) == []
+
+
+def test_a_slow_endpoint_serves_several_workers_at_once(tmp_path):
+    """`--workers` is the number of requests under way."""
+    under_way, most, lock = [0], [0], threading.Lock()
+
+    def answer(request):
+        with lock:
+            under_way[0] += 1
+            most[0] = max(most[0], under_way[0])
+        time.sleep(0.1)
+        with lock:
+            under_way[0] -= 1
+        return NORTH
+
+    with ScriptedEndpoint(answer) as server:
+        (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
+        result = llf(tmp_path, "--workers", "4")
+    assert result.returncode == 0
+    assert 2 <= most[0] <= 4

@@ -1,0 +1,237 @@
+"""The store: what it refuses, what it keeps, and what it finds."""
+
+import contextlib
+import gc
+import json
+import sqlite3
+import struct
+import sys
+import threading
+
+import numpy as np
+import pytest
+from studying import small
+
+from llf_teacher.models.cache import Cache
+from llf_teacher.registry import entry
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.migration import migrate
+from llf_teacher.studies.store import SCHEMA_VERSION, Store, StoreError
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("database", [Store, lambda path: Cache(f"{path}")], ids=["store", "cache"])
+def test_a_database_may_be_collected_in_any_thread(tmp_path, monkeypatch, database):
+    unraisable = []
+    monkeypatch.setattr(sys, "unraisablehook", unraisable.append)
+    held = [database(tmp_path / "it.db")]
+    thread = threading.Thread(target=held.clear)
+    thread.start()
+    thread.join()
+    gc.collect()
+    assert not held
+    assert not unraisable
+
+
+def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path):
+    path = tmp_path / "s.db"
+    Store(path).close()
+    with sqlite3.connect(path) as db:
+        db.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
+    db.close()
+    before = path.read_bytes()
+    with pytest.raises(StoreError, match=f"schema version {SCHEMA_VERSION + 1}, this release reads version"):
+        Store(path)
+    assert path.read_bytes() == before
+
+
+def test_a_store_that_nobody_closes_is_closed(tmp_path, monkeypatch):
+    """Newer Pythons warn of those that are not."""
+    opened, connect = [], sqlite3.connect
+
+    def noted(*args, **options):
+        opened.append(connect(*args, **options))
+        return opened[-1]
+
+    monkeypatch.setattr(sqlite3, "connect", noted)
+    Store(tmp_path / "s.db")
+    gc.collect()
+    (db,) = opened
+    with pytest.raises(sqlite3.ProgrammingError, match="closed database"):
+        db.execute("SELECT 1")
+
+
+def test_a_database_of_something_else_is_refused_and_unchanged(tmp_path):
+    path = tmp_path / "s.db"
+    with sqlite3.connect(path) as db:
+        db.execute("CREATE TABLE mine (x)")
+    db.close()
+    before = path.read_bytes()
+    with pytest.raises(StoreError, match="a database of something else"):
+        Store(path)
+    assert path.read_bytes() == before
+
+
+def test_a_file_that_is_no_database_is_refused_and_unchanged(tmp_path):
+    path = tmp_path / "s.db"
+    path.write_text("This is not a database, but long enough to look like one. " * 20)
+    with pytest.raises(StoreError, match=r"cannot use .*s\.db as a store"):
+        Store(path)
+    assert path.read_text().startswith("This is not")
+
+
+@pytest.mark.parametrize("folder", ["none", "/proc"])
+def test_a_folder_that_cannot_be_written(tmp_path, folder):
+    """One that is not there, and one that nobody may write to, not even root."""
+    with pytest.raises(StoreError, match=r"cannot use .*give another file by --store"):
+        Store(tmp_path / folder / "s.db")
+
+
+def test_an_episode_is_written_whole_or_not_at_all(tmp_path):
+    record = play(next(small().episodes()))
+    path = tmp_path / "s.db"
+    with Store(path) as store, contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
+        db.execute("CREATE TRIGGER full BEFORE INSERT ON story BEGIN SELECT RAISE(ABORT, 'disk full'); END")
+        with pytest.raises(sqlite3.IntegrityError, match="disk full"):
+            store.add(record)
+        assert store.keys() == set()
+        assert db.execute("SELECT count(*) FROM setting").fetchone() == (0,)
+        db.execute("DROP TRIGGER full")
+        store.add(record)
+        store.add(record)
+        assert store.keys() == {record.spec.key}
+        store.check()
+
+
+OLD = """
+CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE episode (key TEXT PRIMARY KEY, id, teacher, student, instruction_type, feedback_type, max_turns, seed,
+version, rules, family, reads, turns, success, first_success, total_reward REAL, regret REAL, parse_failures, claims,
+claims_held, words) WITHOUT ROWID;
+CREATE TABLE turn (episode TEXT NOT NULL REFERENCES episode (key), turn, observation, action, action_words, reward REAL,
+regret REAL, success, parse_failure, instruction, feedback, atoms, PRIMARY KEY (episode, turn)) WITHOUT ROWID;
+PRAGMA application_id = 0x4C4C4654;
+PRAGMA user_version = 3;
+"""
+
+
+@pytest.fixture
+def old(tmp_path):
+    """A store of the schema before, and what is in it."""
+    records = [play(spec) for spec in small(seeds=1).episodes()]
+    path = tmp_path / "old.db"
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        db.executescript(OLD)
+        db.execute("INSERT INTO manifest VALUES ('platform', '\"here\"')")
+        for record in records:
+            row = record.spec.key, *record.spec, *record.episode[:11]
+            db.execute(f"INSERT INTO episode VALUES ({', '.join('?' * len(row))})", row)
+            turns = [(record.spec.key, *turn) for turn in record.turns]
+            db.executemany(f"INSERT INTO turn VALUES ({', '.join('?' * len(turns[0]))})", turns)
+        db.commit()
+    return path, records
+
+
+def test_an_older_store_is_migrated_and_stays_as_it_is(old, tmp_path):
+    path, records = old
+    before = path.read_bytes()
+    with pytest.raises(StoreError, match=r"schema version 3, this release reads version 4.*llf study migrate"):
+        Store(path)
+    seen = []
+    assert migrate(path, tmp_path / "new.db", lambda *done: seen.append(done)) == len(records)
+    assert seen[-1] == (len(records), len(records))
+    assert path.read_bytes() == before
+    with Store(tmp_path / "new.db") as store, Store(tmp_path / "played.db") as played:
+        for record in records:
+            played.add(record)
+        assert [tuple(row) for row in store.episodes()] == [tuple(row) for row in played.episodes()]
+        assert all(store.turns(record.spec.key) == played.turns(record.spec.key) for record in records)
+        assert store.manifest() == {"platform": "here"}
+
+
+@pytest.mark.parametrize(
+    ("harm", "said"),
+    [
+        ("DELETE FROM turn WHERE turn = 3", "only parts are there"),
+        ("UPDATE episode SET seed = 99", "it is another one than it says"),
+        ("UPDATE episode SET words = words + 1", "say otherwise than its words"),
+        ("PRAGMA user_version = 2", "has schema version 2; what can be migrated to 4 is 3"),
+        ("DROP TABLE turn", "cannot read .*no such table"),
+    ],
+)
+def test_a_damaged_older_store_is_not_migrated(old, tmp_path, harm, said):
+    with contextlib.closing(sqlite3.connect(old[0], isolation_level=None)) as db:
+        db.execute(harm)
+    with pytest.raises(StoreError, match=said):
+        migrate(old[0], tmp_path / "new.db")
+    assert not (tmp_path / "new.db").exists()
+
+
+def test_turns_are_kept_as_they_were(tmp_path):
+    record = play(next(small(ids=["llf-reco-movie-v0"]).episodes()))
+    with Store(tmp_path / "s.db") as store:
+        store.add(record)
+        turns = store.turns(record.spec.key)
+    for kept, turn in zip(turns, record.turns, strict=True):
+        action = None if turn.action is None else json.loads(turn.action)
+        assert kept == turn._asdict() | {"action": action, "atoms": json.loads(turn.atoms)}
+
+
+def test_every_flipped_bit_is_found(tmp_path):
+    """In what is written of an episode; what lies in no row is nobody's."""
+    path = tmp_path / "s.db"
+    with Store(path) as store:
+        for spec in small(seeds=1).episodes():
+            store.add(play(spec))
+    rng = np.random.default_rng(0)
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
+        columns = [
+            (table, column[1])
+            for table in ("setting", "result", "story")
+            for column in db.execute(f"PRAGMA table_info({table})").fetchall()
+            if not column[5] and column[1] != "setting"
+        ]
+        for table, column in columns:
+            rowid, value = db.execute(f"SELECT rowid, {column} FROM {table} ORDER BY random() LIMIT 1").fetchone()
+            db.execute(f"UPDATE OR IGNORE {table} SET {column} = ? WHERE rowid = ?", (flipped(value, rng), rowid))
+            with Store(path) as store:
+                assert list(store.damage(thorough=True)), (table, column)
+            db.execute(f"UPDATE {table} SET {column} = ? WHERE rowid = ?", (value, rowid))
+    with Store(path) as store:
+        assert not list(store.damage(thorough=True))
+
+
+def flipped(value, rng):
+    """The value with one bit changed."""
+    if value is None:
+        return 1
+    if isinstance(value, int):
+        return value ^ (1 << int(rng.integers(5)))
+    if isinstance(value, float):
+        return struct.unpack("<d", flipped(struct.pack("<d", value), rng))[0]
+    data = bytearray(value.encode() if isinstance(value, str) else value)
+    data[int(rng.integers(len(data)))] ^= 1
+    return data.decode() if isinstance(value, str) else bytes(data)
+
+
+def test_atoms_are_stored_typed(tmp_path):
+    record = play(next(small().episodes()))
+    atom = json.loads(record.turns[1].atoms)[0]
+    assert set(atom) == {"kind", "claim", "fields", "action", "text", "about_turn", "holds", "label"}
+    assert atom["holds"] is True
+    assert atom["label"] == "truthful"
+
+
+def test_claims_are_stored_with_whose_they_are():
+    """Two classes may have the same name, as long as they are not of the same family."""
+
+    def said(teacher):
+        turns = play(next(small(teachers=[teacher]).episodes())).turns
+        return [atom for turn in turns for atom in json.loads(turn.atoms) if atom["kind"] is not None]
+
+    of_family, of_all = said("oracle"), said("verification")
+    family = entry(small().ids[0]).family.name
+    assert {atom["claim"].partition(".")[0] for atom in of_family} == {family, "common"}
+    judged = [atom for atom in of_all if atom["claim"] in ("common.Right", "common.Wrong")]
+    assert judged
+    assert all(atom["action"] == atom["fields"]["action"] for atom in judged)
