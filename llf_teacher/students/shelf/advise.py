@@ -1,0 +1,67 @@
+"""advise: learns from rewards, and takes praise and blame for evidence of what is best, not for rewards."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, Table, check_shares, softmax
+from teachers.spec import check_range
+
+
+class _Policy(EvaluatedPolicy["Advise"]):
+    """Q-values, and the balance of praise and blame."""
+
+    def clear(self) -> None:
+        """Know nothing."""
+        self._values, self._balance = Table(self.actions, self.spec.optimism), Table(self.actions)
+
+    def hear(self, state: Features, action: int, label: float) -> None:
+        """Count."""
+        if label:
+            self._balance.add(state, math.copysign(1.0, label), action)
+
+    def live(self, info: dict[str, Any], here: Features, over: bool) -> None:
+        """One step of Q-learning."""
+        spec, (state, action) = self.spec, self.lived[-1]
+        target = info["reward"] + (0.0 if over else spec.gamma * float(self._values(here).max()))
+        self._values.add(state, spec.alpha * (target - self._values(state)[action]), action)
+
+    def choose(self, here: Features) -> int:
+        """A draw from the product of two policies: what rewards suggest, and what the trainer seems to find right."""
+        return int(self.rng.choice(self.actions, p=softmax(self._scores(here))))
+
+    def _scores(self, here: Features) -> np.ndarray:
+        spec = self.spec
+        odds = self._balance(here) * math.log(spec.consistency / (1 - spec.consistency))
+        return np.asarray(self._values(here) / spec.temperature - np.logaddexp(0.0, -odds))
+
+
+@dataclass(frozen=True)
+class Advise(Evaluated):
+    """Policy shaping (Griffith et al. 2013): of an action that was praised `d` times more than blamed by a trainer who
+    is right with probability C, the odds to be the best one are `(C / (1 - C)) ** d`.
+
+    Rewards are learned from by Q-learning with Boltzmann exploration, and both policies are multiplied.
+    """  # noqa: D205
+
+    consistency: float = 0.8
+    """Probability with which the trainer's word is taken to be right, 0.5 to below 1; 0.5: it is not heard."""
+    alpha: float = 0.5
+    """Step size, 0 to 1."""
+    gamma: float = 0.95
+    """Discount factor, 0 to 1."""
+    optimism: float = 0.0
+    """Initial value of every action."""
+    temperature: float = 0.05
+    """Of the Boltzmann policy, in units of value, above 0."""
+    reads = "atoms and reward"
+    policy = _Policy
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_shares(self, "alpha", "gamma")
+        check_range("consistency", self.consistency, 0.5, 1 - 1e-6)
+        check_range("optimism", self.optimism, -1e9, 1e9)
+        check_range("temperature", self.temperature, 1e-9, math.inf)

@@ -1,0 +1,86 @@
+"""sabl: infers what is best from praise, blame and silence, knowing a trainer's habits or finding them out."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features, check_shares
+from teachers.spec import check_range
+
+_SHARES = np.linspace(0.05, 0.95, 10)
+"""Strategies that are thought possible where they are inferred."""
+
+
+class _Policy(EvaluatedPolicy["Sabl"]):
+    """Log-likelihoods of all that was heard in a state, per action that may be best and per strategy."""
+
+    def clear(self) -> None:
+        """Have heard nothing."""
+        plus, minus = self.strategies()
+        error = self.spec.error
+        # Shape (2, 3, strategies): whether the action was the best; blame, silence, praise.
+        right = np.stack([error * (1 - minus), (1 - error) * plus + error * minus, (1 - error) * (1 - plus)])
+        wrong = np.stack([(1 - error) * (1 - minus), (1 - error) * minus + error * plus, error * (1 - plus)])
+        self._log = np.log(np.maximum(np.stack([wrong, right]), 1e-12))
+        self._heard: dict[Hashable, NDArray[np.float64]] = {}
+
+    def strategies(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Probabilities of silence after what is right and after what is wrong, shape (strategies,) both."""
+        if self.spec.infers:
+            plus, minus = np.meshgrid(_SHARES, _SHARES)
+            return plus.ravel(), minus.ravel()
+        return np.array([self.spec.plus]), np.array([self.spec.minus])
+
+    def hear(self, state: Features, action: int, label: float) -> None:
+        """Weigh every action of the state anew."""
+        event = int(np.sign(label)) + 1
+        row = self._heard.setdefault(state[0], np.zeros((self.actions, self._log.shape[2])))
+        row += self._log[0, event]
+        row[action] += self._log[1, event] - self._log[0, event]
+
+    def weights(self) -> NDArray[np.float64]:
+        """The posterior of the strategies, shape (strategies,): given one, states are independent."""
+        log = sum((np.logaddexp.reduce(row, axis=0) for row in self._heard.values()), np.zeros(self._log.shape[2]))
+        weights = np.exp(log - log.max())
+        return np.asarray(weights / weights.sum())
+
+    def choose(self, here: Features) -> int:
+        """The action that is most probably the best."""
+        row = self._heard.get(here[0])
+        if row is None:
+            return int(self.rng.integers(self.actions))
+        chances = np.exp(row - np.logaddexp.reduce(row, axis=0)) @ self.weights()
+        return self.best(chances)
+
+
+@dataclass(frozen=True)
+class Sabl(Evaluated):
+    """Strategy-aware Bayesian learning (SABL, Loftin et al. 2014, 2016), for trainers who may say nothing on purpose.
+
+    A trainer who errs with probability `error` keeps silent on what it finds right with probability `plus`, on what it
+    finds wrong with `minus`, so that silence is praise from one who mostly blames. With `infers` it is I-SABL: both are
+    inferred from all that was heard. The papers do so by expectation maximisation; here their posterior is summed up
+    over a grid of 10 by 10, which is exact but for the grid.
+    """
+
+    error: float = 0.1
+    """Probability with which the trainer errs, above 0 and below 0.5."""
+    plus: float = 0.1
+    """Probability of silence on what is right, 0 to 1."""
+    minus: float = 0.1
+    """Probability of silence on what is wrong, 0 to 1."""
+    infers: bool = False
+    """Whether the two are inferred, and not as given."""
+    reads = "atoms"
+    policy = _Policy
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_range("error", self.error, 1e-6, 0.5 - 1e-6)
+        check_shares(self, "plus", "minus")
+        if not isinstance(self.infers, bool):
+            raise ValueError(f"infers must be True or False, got {self.infers!r}")
+        if self.tiles:
+            raise ValueError(f"tiles must be 0, got {self.tiles}: what is best is inferred state by state")
