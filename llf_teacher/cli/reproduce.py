@@ -1,0 +1,43 @@
+"""`llf reproduce`: known results of the field, played here."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("reproduce")(reproduce)
+
+
+def reproduce(
+    only: Annotated[
+        list[str] | None, typer.Option(help="Name of a row; repeat it for several. By default all.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="A few seeds of each, to see that it runs.")] = False,
+    store: Annotated[Path, typer.Option(help="File of measurements; what it has is not played again.")] = Path(
+        "known-results.jsonl"
+    ),
+    page: Annotated[Path, typer.Option(help="Page to write; plots go into a folder of its name.")] = Path(
+        "known-results.md"
+    ),
+) -> None:
+    """Play known results of the field and write what came of them, claim by claim, beside their sources."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from llf_teacher.reproductions.page import write
+    from llf_teacher.reproductions.play import play
+    from llf_teacher.reproductions.row import some_rows
+
+    rows = some_rows(only or ())
+    with Progress(console=Console(stderr=True)) as progress:
+        bars = {name: progress.add_task(name, total=None) for name in rows}
+        values = play(
+            rows, store, quick, lambda name, done, total: progress.update(bars[name], completed=done, total=total)
+        )
+    write(rows, values, page)
+    for name, row in rows.items():
+        typer.echo(f"{name}: {row.read(values[name]).agrees}")
+    typer.echo(f"Written to {page}; measurements are in {store}.")

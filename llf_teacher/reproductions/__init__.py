@@ -1,0 +1,1 @@
+"""Known results of the field, reproduced: a module a result in `rows`, found by its name; `llf reproduce` plays them."""

@@ -1,0 +1,52 @@
+"""Lifetimes that rows have in common: a student learns one world in many episodes, with a teacher at its side."""
+
+from typing import Any
+
+import numpy as np
+
+from llf_teacher.gym import TeacherEnv
+from pz_envs.subject import Subject
+from teachers.atoms import HN, HP, Utterance
+
+
+def live(
+    env_id: str | Subject, *, student: str, teacher: str, episodes: int, turns: int, seed: int, **options: Any
+) -> list[float]:
+    """A lifetime in one world that always begins in the same state.
+
+    Args:
+        env_id: the environment.
+        student: its spec, with `forget=False`.
+        teacher: the personality's spec.
+        episodes: how many.
+        turns: of each, at most.
+        seed: of the world and of all who take part.
+        options: the world's.
+
+    Returns:
+        The regret of each episode, in the family's unit; then the number of verdicts that were said (hp and hn).
+    """
+    env = TeacherEnv(
+        env_id,
+        student=student,
+        speech="message",
+        episodes=episodes,
+        max_turns=turns,
+        cost=0.0,
+        teacher_reward="student_progress",
+        **options,
+    )
+    policy = env.family.make_teacher(env.aec.world, teacher)
+    policy.reset(np.random.default_rng(seed))
+    observation, info = env.reset(seed=seed)
+    regrets, verdicts, done = [0.0], 0, False
+    while not done:
+        said = policy.act(observation, info)
+        if isinstance(said, Utterance):
+            verdicts += sum(atom.kind in (HP, HN) for atom in said.atoms)
+        observation, reward, terminated, truncated, info = env.step(said)
+        done = terminated or truncated
+        regrets[-1] -= float(reward)
+        if info["moment"].turn == 0 and not done:
+            regrets.append(0.0)
+    return [*regrets, float(verdicts)]

@@ -1,0 +1,62 @@
+"""The page of known results: a table of claims, then each row with its protocol, figures and plot."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from llf_teacher.reproductions.row import Finding, Row, Values
+
+HEAD = """# Known results
+
+What is known about teaching, tried here. Each row is a claim of a paper, played with our worlds, teachers and students on
+seeds that nothing was tuned on. `llf reproduce` plays them all and writes this page; `llf reproduce --only NAME` one of them,
+`--quick` a few seeds of each, to see that it runs. What is measured is stored as it ends, so that it can be stopped and
+taken up again. Intervals are 95 % bootstrap intervals over seeds.
+"""
+
+
+def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> None:
+    """Write the page, and beside it a folder of its name with a plot for each row.
+
+    Args:
+        rows: by name.
+        values: by the same names.
+        path: the page, a Markdown file; it is replaced.
+    """
+    found = {name: row.read(values[name]) for name, row in rows.items()}
+    folder = path.with_suffix("")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, row in rows.items():
+        plot(row, values[name], folder / f"{name}.png")
+    lines = [HEAD, "| claim | source | here | agrees | command | minutes |", "|---|---|---|---|---|---|"]
+    for name, row in rows.items():
+        link = f"[{row.claim}](#{name.replace('_', '-')})"
+        command = f"`llf reproduce --only {name}`"
+        lines.append(
+            f"| {link} | {row.source} | {found[name].ours} | {found[name].agrees} | {command} | {row.minutes:g} |"
+        )
+    for name, row in rows.items():
+        lines += ["", *section(name, row, found[name], f"{folder.name}/{name}.png")]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def section(name: str, row: Row, finding: Finding, picture: str) -> list[str]:
+    """A row in full."""
+    lines = [f"## {name.replace('_', ' ')}", "", f"**{row.claim}** ({row.source})", "", row.protocol, "", finding.ours]
+    if finding.why:
+        lines += ["", finding.why]
+    return [*lines, "", f"![{row.claim}]({picture})", "", *table(finding.table)]
+
+
+def table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """A table in Markdown, the first row its heads."""
+    cells = [f"| {' | '.join(row)} |" for row in rows]
+    return cells and [cells[0], "|---" * len(rows[0]) + "|", *cells[1:]]
+
+
+def plot(row: Row, values: Values, path: Path) -> None:
+    """Draw a row's plot."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9, 4), layout="constrained")
+    row.draw(values, figure)
+    figure.savefig(path, dpi=80)

@@ -1,0 +1,1 @@
+"""The rows of docs/known-results.md, a module each, with `ROW`."""

@@ -1,0 +1,106 @@
+"""Silence is information: I-SABL learns from less feedback (Loftin et al. 2014)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from llf_teacher.reproductions.lifetimes import live
+from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.studies.statistics import mean_interval, paired_difference
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+TRAINERS = {
+    "says both": (0.1, 0.1),
+    "praises": (0.1, 0.9),
+    "blames": (0.9, 0.1),
+    "says little": (0.9, 0.9),
+}
+"""Probabilities of silence on what is right and on what is wrong."""
+LEARNERS = {
+    "I-SABL": "sabl(infers=True, forget=False)",
+    "SABL, told the strategy": "sabl(plus={plus}, minus={minus}, forget=False)",
+    "silence unheard": "sabl(plus=0.5, minus=0.5, forget=False)",
+    "TAMER": "tamer(forget=False)",
+}
+EPISODES = 25
+
+
+def measure(student: str, plus: float, minus: float, seed: int) -> Sequence[float]:
+    """Regret per episode, and the labels that were said before the first episode from which on none had a regret."""
+    teacher = f"only(kinds='hp+hn') | inactive(plus={plus}, minus={minus})"
+    *regrets, _ = live("llf-gridworld-v0", student=student, teacher=teacher, episodes=EPISODES, turns=40, seed=seed)
+    learned = next((i for i in range(EPISODES) if not any(regrets[i:])), EPISODES)
+    needed = 0.0
+    if learned:
+        *_, needed = live("llf-gridworld-v0", student=student, teacher=teacher, episodes=learned, turns=40, seed=seed)
+    return [float(np.mean(regrets)), needed]
+
+
+def _setting(learner: str, trainer: str) -> dict[str, str | float]:
+    plus, minus = TRAINERS[trainer]
+    return {"student": LEARNERS[learner].format(plus=plus, minus=minus), "plus": plus, "minus": minus}
+
+
+def read(values: Values) -> Finding:
+    """Regret of I-SABL and labels that it needs, beside those who do not hear silence."""
+    table = [["trainer", "learner", "regret per episode", "labels until it is learned"]]
+    for trainer in TRAINERS:
+        for learner in LEARNERS:
+            regret, labels = values(**_setting(learner, trainer)).T
+            table.append([trainer, learner, told(mean_interval(regret)), told(mean_interval(labels), 1)])
+    fewer, less = [], []
+    for trainer in TRAINERS:
+        ours, deaf = (values(**_setting(learner, trainer)) for learner in ("I-SABL", "silence unheard"))
+        less.append(paired_difference(deaf[:, 0], ours[:, 0]).estimate)
+        fewer.append(paired_difference(deaf[:, 1], ours[:, 1]).estimate)
+    blames = list(TRAINERS).index("blames")
+    ours = (
+        f"With a trainer who blames and seldom praises, I-SABL has {told(less[blames])} moves an episode less regret and "
+        f"needs {told(fewer[blames], 1)} labels less than a learner of the same kind who takes silence for nothing; its "
+        f"regret is surely less with {sum(each.low > 0 for each in less)} of {len(TRAINERS)} trainers, surely more with "
+        f"{sum(each.high < 0 for each in less)}."
+    )
+    agrees = "yes" if all(each.low > 0 for each in (less[blames], fewer[blames])) else "in part"
+    if not any(each.low > 0 for each in (*less, *fewer)):
+        agrees = "no"
+    why = (
+        "The papers find the strategy by expectation maximisation, ours sums its posterior over a grid. Where a trainer "
+        "says most of what it thinks, there is little that silence could add."
+    )
+    return Finding(agrees, ours, why, table)
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """Regret and labels, by trainer."""
+    panels = figure.subplots(1, 2)
+    places, width = np.arange(len(TRAINERS)), 0.8 / len(LEARNERS)
+    for column, (axes, title) in enumerate(zip(panels, ("regret per episode", "labels until learned"), strict=True)):
+        for number, learner in enumerate(LEARNERS):
+            found = [mean_interval(values(**_setting(learner, trainer))[:, column]) for trainer in TRAINERS]
+            spread = [[e.mean - e.low for e in found], [e.high - e.mean for e in found]]
+            axes.bar(places + (number - 1.5) * width, [e.mean for e in found], width, yerr=spread, label=learner)
+        axes.set_xticks(places, TRAINERS)
+        axes.set_title(title)
+    panels[0].legend()
+
+
+ROW = Row(
+    claim="Silence is information: a learner who infers when a trainer keeps silent needs fewer labels",
+    source="Loftin et al. 2014",
+    protocol=(
+        f"Houses of 20 rooms, {EPISODES} episodes of at most 40 moves from the same room. Trainers know what is right and "
+        "keep silent on what is right and on what is wrong with probabilities (0.1, 0.1), (0.1, 0.9), (0.9, 0.1) and "
+        "(0.9, 0.9). I-SABL infers these, SABL is told them, *silence unheard* is SABL with equal ones, for whom silence "
+        "means nothing. Learned is what is played without regret until the end. The papers have a contextual bandit, a maze "
+        "and people as trainers."
+    ),
+    settings=tuple(_setting(learner, trainer) for trainer in TRAINERS for learner in LEARNERS),
+    seeds=40,
+    measure=measure,
+    read=read,
+    draw=draw,
+    minutes=0,
+)
