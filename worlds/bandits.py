@@ -44,6 +44,8 @@ class Problem:
     arms: int = 10
     spread: float = 0.0
     """As in `Truth`."""
+    fixed: bool = False
+    """Whether its arms are certain ones, so that there cannot be others."""
 
     def truth(self, chances: _Numbers, payouts: _Numbers) -> Truth:
         """The arms of an episode."""
@@ -51,7 +53,9 @@ class Problem:
 
 
 def _fixed(*chances: float) -> Problem:
-    return Problem(lambda rng, n: (rng.permuted(np.broadcast_to(chances, n), axis=-1), np.ones(n)), len(chances))
+    return Problem(
+        lambda rng, n: (rng.permuted(np.broadcast_to(chances, n), axis=-1), np.ones(n)), len(chances), fixed=True
+    )
 
 
 PROBLEMS: dict[str, Problem] = {
@@ -65,6 +69,8 @@ PROBLEMS: dict[str, Problem] = {
     "TwoArmedLowLowFixed": _fixed(0.1, 0.2),
 }
 """Per problem how reset draws its arms; independent draws need no shuffling."""
+_FREE = ", ".join(name for name, problem in PROBLEMS.items() if not problem.fixed)
+_MOST = 10_000
 
 
 class Bandit(World[Truth, int, int]):
@@ -75,16 +81,28 @@ class Bandit(World[Truth, int, int]):
 
     Args:
         problem: a key of `PROBLEMS`.
+        arms: how many, 2 to 10,000, of a problem that draws each by itself; None: the problem's own number.
+
+    Raises:
+        ValueError: an argument is not allowed.
     """
 
     reward_range = (-100.0, 100.0)
     _truth: Truth
 
-    def __init__(self, problem: str = "TenArmedRandomFixed", *, render_mode: str | None = None) -> None:
-        super().__init__(render_mode=render_mode, problem=problem)
+    def __init__(
+        self, problem: str = "TenArmedRandomFixed", *, arms: int | None = None, render_mode: str | None = None
+    ) -> None:
+        super().__init__(render_mode=render_mode, problem=problem, arms=arms)
         if problem not in PROBLEMS:
             raise ValueError(f"problem {problem!r} is unknown; allowed: {', '.join(PROBLEMS)}")
-        self.arms = PROBLEMS[problem].arms
+        if arms is not None and (type(arms) is not int or not 2 <= arms <= _MOST):
+            raise ValueError(f"arms must be an integer from 2 to {_MOST:,}, got {arms!r}")
+        self.arms = self.problem.arms if arms is None else arms
+        if self.arms != self.problem.arms and self.problem.fixed:
+            raise ValueError(
+                f"problem {problem!r} has {self.problem.arms} arms, got arms={arms}; {_FREE} take any number"
+            )
         self.observation_space = spaces.Discrete(1)
         self.action_space = spaces.Discrete(self.arms)
         self.action_syntax = f"the number of an arm, 0 to {self.arms - 1}"

@@ -1,7 +1,9 @@
 """Playing rows: what is not stored is measured in parallel processes, and stored as it ends."""
 
 import json
+import math
 import multiprocessing
+import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -35,13 +37,21 @@ def tasks(name: str, row: Row, quick: bool) -> list[Task]:
     return [Task(name, setting, seed) for seed in seeds for setting in row.settings]
 
 
-def load(path: Path) -> dict[str, list[float]]:
+class Measured(NamedTuple):
+    """What a measurement gave."""
+
+    numbers: list[float]
+    seconds: float
+    """CPU time that it took."""
+
+
+def load(path: Path) -> dict[str, Measured]:
     """What is stored; a last line that was cut off is left out, since it will be measured again."""
-    found: dict[str, list[float]] = {}
+    found: dict[str, Measured] = {}
     if path.exists():
         for line in path.read_text(encoding="utf-8").splitlines(keepends=True):
             if line.endswith("\n"):
-                found.update(json.loads(line))
+                found.update({key: Measured(*each) for key, each in json.loads(line).items()})
     return found
 
 
@@ -76,12 +86,15 @@ def play(
     return {name: _values(asked, there) for name, asked in todo.items()}
 
 
-def _measure(name: str, setting: Setting, seed: int) -> list[float]:
-    return [float(number) for number in all_rows()[name].measure(**setting, seed=seed)]
+def _measure(name: str, setting: Setting, seed: int) -> Measured:
+    begun = time.process_time()
+    numbers = [float(number) for number in all_rows()[name].measure(**setting, seed=seed)]
+    return Measured(numbers, round(time.process_time() - begun, 3))
 
 
-def _values(asked: Sequence[Task], there: Mapping[str, Sequence[float]]) -> Values:
-    by_setting: dict[str, list[Sequence[float]]] = {}
+def _values(asked: Sequence[Task], there: Mapping[str, Measured]) -> Values:
+    by_setting: dict[str, list[list[float]]] = {}
     for task in asked:
-        by_setting.setdefault(digest(task.setting), []).append(there[task.key])
-    return Values({key: np.array(rows) for key, rows in by_setting.items()})
+        by_setting.setdefault(digest(task.setting), []).append(there[task.key].numbers)
+    seconds = math.fsum(there[task.key].seconds for task in asked)
+    return Values({key: np.array(rows) for key, rows in by_setting.items()}, seconds)

@@ -28,8 +28,10 @@ VERDICTS = ("yes", "in part", "no")
 class Values:
     """What was measured: per setting an array of shape (seeds, numbers)."""
 
-    def __init__(self, measured: Mapping[str, NDArray[np.float64]]) -> None:
+    def __init__(self, measured: Mapping[str, NDArray[np.float64]], seconds: float) -> None:
         self._measured = measured
+        self.seconds = seconds
+        """CPU time of all measurements."""
 
     def __call__(self, **setting: Any) -> NDArray[np.float64]:
         """The numbers of a setting, a row a seed; the rows of all settings have the same seeds in the same order."""
@@ -64,8 +66,6 @@ class Row:
     """Plays a setting with a `seed`; a function of a module, since other processes call it."""
     read: Callable[[Values], Finding]
     draw: "Callable[[Values, Figure], None]"
-    minutes: float
-    """What it takes on two cores, as `llf reproduce` printed it."""
 
 
 def digest(setting: Setting) -> str:

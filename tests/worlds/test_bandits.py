@@ -208,3 +208,20 @@ def test_restoring_a_truth_alone_leaves_the_luck_as_it_is():
 def test_seeds_decide_the_arms(problem):
     assert reset(problem, 3).truth == reset(problem, 3).truth
     assert reset(problem, 3).truth != reset(problem, 4).truth
+
+
+def test_more_arms_than_the_problem_has():
+    world = Bandit("TenArmedGaussian", arms=64)
+    world.reset(seed=0)
+    assert len(world.truth.means) == world.action_space.n == 64
+    again = world.scratch()
+    again.restore(world.truth)
+    assert again.step(63)[0] == 0
+    assert Bandit("TwoArmedLowLowFixed", arms=2).arms == 2
+    for problem, arms, match in (
+        ("TwoArmedLowLowFixed", 3, "has 2 arms, got arms=3; TenArmedGaussian"),
+        ("TenArmedGaussian", 1, "arms must be an integer from 2 to 10,000, got 1"),
+        ("TenArmedGaussian", True, "got True"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            Bandit(problem, arms=arms)

@@ -45,7 +45,8 @@ def read(values: Values) -> Finding:
     rare, poor = gains["advise", 0.1, 1.0], gains["advise", 1.0, 0.55]
     ours = (
         f"From rewards alone the regret is {told(mean_interval(alone), 1)} moves an episode. Advise gains "
-        f"{told(rare, 1)} of it from a tenth of right labels, and {told(poor, 1)} from labels of which 55 % are right; it is "
+        f"{told(rare, 1)} of it from a tenth of right labels, and {told(poor, 1)} from labels of which 55 % are "
+        f"right; it is "
         f"better than rewards alone in {len(helped)} of {len(LIKELIHOOD) * len(CONSISTENCY)} cells and surely worse in "
         f"{len(harmed['advise'])}, TAMER surely worse in {len(harmed['tamer'])}."
     )
@@ -78,10 +79,14 @@ ROW = Row(
     claim="Policy shaping (Advise) learns from labels that are rare or often wrong, better than from rewards alone",
     source="Griffith et al. 2013",
     protocol=(
-        "Houses of 20 rooms, 40 episodes of at most 40 moves, always from the same room. The teacher labels the last move "
-        "right or wrong with probability *likelihood*, and truly with probability *consistency*. Advise (C = 0.8, Q-learning "
-        "with Boltzmann exploration) is put beside itself without labels, and beside TAMER, which takes labels at their "
-        "word and hears no rewards. The paper has Pac-Man and Frogger and Bayesian Q-learning. Cells are moves saved per "
+        "Houses of 20 rooms, 40 episodes of at most 40 moves, always from the same room. The teacher labels the last "
+        "move "
+        "right or wrong with probability *likelihood*, and truly with probability *consistency*. Advise (C = 0.8, "
+        "Q-learning "
+        "with Boltzmann exploration) is put beside itself without labels, and beside TAMER, which takes labels at "
+        "their "
+        "word and hears no rewards. The paper has Pac-Man and Frogger and Bayesian Q-learning. Cells are moves saved "
+        "per "
         "episode against rewards alone, paired by seed."
     ),
     settings=(
@@ -97,5 +102,4 @@ ROW = Row(
     measure=measure,
     read=read,
     draw=draw,
-    minutes=0,
 )

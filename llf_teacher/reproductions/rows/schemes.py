@@ -59,7 +59,8 @@ def read(values: Values) -> Finding:
     poor = [scheme for scheme in SCHEMES if last["COACH", scheme].low > last["E-COACH", scheme].high]
     good = [scheme for scheme in SCHEMES if last["E-COACH", scheme].mean < 1]
     ours = (
-        f"At the end E-COACH wastes {', '.join(told(last['E-COACH', scheme]) for scheme in SCHEMES)} moves an episode under "
+        f"At the end E-COACH wastes {', '.join(told(last['E-COACH', scheme]) for scheme in SCHEMES)} moves an "
+        f"episode under "
         f"{', '.join(SCHEMES)} feedback, COACH {', '.join(told(last['COACH', scheme]) for scheme in SCHEMES)}."
     )
     agrees = "yes" if len(good) == len(SCHEMES) and poor else "in part" if good and poor else "no"
@@ -67,7 +68,8 @@ def read(values: Values) -> Finding:
         ""
         if agrees == "yes"
         else (
-            f"E-COACH wastes less than a move under {', '.join(good) or 'none'} feedback only: its guarantee is for small steps and "
+            f"E-COACH wastes less than a move under {', '.join(good) or 'none'} feedback only: its guarantee is for "
+            f"small steps and "
             "as many episodes as it takes, and within these episodes it is slow where labels are few."
         )
     )
@@ -88,13 +90,17 @@ def draw(values: Values, figure: "Figure") -> None:
 
 
 ROW = Row(
-    claim="COACH can stay suboptimal under some kinds of labels; E-COACH learns from policy, reward and advantage feedback",
+    claim="COACH can stay suboptimal under some kinds of labels, E-COACH learns from policies, rewards and advantages",
     source="MacGlashan et al. 2017, Shah et al. 2021",
     protocol=(
-        f"Houses of {ROOMS} rooms with the treasure at least 3 moves away, {EPISODES} episodes of at most 40 moves from the "
-        "same room. A label says whether the move was right (policy), whether it was better or worse than the student's "
-        "habit (advantage, the personality `policy_dependent`), or what it was paid (reward: 1 at the treasure, else 0). "
-        f"Figures are moves wasted in each of the last {LAST} episodes. TAMER hears verdicts only, and nothing of rewards; "
+        f"Houses of {ROOMS} rooms with the treasure at least 3 moves away, {EPISODES} episodes of at most 40 moves "
+        f"from the "
+        "same room. A label says whether the move was right (policy), whether it was better or worse than the "
+        "student's "
+        "habit (advantage, the personality `policy_dependent`), or what it was paid (reward: 1 at the treasure, else "
+        "0). "
+        f"Figures are moves wasted in each of the last {LAST} episodes. TAMER hears verdicts only, and nothing of "
+        f"rewards; "
         "Q-learning always learns from rewards and hears no labels. The paper has proofs and gridworlds of its own."
     ),
     settings=tuple(_setting(learner, scheme) for learner in LEARNERS for scheme in SCHEMES),
@@ -102,5 +108,4 @@ ROW = Row(
     measure=measure,
     read=read,
     draw=draw,
-    minutes=0,
 )

@@ -1,0 +1,122 @@
+"""Gold, wrong, placebo and retry: who can tell, and how far below the ceiling they stay (Jiang et al. 2025)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from llf_teacher.reproductions.lessons import regrets, total
+from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.studies.statistics import mean_interval, paired_difference, rate_interval
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+IDS = {
+    "bandits": "llf-bandits-BanditTenArmedRandomFixed-v0",
+    "gridworld": "llf-gridworld-v0",
+    "movies": "llf-reco-movie-v0",
+    "optimization": "llf-optimization-Booth-v0",
+    "poem": "llf-poem-SyllableConstrainedPoem-v0",
+}
+TEACHERS = {"gold": "oracle", "wrong": "mistake(eps=1)", "placebo": "placebo", "retry": "retry_only"}
+STUDENTS = ("obedient", "text_only", "reward_only", "bayesian")
+DISCRETE = ("bandits", "gridworld")
+"""Where `bayesian`, which weighs discrete actions, can play."""
+CEILING = "oracle"
+
+
+def measure(id: str, student: str, teacher: str, seed: int) -> Sequence[float]:
+    """Total regret, and whether any turn succeeded."""
+    lost, solved = regrets(id, student=student, teacher=teacher, seed=seed)
+    return [total(lost), float(any(solved))]
+
+
+def _pairs() -> list[tuple[str, str]]:
+    return [(family, student) for family in IDS for student in STUDENTS if student != "bayesian" or family in DISCRETE]
+
+
+def _setting(family: str, student: str, teacher: str) -> dict[str, str]:
+    return {"id": IDS[family], "student": student, "teacher": TEACHERS[teacher]}
+
+
+def read(values: Values) -> Finding:
+    """Regret by teacher, and who is surely better under gold, surely worse under wrong feedback than under retry."""
+    table = [["family", "student", *(f"{name}: regret" for name in TEACHERS), "gold: solved"]]
+    helped, harmed, fooled, moved = [], [], [], []
+    reading = [pair for pair in _pairs() if pair[1] != "reward_only"]
+    for family, student in _pairs():
+        found = {name: values(**_setting(family, student, name)) for name in TEACHERS}
+        solved = rate_interval(int(found["gold"][:, 1].sum()), len(found["gold"]))
+        table.append(
+            [family, student, *(told(mean_interval(each[:, 0])) for each in found.values()), f"{solved.mean:.0%}"]
+        )
+        retry = found["retry"][:, 0]
+        if (family, student) in reading:
+            gain = {name: paired_difference(retry, found[name][:, 0]).estimate for name in TEACHERS if name != "retry"}
+            helped += [(family, student)] * (gain["gold"].low > 0)
+            harmed += [(family, student)] * (gain["wrong"].high < 0)
+            fooled += [(family, student)] * (gain["placebo"].low > 0)
+            moved += [(family, student)] * (gain["placebo"].high < 0)
+    short = [
+        pair for pair in reading if values(**_setting(*pair, "gold"))[:, 0].mean() > _ceiling(values, pair[0]) + 1e-6
+    ]
+    ours = (
+        f"Of {len(reading)} pairs of a family and a student who reads, gold feedback surely helps {len(helped)}, wrong "
+        f"feedback surely harms {len(harmed)}, and a placebo surely helps {len(fooled)} and harms {len(moved)}, "
+        f"against "
+        f"retrying. {len(short)} stay below the ceiling under gold feedback."
+    )
+    proof = [f"{student} in {family}" for family, student in reading if (family, student) not in harmed]
+    why = (
+        f"Not surely harmed by wrong feedback: {', '.join(proof) or 'nobody'}. A placebo is true and useless, so who "
+        f"reads "
+        "claims gains nothing from it, as it should be. What is lost under gold feedback is lost before the first "
+        "advice is "
+        "heard or where advice names a step and not the goal; the paper's models lose more because they do not take up "
+        "what they are told."
+    )
+    return Finding("yes" if helped and short else "no", ours, why, table)
+
+
+def _ceiling(values: Values, family: str) -> float:
+    return float(values(id=IDS[family], student=CEILING, teacher=TEACHERS["gold"])[:, 0].mean())
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """Regret as a share of that under retrying, a panel a family."""
+    panels = figure.subplots(1, len(IDS), sharey=True)
+    for axes, family in zip(panels, IDS, strict=True):
+        students = [student for where, student in _pairs() if where == family]
+        for number, name in enumerate(TEACHERS):
+            shares = []
+            for student in students:
+                retry = max(values(**_setting(family, student, "retry"))[:, 0].mean(), 1e-9)
+                shares.append(values(**_setting(family, student, name))[:, 0].mean() / retry)
+            axes.bar(np.arange(len(students)) + (number - 1.5) * 0.2, shares, 0.2, label=name)
+        axes.set_xticks(range(len(students)), students, rotation=60)
+        axes.set_title(family)
+    panels[0].set_ylabel("regret / regret under retry")
+    panels[0].legend()
+
+
+ROW = Row(
+    claim="Even with gold feedback students plateau below the ceiling; wrong feedback harms who cannot tell",
+    source="Jiang et al. 2025 (Feedback Friction, arXiv 2506.11930)",
+    protocol=(
+        "Five families at their own horizons, all kinds of feedback. Gold is the oracle, wrong says a plausible "
+        "falsehood for "
+        "each claim (`mistake(eps=1)`), placebo says true and useless sentences, retry says that it was not right. The "
+        "ceiling is the student `oracle`. Bandits, poems, films and optimization ask the same problem again, up to "
+        "30 or 10 "
+        "times. The paper has language models and benchmarks of questions."
+    ),
+    settings=(
+        *({"id": id, "student": CEILING, "teacher": TEACHERS["gold"]} for id in IDS.values()),
+        *(_setting(family, student, teacher) for family, student in _pairs() for teacher in TEACHERS),
+    ),
+    seeds=30,
+    measure=measure,
+    read=read,
+    draw=draw,
+)

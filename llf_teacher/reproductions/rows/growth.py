@@ -1,0 +1,132 @@
+"""Regret by the size of a world: who reads, against who learns from rewards (HELiX: Xu et al. 2025)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from llf_teacher.reproductions.lessons import regrets, total
+from llf_teacher.reproductions.lifetimes import live
+from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.studies.statistics import mean_interval
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SIZES = {"bandits": (4, 8, 16, 32, 64, 128), "gridworld": (5, 10, 20, 40, 80)}
+"""Numbers of arms and of rooms."""
+TEACHERS = {
+    "rewards": "silent",
+    "what to do": "only(kinds='fp')",
+    "what to avoid": "only(kinds='fn')",
+    "verdicts": "only(kinds='hp+hn')",
+}
+"""What is learned from, and who says it."""
+STUDENTS = {
+    ("bandits", "rewards"): "ucb",
+    ("gridworld", "rewards"): "q_learning(forget=False, optimism=0.0, epsilon=0.1)",
+    ("gridworld", "verdicts"): "sabl(forget=False)",
+}
+"""Who learns; `obedient` where nothing is said here."""
+PULLS, EPISODES, MOVES = 8, 30, 4
+"""Pulls per arm; episodes in a house, and moves per room in each at most."""
+
+
+def measure(family: str, size: int, student: str, teacher: str, seed: int) -> Sequence[float]:
+    """Total regret in a world of this size."""
+    if family == "bandits":
+        id, turns = "llf-bandits-BanditTenArmedRandomFixed-v0", PULLS * size
+        lost, _ = regrets(id, student=student, teacher=teacher, seed=seed, turns=turns, arms=size)
+    else:
+        *lost, _ = live(
+            "llf-gridworld-v0",
+            student=student,
+            teacher=teacher,
+            episodes=EPISODES,
+            turns=MOVES * size,
+            seed=seed,
+            num_rooms=size,
+            min_goal_dist=2,
+        )
+    return [total(lost)]
+
+
+def _setting(family: str, size: int, learns: str) -> dict[str, str | int]:
+    student = STUDENTS.get((family, learns), "obedient")
+    return {"family": family, "size": size, "student": student, "teacher": TEACHERS[learns]}
+
+
+def _means(values: Values, family: str, learns: str) -> NDArray[np.float64]:
+    return np.array([values(**_setting(family, size, learns)).mean() for size in SIZES[family]])
+
+
+def exponent(sizes: Sequence[int], means: NDArray[np.float64]) -> float | None:
+    """The b of regret = a * size ** b, by least squares of the logarithms; None where some size has no regret."""
+    return float(stats.linregress(np.log(sizes), np.log(means)).slope) if means.min() > 0 else None
+
+
+def read(values: Values) -> Finding:
+    """Regret at the least and the greatest size, and the exponent of its growth."""
+    table = [["family", "learns from", "regret, least size", "greatest size", "grows as size to the power of"]]
+    powers = {}
+    for family, sizes in SIZES.items():
+        for learns in TEACHERS:
+            ends = [told(mean_interval(values(**_setting(family, n, learns))[:, 0]), 1) for n in (sizes[0], sizes[-1])]
+            power = exponent(sizes, _means(values, family, learns))
+            powers[family, learns] = "no regret" if power is None else f"{power:.2f}"
+            table.append([family, learns, *ends, powers[family, learns]])
+    beside = [
+        f"in {family} {powers[family, 'rewards']} from rewards, {powers[family, 'verdicts']} from verdicts, "
+        f"{powers[family, 'what to avoid']} from warnings, {powers[family, 'what to do']} from advice"
+        for family in SIZES
+    ]
+    last = {(family, learns): _means(values, family, learns)[-1] for family in SIZES for learns in TEACHERS}
+    less = [last[family, "rewards"] / last[family, "verdicts"] for family in SIZES]
+    ours = (
+        f"Exponents of growth: {'; '.join(beside)}. At the greatest sizes verdicts leave a regret {less[0]:.1f} and "
+        f"{less[1]:.1f} times less than rewards do."
+    )
+    flat = all(last[family, "what to do"] < 0.01 * last[family, "rewards"] for family in SIZES)
+    agrees = "in part" if flat and min(less) > 1 else "no"
+    why = (
+        "The paper's gap is exponential where one sentence rules out a share of all that may be true. Advice that "
+        "names "
+        "the best action leaves nothing to learn, which agrees. Verdicts and warnings rule out one action at a time, "
+        "so "
+        "regret grows with the number of actions or rooms as it does from rewards, by a smaller factor."
+    )
+    return Finding(agrees, ours, why, table)
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """Regret by size, both axes logarithmic."""
+    for axes, (family, sizes) in zip(figure.subplots(1, 2), SIZES.items(), strict=True):
+        for learns in TEACHERS:
+            axes.plot(sizes, _means(values, family, learns), marker="o", label=learns)
+        axes.set(title=family, xlabel="arms" if family == "bandits" else "rooms", ylabel="total regret")
+        axes.set_xscale("log", base=2)
+        axes.set_yscale("symlog", linthresh=1.0)
+        axes.set_ylim(bottom=-0.1)
+    axes.legend()
+
+
+ROW = Row(
+    claim="Who reads what to do needs less experience than who learns from rewards, the more so the larger the world",
+    source="Xu et al. 2025 (HELiX, arXiv 2506.10341)",
+    protocol=(
+        f"Bandits of 4 to 128 arms that pay 1 with chances drawn uniformly, {PULLS} pulls per arm; houses of 5 to 80 "
+        f"rooms, "
+        f"{EPISODES} episodes of at most {MOVES} moves per room from the same room. From rewards learn UCB1 and "
+        f"Q-learning; "
+        "the others hear one kind of feedback and no rewards: advice (fp), warnings (fn), verdicts (hp and hn, in "
+        "houses by "
+        "`sabl`, which remembers them over episodes). Regret is in expected reward and in moves."
+    ),
+    settings=tuple(_setting(family, size, learns) for family in SIZES for size in SIZES[family] for learns in TEACHERS),
+    seeds=20,
+    measure=measure,
+    read=read,
+    draw=draw,
+)

@@ -1,0 +1,122 @@
+"""The order of learners under teachers who are not rational (B-Pref: Lee et al. 2021)."""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from llf_teacher.reproductions.lifetimes import live
+from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.studies.statistics import mean_interval
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+VERDICTS = "only(kinds='hp+hn')"
+TEACHERS = {
+    "oracle": VERDICTS,
+    "mistake, 10 %": f"mistake(eps=0.1) | {VERDICTS}",
+    "mistake, 30 %": f"mistake(eps=0.3) | {VERDICTS}",
+    "skip": f"skip | {VERDICTS}",
+    "equal": f"equal | {VERDICTS}",
+    "myopic": f"myopic | {VERDICTS}",
+    "stochastic": f"noisy | {VERDICTS}",
+    "inactive": f"inactive | {VERDICTS}",
+    "blames": f"punishment_focused | {VERDICTS}",
+    "praises": f"reward_focused | {VERDICTS}",
+    "late": f"{VERDICTS} | delayed(turns=2)",
+    "used to it": f"policy_dependent | {VERDICTS}",
+}
+LEARNERS = {
+    "TAMER": "tamer(forget=False)",
+    "COACH": "coach(forget=False)",
+    "E-COACH": "coach(forget=False, episodic=True)",
+    "SABL": "sabl(forget=False)",
+    "I-SABL": "sabl(forget=False, infers=True)",
+    "Advise": "advise(forget=False)",
+}
+
+
+def measure(student: str, teacher: str, seed: int) -> Sequence[float]:
+    """Regret per episode of a lifetime."""
+    *lost, _ = live("llf-gridworld-v0", student=student, teacher=teacher, episodes=30, turns=40, seed=seed)
+    return [float(np.mean(lost))]
+
+
+def _means(values: Values, teacher: str) -> list[float]:
+    return [float(values(student=s, teacher=TEACHERS[teacher]).mean()) for s in LEARNERS.values()]
+
+
+def agreement(values: Values, teacher: str) -> float:
+    """Kendall's tau-b of the order of learners under a teacher with that under the oracle, -1 to 1."""
+    return float(stats.kendalltau(_means(values, "oracle"), _means(values, teacher)).statistic)
+
+
+def read(values: Values) -> Finding:
+    """Orders, and how far each agrees with that under the oracle."""
+    table = [["teacher", *LEARNERS, "best", "tau with the oracle's order"]]
+    first, taus = {}, {}
+    for teacher in TEACHERS:
+        means = _means(values, teacher)
+        first[teacher] = list(LEARNERS)[int(np.argmin(means))]
+        taus[teacher] = agreement(values, teacher)
+        cells = [told(mean_interval(values(student=s, teacher=TEACHERS[teacher])[:, 0])) for s in LEARNERS.values()]
+        table.append([teacher, *cells, first[teacher], f"{taus[teacher]:.2f}"])
+    broken = sorted((teacher for teacher in TEACHERS if teacher != "oracle"), key=taus.__getitem__)
+    overturned = _overturned(values)
+    ours = (
+        f"Kendall's tau with the oracle's order is between {taus[broken[0]]:.2f} ({broken[0]}) and "
+        f"{taus[broken[-1]]:.2f} "
+        f"({broken[-1]}); the best learner is another than under the oracle ({first['oracle']}) with "
+        f"{sum(first[teacher] != first['oracle'] for teacher in broken)} of {len(broken)} teachers. "
+        f"{overturned} of {len(broken) * len(LEARNERS) * (len(LEARNERS) - 1) // 2} orders of two learners are surely "
+        f"the "
+        "other way round."
+    )
+    return Finding("yes" if overturned else "no", ours, "", table)
+
+
+def _overturned(values: Values) -> int:
+    """Pairs of learners of whom one is surely better under the oracle and surely worse under another teacher."""
+    count = 0
+    for teacher in TEACHERS:
+        for one, other in combinations(LEARNERS.values(), 2):
+            signs = []
+            for each in ("oracle", teacher):
+                gap = values(student=one, teacher=TEACHERS[each]) - values(student=other, teacher=TEACHERS[each])
+                estimate = mean_interval(gap[:, 0])
+                signs.append((estimate.low > 0) - (estimate.high < 0))
+            count += signs[0] * signs[1] < 0
+    return count
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """A map of mean regrets, on a logarithmic scale."""
+    axes = figure.subplots()
+    table = np.array([_means(values, teacher) for teacher in TEACHERS])
+    image = axes.imshow(np.log10(table + 0.1), aspect="auto", cmap="cividis_r")
+    axes.set_xticks(range(len(LEARNERS)), LEARNERS)
+    axes.set_yticks(range(len(TEACHERS)), TEACHERS)
+    for (row, column), value in np.ndenumerate(table):
+        axes.text(column, row, f"{value:.1f}", ha="center", va="center", color="white" if value > 3 else "black")
+    figure.colorbar(image, label="log10 of regret per episode + 0.1")
+
+
+ROW = Row(
+    claim="Which learner is best depends on how irrational the teacher is",
+    source="Lee et al. 2021 (B-Pref)",
+    protocol=(
+        "Six learners from verdicts in houses of 20 rooms, 30 episodes of at most 40 moves from the same room, under "
+        "the oracle "
+        "and eleven teachers who err, skip, are short-sighted, silent, late or used to good work. Figures are moves "
+        "wasted "
+        "per episode. B-Pref has preferences over segments and deep learners; its question is asked here of verdicts."
+    ),
+    settings=tuple({"student": s, "teacher": t} for s in LEARNERS.values() for t in TEACHERS.values()),
+    seeds=30,
+    measure=measure,
+    read=read,
+    draw=draw,
+)

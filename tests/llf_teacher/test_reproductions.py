@@ -1,0 +1,117 @@
+"""Known results: what is measured is stored, resumed, read and written up."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from llf_teacher.cli import app
+from llf_teacher.reproductions import page
+from llf_teacher.reproductions.lessons import regrets
+from llf_teacher.reproductions.lifetimes import live
+from llf_teacher.reproductions.play import Measured, load, play, tasks
+from llf_teacher.reproductions.row import FIRST_SEED, VERDICTS, Values, all_rows, digest, some_rows
+from llf_teacher.reproductions.rows.growth import exponent
+from llf_teacher.students.parsing import parse_student
+from pz_envs.family import all_families
+from teachers.personality import parse_personality
+
+ROWS = all_rows()
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_row_is_complete(name):
+    row = ROWS[name]
+    assert row.seeds >= 20
+    assert len({digest(setting) for setting in row.settings}) == len(row.settings)
+    for setting in row.settings:
+        parse_student(setting["student"])
+        if "teacher" in setting:
+            parse_personality(setting["teacher"])
+    for text in (row.claim, row.source, row.protocol):
+        assert "|" not in text
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_row_reads_and_draws_whatever_was_measured(name, tmp_path):
+    """With numbers drawn at random; a finding is of the allowed words, and its table is whole."""
+    row = ROWS[name]
+    rng = np.random.default_rng(0)
+    values = Values({digest(setting): rng.random((3, 2)) for setting in row.settings}, 120.0)
+    finding = row.read(values)
+    assert finding.agrees in VERDICTS
+    assert len({len(cells) for cells in finding.table}) == 1
+    assert "|" not in finding.ours + finding.why
+    page.write({name: row}, {name: values}, tmp_path / "page.md")
+    text = (tmp_path / "page.md").read_text()
+    assert finding.ours in text
+    assert f"](page/{name}.png)" in text
+    assert (tmp_path / "page" / f"{name}.png").stat().st_size > 1000
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_row_measures(name):
+    """The first setting, twice the same."""
+    row = ROWS[name]
+    first, again = (row.measure(**row.settings[0], seed=FIRST_SEED) for _ in range(2))
+    assert list(first) == list(again)
+    assert np.isfinite(first).all()
+
+
+def test_what_was_measured_is_not_measured_again(tmp_path):
+    path = tmp_path / "it.jsonl"
+    row = ROWS["policy_shaping"]
+    small = {"policy_shaping": type(row)(**{**vars(row), "settings": row.settings[:2], "seeds": 2})}
+    values = play(small, path)["policy_shaping"]
+    lines = path.read_text().splitlines()
+    assert len(lines) == 4
+    path.write_text("\n".join([*lines[:3], lines[3][:20]]))  # it was killed while it wrote
+    seen = []
+    again = play(small, path, report=lambda *told: seen.append(told))["policy_shaping"]
+    assert seen == [("policy_shaping", 4, 4)]
+    for setting in row.settings[:2]:
+        assert values(**setting).tolist() == again(**setting).tolist()
+    assert sorted(load(path)) == sorted(task.key for task in tasks("policy_shaping", small["policy_shaping"], False))
+    assert all(isinstance(each, Measured) for each in load(path).values())
+
+
+def test_the_command(tmp_path, monkeypatch):
+    row = ROWS["policy_shaping"]
+    there = {task.key: [[0.5, 0.5], 1.0] for task in tasks("policy_shaping", row, quick=True)}
+    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: each}) + "\n" for key, each in there.items()))
+    told = CliRunner().invoke(
+        app,
+        f"reproduce --only policy_shaping --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}",
+    )
+    assert told.exit_code == 0, told.output
+    assert "policy_shaping: no" in told.output
+    assert "no" in (tmp_path / "page.md").read_text()
+
+
+def test_a_row_that_is_not_there():
+    with pytest.raises(ValueError, match="policy_shaping"):
+        some_rows(["policy_shapping"])
+
+
+def test_lifetimes_count_verdicts():
+    """A student who is told what to do makes no mistake, so that each of its moves is praised once."""
+    family = next(family for family in all_families() if family.name == "gridworld")
+    *lost, verdicts = live("llf-gridworld-v0", student="obedient", teacher="oracle", episodes=3, turns=40, seed=5)
+    assert lost == [0.0] * 3
+    assert verdicts % 3 == 0
+    assert 3 <= verdicts <= 3 * family.max_turns
+    *_, silent = live("llf-gridworld-v0", student="obedient", teacher="silent", episodes=2, turns=10, seed=5)
+    assert silent == 0
+
+
+def test_regrets_of_a_lesson():
+    lost, solved = regrets("llf-gridworld-v0", student="oracle", teacher="silent", seed=3)
+    assert not any(lost)
+    assert solved[-1]
+
+
+def test_exponents():
+    sizes = (1, 2, 4, 8)
+    assert exponent(sizes, 3.0 * np.array(sizes) ** 1.5) == pytest.approx(1.5)
+    assert exponent(sizes, np.array([1.0, 0.0, 1.0, 1.0])) is None
