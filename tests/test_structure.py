@@ -114,12 +114,16 @@ def of_families(path):
     return found
 
 
+EXPERIMENTS = ROOT / "llf_teacher" / "reproductions" / "rows"
+"""Each is about certain worlds, as its source is; nothing but the command that plays them knows them."""
+
+
 def uses(family, environments):
     """Where something outside of a family's own files imports it, or knows its name or an environment's."""
     modules = re.compile(rf"(worlds|teachers\.oracles|pz_envs\.families)\.{family}(?!\w)")
     ids = set(environments) | {PREFIX + environment for environment in environments}
     found = []
-    for path in trees().keys() - own_files(family):
+    for path in trees().keys() - own_files(family) - set(EXPERIMENTS.glob("*.py")):
         named = {name for name in imported(path) | literals(path) if modules.match(name)}
         named |= (literals(path) & ids) | (of_families(path) & {family})
         found += [f"{path.relative_to(ROOT)}: {name}" for name in sorted(named)]

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from llf_teacher.reproductions.row import Finding, Row, Values
+from llf_teacher.reproductions.row import Reading, Row, Values
 
 HEAD = """# Known results
 
@@ -38,7 +38,7 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def section(name: str, row: Row, finding: Finding, picture: str) -> list[str]:
+def section(name: str, row: Row, finding: Reading, picture: str) -> list[str]:
     """A row in full."""
     lines = [f"## {name.replace('_', ' ')}", "", f"**{row.claim}** ({row.source})", "", row.protocol, "", finding.ours]
     if finding.why:

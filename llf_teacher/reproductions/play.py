@@ -37,7 +37,7 @@ def tasks(name: str, row: Row, quick: bool) -> list[Task]:
     return [Task(name, setting, seed) for seed in seeds for setting in row.settings]
 
 
-class Measured(NamedTuple):
+class Measurement(NamedTuple):
     """What a measurement gave."""
 
     numbers: list[float]
@@ -45,13 +45,13 @@ class Measured(NamedTuple):
     """CPU time that it took."""
 
 
-def load(path: Path) -> dict[str, Measured]:
+def load(path: Path) -> dict[str, Measurement]:
     """What is stored; a last line that was cut off is left out, since it will be measured again."""
-    found: dict[str, Measured] = {}
+    found: dict[str, Measurement] = {}
     if path.exists():
         for line in path.read_text(encoding="utf-8").splitlines(keepends=True):
             if line.endswith("\n"):
-                found.update({key: Measured(*each) for key, each in json.loads(line).items()})
+                found.update({key: Measurement(*each) for key, each in json.loads(line).items()})
     return found
 
 
@@ -86,13 +86,13 @@ def play(
     return {name: _values(asked, there) for name, asked in todo.items()}
 
 
-def _measure(name: str, setting: Setting, seed: int) -> Measured:
+def _measure(name: str, setting: Setting, seed: int) -> Measurement:
     begun = time.process_time()
     numbers = [float(number) for number in all_rows()[name].measure(**setting, seed=seed)]
-    return Measured(numbers, round(time.process_time() - begun, 3))
+    return Measurement(numbers, round(time.process_time() - begun, 3))
 
 
-def _values(asked: Sequence[Task], there: Mapping[str, Measured]) -> Values:
+def _values(asked: Sequence[Task], there: Mapping[str, Measurement]) -> Values:
     by_setting: dict[str, list[list[float]]] = {}
     for task in asked:
         by_setting.setdefault(digest(task.setting), []).append(there[task.key].numbers)

@@ -38,7 +38,7 @@ class Values:
         return self._measured[digest(setting)]
 
 
-class Finding(NamedTuple):
+class Reading(NamedTuple):
     """What the values say."""
 
     agrees: str
@@ -64,7 +64,7 @@ class Row:
     """Number of seeds of each setting, the first of them `FIRST_SEED`."""
     measure: Callable[..., Sequence[float]]
     """Plays a setting with a `seed`; a function of a module, since other processes call it."""
-    read: Callable[[Values], Finding]
+    read: Callable[[Values], Reading]
     draw: "Callable[[Values, Figure], None]"
 
 

@@ -10,7 +10,7 @@ from llf_teacher.cli import app
 from llf_teacher.reproductions import page
 from llf_teacher.reproductions.lessons import regrets
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.play import Measured, load, play, tasks
+from llf_teacher.reproductions.play import Measurement, load, play, tasks
 from llf_teacher.reproductions.row import FIRST_SEED, VERDICTS, Values, all_rows, digest, some_rows
 from llf_teacher.reproductions.rows.growth import exponent
 from llf_teacher.students.parsing import parse_student
@@ -73,7 +73,7 @@ def test_what_was_measured_is_not_measured_again(tmp_path):
     for setting in row.settings[:2]:
         assert values(**setting).tolist() == again(**setting).tolist()
     assert sorted(load(path)) == sorted(task.key for task in tasks("policy_shaping", small["policy_shaping"], False))
-    assert all(isinstance(each, Measured) for each in load(path).values())
+    assert all(isinstance(each, Measurement) for each in load(path).values())
 
 
 def test_the_command(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llf_teacher.reproductions.lessons import regrets, total
-from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval, paired_difference, rate_interval
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def _setting(family: str, student: str, teacher: str) -> dict[str, str]:
     return {"id": IDS[family], "student": student, "teacher": TEACHERS[teacher]}
 
 
-def read(values: Values) -> Finding:
+def read(values: Values) -> Reading:
     """Regret by teacher, and who is surely better under gold, surely worse under wrong feedback than under retry."""
     table = [["family", "student", *(f"{name}: regret" for name in TEACHERS), "gold: solved"]]
     helped, harmed, fooled, moved = [], [], [], []
@@ -76,7 +76,7 @@ def read(values: Values) -> Finding:
         "heard or where advice names a step and not the goal; the paper's models lose more because they do not take up "
         "what they are told."
     )
-    return Finding("yes" if helped and short else "no", ours, why, table)
+    return Reading("yes" if helped and short else "no", ours, why, table)
 
 
 def _ceiling(values: Values, family: str) -> float:

@@ -9,7 +9,7 @@ from scipy import stats
 
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def exponent(sizes: Sequence[int], means: NDArray[np.float64]) -> float | None:
     return float(stats.linregress(np.log(sizes), np.log(means)).slope) if means.min() > 0 else None
 
 
-def read(values: Values) -> Finding:
+def read(values: Values) -> Reading:
     """Regret at the least and the greatest size, and the exponent of its growth."""
     table = [["family", "learns from", "regret, least size", "greatest size", "grows as size to the power of"]]
     powers = {}
@@ -97,7 +97,7 @@ def read(values: Values) -> Finding:
         "so "
         "regret grows with the number of actions or rooms as it does from rewards, by a smaller factor."
     )
-    return Finding(agrees, ours, why, table)
+    return Reading(agrees, ours, why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import stats
 
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def agreement(values: Values, teacher: str) -> float:
     return float(stats.kendalltau(_means(values, "oracle"), _means(values, teacher)).statistic)
 
 
-def read(values: Values) -> Finding:
+def read(values: Values) -> Reading:
     """Orders, and how far each agrees with that under the oracle."""
     table = [["teacher", *LEARNERS, "best", "tau with the oracle's order"]]
     first, taus = {}, {}
@@ -75,7 +75,7 @@ def read(values: Values) -> Finding:
         f"the "
         "other way round."
     )
-    return Finding("yes" if overturned else "no", ours, "", table)
+    return Reading("yes" if overturned else "no", ours, "", table)
 
 
 def _overturned(values: Values) -> int:

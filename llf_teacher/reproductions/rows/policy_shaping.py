@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def measure(student: str, likelihood: float, consistency: float, seed: int) -> S
     return [float(np.mean(regrets[:-1]))]
 
 
-def read(values: Values) -> Finding:
+def read(values: Values) -> Reading:
     """How much less regret than from rewards alone."""
     alone = values(**NEVER)[:, 0]
     heads = ["learner", "likelihood", *(f"consistency {c:g}" for c in CONSISTENCY)]
@@ -55,7 +55,7 @@ def read(values: Values) -> Finding:
     else:
         why = ""
     agrees = "no" if rare.low <= 0 else "in part" if harmed["advise"] else "yes"
-    return Finding(agrees, ours, why, table)
+    return Reading(agrees, ours, why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def _setting(learner: str, scheme: str) -> dict[str, str]:
     return {"student": LEARNERS[learner].format(listens=listens), "teacher": teacher}
 
 
-def read(values: Values) -> Finding:
+def read(values: Values) -> Reading:
     """Regret at the end, per learner and scheme."""
     table = [["learner", *(f"{scheme} feedback" for scheme in SCHEMES)]]
     last = {}
@@ -73,7 +73,7 @@ def read(values: Values) -> Finding:
             "as many episodes as it takes, and within these episodes it is slow where labels are few."
         )
     )
-    return Finding(agrees, ours, why, table)
+    return Reading(agrees, ours, why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Finding, Row, Values, told
+from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _setting(learner: str, trainer: str) -> dict[str, str | float]:
     return {"student": LEARNERS[learner].format(plus=plus, minus=minus), "plus": plus, "minus": minus}
 
 
-def read(values: Values) -> Finding:
+def read(values: Values) -> Reading:
     """Regret of I-SABL and labels that it needs, beside those who do not hear silence."""
     table = [["trainer", "learner", "regret per episode", "labels until it is learned"]]
     for trainer in TRAINERS:
@@ -74,7 +74,7 @@ def read(values: Values) -> Finding:
         "trainer "
         "says most of what it thinks, there is little that silence could add."
     )
-    return Finding(agrees, ours, why, table)
+    return Reading(agrees, ours, why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:
