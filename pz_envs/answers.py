@@ -1,0 +1,54 @@
+"""Answers as chat models write them: what is thought aloud is parted from what is said."""
+
+import re
+from typing import NamedTuple
+
+__all__ = ["Parted", "split_thought"]
+
+_NAMES = r"(?:seed:)?(?:think(?:ing)?|thoughts?|reasoning|reason|reflection|scratchpad|analysis|internal_monologue)"
+_MARK = re.compile(
+    rf"""
+    (?P<open> <{_NAMES}\s?> | \[think\] | \u25c1think\u25b7 | <\|begin_of_thought\|> | <\|channel>thought\b
+        | (?:<\|start\|>assistant)?<\|channel\|>(?:analysis|commentary)[^<]{{0,80}}<\|message\|> )
+    | (?P<close> </{_NAMES}\s?> | \[/think\] | \u25c1/think\u25b7 | <\|end_of_thought\|> | <channel\|> )
+    | (?P<end> <\|end\|> )
+    | (?P<say> (?:<\|start\|>assistant)?<\|channel\|>final[^<]{{0,80}}<\|message\|>
+        | <\|begin_of_solution\|> | <\|end_of_solution\|> )
+    """,
+    re.IGNORECASE | re.VERBOSE,
+)
+
+
+class Parted(NamedTuple):
+    """An answer, parted."""
+
+    thought: str
+    """What stands between reasoning marks, the parts joined by blank lines."""
+    answer: str
+    """What stands outside of them."""
+
+
+def split_thought(text: str) -> Parted:
+    """Part an answer from the reasoning that is marked in it; without marks the answer is the text as it is.
+
+    Marks are `<think>...</think>` and its like (`<thinking>`, `<thought>`, `<reasoning>`, `<reflection>`,
+    `<scratchpad>`, `<analysis>`; in any case), `[THINK]...[/THINK]`, those of Kimi, Seed, Gemma and OpenThinker, and
+    the channels of gpt-oss. Reasoning that never ends takes all the rest. An end without a beginning, which a chat
+    template has put into the prompt, makes reasoning of all before it. Takes time in proportion to the text's length.
+    """
+    thought: list[str] = []
+    answer: list[str] = []
+    thinking, at, marked = False, 0, False
+    for mark in _MARK.finditer(text):
+        if (mark["open"] and thinking) or (mark["end"] and not thinking):  # a word of the thought; a stop token
+            continue
+        piece, at, marked = text[at : mark.start()], mark.end(), True
+        (thought if thinking else answer).append(piece)
+        if mark["close"] and not thinking:
+            thought += answer
+            answer = []
+        thinking = bool(mark["open"])
+    if not marked:
+        return Parted("", text)
+    (thought if thinking else answer).append(text[at:])
+    return Parted("\n\n".join(filter(None, map(str.strip, thought))), "\n".join(filter(None, map(str.strip, answer))))
