@@ -4,11 +4,15 @@ import contextlib
 import hashlib
 import json
 import sqlite3
+import threading
 import time
 import weakref
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any
+
+from llf_teacher.models.replies import Answer, Usage
 
 try:
     import fcntl
@@ -20,21 +24,14 @@ _SCHEMA = """
 CREATE TABLE IF NOT EXISTS answer (key TEXT PRIMARY KEY, request TEXT NOT NULL, text TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS ledger (id INTEGER PRIMARY KEY, time REAL NOT NULL, key TEXT NOT NULL, model TEXT NOT NULL,
     input_tokens INTEGER, output_tokens INTEGER, usd REAL);
+CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, usd REAL NOT NULL);
+CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
 """
-
-
-class Usage(NamedTuple):
-    """What an answer cost."""
-
-    input_tokens: int | None
-    """None if the endpoint does not say; so with `output_tokens`."""
-    output_tokens: int | None
-    usd: float | None
-    """None if the tokens or the prices are unknown."""
+_FACTS = ("reasoning", "finish", "model", "seconds", "call", "unsent")
 
 
 class Cache:
-    """Answers by the whole of what was asked.
+    """Answers by the whole of what was asked. It may be used by many threads.
 
     Args:
         path: the SQLite file, made if there is none; `:memory:` for none.
@@ -45,6 +42,8 @@ class Cache:
 
     def __init__(self, path: str) -> None:
         self.path = path
+        self._one = threading.RLock()
+        self._asking: weakref.WeakValueDictionary[str, Any] = weakref.WeakValueDictionary()
         try:
             # A cache that nobody uses any more may be collected, and closed, in any thread.
             self._db = sqlite3.connect(path, timeout=60, isolation_level=None, check_same_thread=False)
@@ -52,6 +51,9 @@ class Cache:
             self._db.execute("PRAGMA journal_mode = WAL")
             self._db.execute("PRAGMA synchronous = FULL")  # a paid answer outlasts even the computer
             self._db.executescript(_SCHEMA)
+            with self._writing() as db:  # of an earlier release it has only the text
+                if "facts" not in {row[1] for row in db.execute("PRAGMA table_info(answer)")}:
+                    db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
         except sqlite3.DatabaseError as error:
             raise ValueError(f"cannot keep answers of language models in {path}: {error}; set LLF_LLM_CACHE") from None
 
@@ -60,54 +62,124 @@ class Cache:
         """The digest of a request."""
         return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()
 
-    def get(self, key: str) -> str | None:
+    def get(self, key: str) -> Answer | None:
         """The answer that is there, if any."""
-        row: tuple[str] | None = self._db.execute("SELECT text FROM answer WHERE key = ?", (key,)).fetchone()
-        return row[0] if row else None
+        row = self._first("SELECT text, facts FROM answer WHERE key = ?", key)
+        if row is None:
+            return None
+        facts = json.loads(row[1] or "{}")
+        usage, unsent = Usage(*facts.pop("usage", ())), tuple(facts.pop("unsent", ()))
+        return Answer(row[0], **facts, usage=usage, unsent=unsent)
 
-    def add(self, key: str, request: dict[str, Any], text: str | None, usage: Usage) -> None:
-        """Enter a reply into the ledger and, unless it had no answer, into the cache; both or neither."""
-        with contextlib.closing(self._db.cursor()) as cursor:
-            cursor.execute("BEGIN IMMEDIATE")
-            try:
-                row = (time.time(), key, request["model"], *usage)
-                cursor.execute(
-                    "INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)",
-                    row,
+    def add(self, key: str, request: dict[str, Any], answer: Answer | None, usage: Usage, pledge: int | None) -> None:
+        """Enter a reply into the ledger, in place of what was pledged for it, and its answer, if any, into the cache;
+        all or nothing.
+        """  # noqa: D205
+        with self._writing() as db:
+            db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
+            row = (time.time(), key, request["model"], usage.input_tokens, usage.output_tokens, usage.usd)
+            db.execute(
+                "INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)", row
+            )
+            if answer is not None:
+                known = answer._asdict()
+                facts = {name: known[name] for name in _FACTS if known[name]} | {"usage": usage}
+                texts = (json.dumps(each, ensure_ascii=False) for each in (request, facts))
+                db.execute(
+                    "INSERT OR IGNORE INTO answer (key, text, request, facts) VALUES (?, ?, ?, ?)",
+                    (key, answer.raw, *texts),
                 )
-                if text is not None:
-                    asked = json.dumps(request, ensure_ascii=False)
-                    cursor.execute("INSERT OR IGNORE INTO answer VALUES (?, ?, ?)", (key, asked, text))
-                cursor.execute("COMMIT")
-            except BaseException:
-                cursor.execute("ROLLBACK")
-                raise
+
+    def pledge(self, usd: float, budget: float, seconds: float) -> int | None:
+        """Set aside what a request may cost at most, for so long unless `add` or `release` comes before.
+
+        Returns:
+            A number for `add` and `release`; None if it is not known yet whether there is enough, since others are
+            under way.
+
+        Raises:
+            LookupError: there is not enough.
+        """
+        with self._writing() as db:
+            now = time.time()
+            db.execute("DELETE FROM pledge WHERE until < ?", (now,))
+            if self.spent() + usd > budget:
+                raise LookupError
+            if self.spent() + usd + db.execute("SELECT total(usd) FROM pledge").fetchone()[0] > budget:
+                return None
+            return db.execute("INSERT INTO pledge (until, usd) VALUES (?, ?)", (now + seconds, usd)).lastrowid
+
+    def release(self, pledge: int | None) -> None:
+        """Nothing was paid of what was pledged."""
+        with self._writing() as db:
+            db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
+
+    def served(self, endpoint: str, model: str, id: str | None) -> str:
+        """What an endpoint serves under a model's name: what it says now, else what it said last, else nothing."""
+        if id is None:
+            row = self._first("SELECT id FROM served WHERE endpoint = ? AND model = ?", endpoint, model)
+            return row[0] if row else ""
+        with self._writing() as db:
+            db.execute("INSERT OR REPLACE INTO served VALUES (?, ?, ?)", (endpoint, model, id))
+        return id
 
     def spent(self) -> float:
         """USD in the ledger."""
-        row: tuple[float] = self._db.execute("SELECT total(usd) FROM ledger").fetchone()
-        return row[0]
+        row = self._first("SELECT total(usd) FROM ledger")
+        return float(row[0]) if row else 0.0
 
     def by_model(self) -> list[dict[str, Any]]:
-        """The ledger summed up: per model the number of replies, their tokens and their price in USD."""
-        names = ("model", "requests", "input_tokens", "output_tokens", "usd")
-        sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd)"
+        """The ledger summed up: per model the number of replies, their tokens, their price in USD, and of how many of
+        them the price is unknown.
+        """  # noqa: D205
+        names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
+        sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"
         rows = self._db.execute(f"SELECT model, {sums} FROM ledger GROUP BY model ORDER BY model")  # noqa: S608
         return [dict(zip(names, row, strict=True)) for row in rows]
 
     @contextlib.contextmanager
     def alone(self, key: str) -> Iterator[None]:
         """Hold a request for oneself, so that others who would ask the same wait for its answer."""
-        if fcntl is None or self.path == MEMORY:
-            yield
-            return
-        with open(f"{self.path}-lock", "ab") as file:  # the lock goes with its holder, however that ends
-            fcntl.lockf(file, fcntl.LOCK_EX, 1, int(key[:15], 16))
-            yield
+        with self._one:
+            mine = self._asking.setdefault(key, threading.Lock())
+        with mine:
+            if fcntl is None or self.path == MEMORY:
+                yield
+                return
+            # The system's locks are between processes; the file stays open, since closing it would give up all of them.
+            file, place = _lock_file(self.path), int(key[:15], 16)
+            fcntl.lockf(file, fcntl.LOCK_EX, 1, place)
+            try:
+                yield
+            finally:
+                fcntl.lockf(file, fcntl.LOCK_UN, 1, place)
 
     def close(self) -> None:
         """Close the file."""
         self._db.close()
+
+    def _first(self, query: str, *values: str) -> tuple[Any, ...] | None:
+        with self._one:
+            row: tuple[Any, ...] | None = self._db.execute(query, values).fetchone()
+        return row
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[sqlite3.Cursor]:
+        """A transaction."""
+        with self._one, contextlib.closing(self._db.cursor()) as cursor:
+            cursor.execute("BEGIN IMMEDIATE")
+            try:
+                yield cursor
+                cursor.execute("COMMIT")
+            except BaseException:
+                cursor.execute("ROLLBACK")
+                raise
+
+
+@cache
+def _lock_file(path: str) -> IO[bytes]:
+    """Of a cache, open as long as the process lives."""
+    return open(f"{path}-lock", "ab")
 
 
 def spending(path: str) -> list[dict[str, Any]]:

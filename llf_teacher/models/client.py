@@ -1,26 +1,35 @@
 """The client: ask a model, through the cache and within the spending limit."""
 
+import asyncio
 import importlib.util
 import ipaddress
 import json
-import math
+import os
+import threading
 import time
 import warnings
+import weakref
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, SpendingLimitError
-from llf_teacher.models.cache import Cache, Usage
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.cache import Cache
+from llf_teacher.models.refusals import adapted, refused
+from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read
+from llf_teacher.models.settings import KEY, TIMEOUT, Settings
+from llf_teacher.models.waiting import loop, wait_for
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
 _SECRET = 8  # a shorter key is no secret, and may stand in a text by chance
+_WAITS = 300.0  # seconds, more than the client waits between its attempts
+_PAUSE = 0.1  # seconds between looks at what others have under way
 
 
 class Endpoint:
-    """An OpenAI-compatible endpoint.
+    """An OpenAI-compatible endpoint. It may be asked by many threads at once.
 
     Args:
         base_url: as in `https://api.openai.com/v1`.
@@ -35,21 +44,33 @@ class Endpoint:
         check_extra()
         import openai
 
+        from llf_teacher.models.http import BoundedClient
+
         self.base_url, self._settings = base_url, settings
         if settings.key and _is_open(base_url):
             warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
         self._cache = Cache(settings.cache)
-        # It retries connection errors, timeouts, 408, 409, 429 and 5xx, with backoff and jitter or as Retry-After says.
-        self._client = openai.OpenAI(
-            base_url=base_url, api_key=settings.key or "none", timeout=settings.timeout, max_retries=settings.retries
+        self._unsent: dict[str, tuple[str, ...]] = {}
+        # It retries connection errors, 408, 409, 429 and 5xx, with backoff and jitter or as Retry-After says.
+        self._client = openai.AsyncOpenAI(
+            base_url=base_url,
+            api_key=settings.key or "none",
+            timeout=settings.timeout,
+            max_retries=settings.retries,
+            http_client=BoundedClient(settings.timeout),
         )
+        weakref.finalize(self, _close, self._client).atexit = False
 
-    def ask(self, request: dict[str, Any], prices: tuple[float, float] | None = None) -> str:
+    def ask(self, request: dict[str, Any], prices: tuple[float, ...] | None = None) -> str:
+        """The model's answer, without what it thought before; see `answer`."""
+        return self.answer(request, prices).text
+
+    def answer(self, request: dict[str, Any], prices: tuple[float, ...] | None = None) -> Answer:
         """The model's answer, from the cache if it has been given before.
 
         Args:
             request: the body of a chat completion: `model`, `messages` and the rest.
-            prices: USD per million tokens of input and of output; None: unknown.
+            prices: USD per million tokens of input, of output and, where it is another, of cached input; None: unknown.
 
         Raises:
             LLMError: there is none, and trying again has not helped.
@@ -62,58 +83,115 @@ class Endpoint:
             with self._cache.alone(key):
                 answer = self._cache.get(key)
                 if answer is None:
-                    answer = self._pay(key, whole, request, prices)
+                    answer = self._pay(key, whole, request, None if prices is None else Prices(*prices))
+        if answer.finish == FILTERED:
+            raise LLMError(f"the content filter of {self.base_url} withholds what {request['model']} says")
         return answer
 
-    def _pay(self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: tuple[float, float] | None) -> str:
+    def _pay(self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None) -> Answer:
         problem = ""
         for attempt in range(self._settings.retries + 1):
-            if attempt:  # an answer came, but a broken one: the client takes no notice of these
+            if attempt:  # no answer came in time, or a broken one: the client takes no notice of these
                 time.sleep(min(2.0 ** (attempt - 2), 8.0))
-            self._check_budget(prices)
-            reply = self._post(request)
-            text, usage = _read(reply, prices)
-            if text is not None or usage.input_tokens is not None:
-                text = None if text is None else self._clean(text)
-                self._cache.add(key, whole, text, usage)
-            if self._settings.budget is not None and usage.usd is None and text is not None:
-                raise LLMError(
-                    f"{self.base_url} does not tell the tokens it used, so that no spending limit can be kept"
-                )
-            if text is not None:
-                return text
-            problem = self._clean(reply)[:_EXCERPT]
-        raise LLMError(f"{self.base_url} sent no answer in {self._settings.retries + 1} attempts, at last: {problem!r}")
+            try:
+                answer, reply = self._once(key, whole, request, prices)
+            except TimeoutError:
+                problem = f"timed out after {self._settings.timeout:g} seconds; {TIMEOUT} says how long it may take"
+                continue
+            if answer is not None:
+                return answer
+            problem = f"at last: {self._clean(reply)[:_EXCERPT]!r}"
+        raise LLMError(f"{self.base_url} sent no answer in {self._settings.retries + 1} attempts, {problem}")
 
-    def _post(self, request: dict[str, Any]) -> str:
-        """The body of the endpoint's reply."""
-        completions = self._client.chat.completions.with_raw_response
+    def _once(
+        self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None
+    ) -> tuple[Answer | None, str]:
+        """The answer in the next reply, if there is one, and the reply."""
+        pledge = self._pledge(request, prices)
+        answer, usage = None, Usage()
+        try:
+            started = time.monotonic()
+            reply, unsent = self._reply(request)
+            answer, usage = read(reply, prices)
+            if answer is not None:
+                answer = answer._replace(
+                    raw=self._clean(answer.raw),
+                    reasoning=self._clean(answer.reasoning),
+                    seconds=round(time.monotonic() - started, 3),
+                    unsent=unsent,
+                )
+        finally:
+            if answer is None and usage.input_tokens is None:
+                self._cache.release(pledge)
+            else:
+                self._cache.add(key, whole, answer, usage, pledge)
+        if self._settings.budget is not None and answer is not None and usage.usd is None:
+            raise LLMError(f"{self.base_url} does not tell the tokens it used, so that no spending limit can be kept")
+        return answer, reply
+
+    def _reply(self, request: dict[str, Any]) -> tuple[str, tuple[str, ...]]:
+        """The body of the endpoint's reply, and the parameters that it did not take."""
+        while True:
+            unsent = self._unsent.get(request["model"], ())
+            body = adapted(request, unsent)
+            if self._settings.budget is not None and length_of(body) is None:
+                raise LLMError(f"{self.base_url} takes no max_tokens, so that no spending limit can be kept")
+            reply, refusal = wait_for(self._post(body))
+            if not refusal:
+                return reply, tuple(name for name in unsent if name in request)
+            self._unsent[request["model"]] = (*unsent, refusal)  # each time one name less is sent
+
+    async def _post(self, request: dict[str, Any]) -> tuple[str, str]:
+        """The body of the endpoint's reply; or none, and the parameter that it refuses."""
         body = dict(request)
         try:
             # All but these two goes as it is, so that an endpoint may take what the client does not know.
-            reply = completions.create(model=body.pop("model"), messages=body.pop("messages"), extra_body=body)
-            return reply.content.decode("utf-8", "replace")
+            model, messages = body.pop("model"), body.pop("messages")
+            raw = self._client.chat.completions.with_raw_response
+            reply = await raw.create(model=model, messages=messages, extra_body=body)
+            return reply.content.decode("utf-8", "replace"), ""
+        except (TimeoutError, LLMError):
+            raise
         except Exception as error:  # not only its own errors: any may quote the key
+            refusal = refused(getattr(error, "status_code", None), getattr(error, "body", None) or f"{error}", body)
             problem = self._describe(error)
-        # Raised outside of `except`: the client's own exception holds the request, and with it the key.
-        raise LLMError(problem)
+        if refusal is None:  # raised outside of `except`: the client's own exception holds the request, and so the key
+            raise LLMError(problem)
+        return "", refusal
 
     def _describe(self, error: Exception) -> str:
         status = getattr(error, "status_code", None)
         wait = error.response.headers.get("retry-after") if status else None  # type: ignore[attr-defined]
-        hint = "; set LLF_LLM_API_KEY" if status == 401 else f"; it asks to wait {wait} seconds" if wait else ""
-        text = " ".join(f"{each}" for each in (error, error.__cause__) if each)
+        hint = f"; set {KEY}" if status == 401 else f"; it asks to wait {wait} seconds" if wait else ""
+        text = " ".join(dict.fromkeys(filter(None, map(str, _causes(error)))))
         return f"{self.base_url} gave no answer: {type(error).__name__}: {self._clean(text)[:_EXCERPT]}{hint}"
 
-    def _check_budget(self, prices: tuple[float, float] | None) -> None:
-        budget = self._settings.budget
-        if budget is not None and prices is None:
+    def _pledge(self, request: dict[str, Any], prices: Prices | None) -> int | None:
+        """Set aside what the answer may cost at most; wait while others have set aside too much."""
+        budget, length = self._settings.budget, length_of(request)
+        if budget is None:
+            return None
+        if prices is None:
             raise LLMError(f"a spending limit needs prices for {self.base_url}: input_price and output_price")
-        if budget is not None and (spent := self._cache.spent()) >= budget:
-            raise SpendingLimitError(
-                f"the spending limit of {budget:g} USD is reached: {self._settings.cache} has {spent:.6g} USD on its "
-                "ledger; raise --llm-budget to go on"
-            )
+        if length is None:
+            raise LLMError(f"a spending limit needs a longest answer for {self.base_url}: max_tokens")
+        # A token has at least one byte.
+        read = [request[name] for name in ("messages", "tools", "response_format") if name in request]
+        asked = len(json.dumps(read, ensure_ascii=False).encode())
+        usd = (asked * prices.input + length * prices.output) / _TOKENS
+        longest = self._settings.timeout * (self._settings.retries + 1) + _WAITS
+        while True:
+            try:
+                pledge = self._cache.pledge(usd, budget, longest)
+            except LookupError:
+                break
+            if pledge is not None:
+                return pledge
+            time.sleep(_PAUSE)
+        raise SpendingLimitError(
+            f"the spending limit of {budget:g} USD is reached: {self._settings.cache} has {self._cache.spent():.6g} "
+            f"USD on its ledger, and the next answer may cost {usd:.6g} USD; raise --llm-budget to go on"
+        )
 
     def _clean(self, text: str) -> str:
         """The text without the key, should an endpoint repeat it, and without half characters."""
@@ -121,6 +199,23 @@ class Endpoint:
         if len(key) >= _SECRET:
             text = text.replace(key, "***")
         return text.encode("utf-8", "replace").decode()
+
+
+def length_of(request: Mapping[str, Any]) -> int | None:
+    """The greatest length of an answer, in tokens, that a request allows; None: any."""
+    lengths = [request[name] for name in ("max_tokens", "max_completion_tokens") if name in request]
+    return min(lengths) if lengths and all(type(length) is int for length in lengths) else None
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__  # the network's own reason is suppressed on the way
+
+
+def _close(client: Any) -> None:
+    """Close a client's connections, where they were opened."""
+    asyncio.run_coroutine_threadsafe(client.close(), loop())
 
 
 def _is_open(base_url: str) -> bool:
@@ -134,9 +229,17 @@ def _is_open(base_url: str) -> bool:
     return address.scheme == "http" and not own
 
 
-@cache
 def connect(base_url: str, settings: Settings) -> Endpoint:
-    """An endpoint, the same for the same settings."""
+    """An endpoint, the same for the same settings in the same process."""
+    with _connecting:
+        return _connect(base_url, settings, os.getpid())
+
+
+_connecting = threading.Lock()
+
+
+@cache
+def _connect(base_url: str, settings: Settings, process: int) -> Endpoint:
     return Endpoint(base_url, settings)
 
 
@@ -152,24 +255,3 @@ def check_extra() -> None:
             "run: pip install 'llf-teacher[llm]'",
             name="openai",
         )
-
-
-def _read(reply: str, prices: tuple[float, float] | None) -> tuple[str | None, Usage]:
-    """The answer in a reply and what it cost; None if there is no answer in it."""
-    try:
-        data = json.loads(reply)
-    except (ValueError, RecursionError):
-        return None, Usage(None, None, None)
-    text: str | None = None
-    try:
-        content = data["choices"][0]["message"]["content"]
-        if content is None or isinstance(content, str):  # none: all tokens went into thoughts
-            text = content or ""
-    except (LookupError, TypeError):
-        pass
-    try:
-        tokens = int(data["usage"]["prompt_tokens"]), int(data["usage"]["completion_tokens"])
-    except (LookupError, TypeError, ValueError):
-        return text, Usage(None, None, None)
-    usd = None if prices is None else math.fsum(n * price for n, price in zip(tokens, prices, strict=True)) / _TOKENS
-    return text, Usage(*tokens, usd)

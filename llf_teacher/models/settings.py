@@ -42,7 +42,7 @@ class Settings:
         budget = environment.get(BUDGET)
         return cls(
             key=key,
-            cache=environment.get(CACHE) or ":memory:",
+            cache=_file(environment.get(CACHE)),
             budget=_number(BUDGET, budget) if budget else None,
             timeout=_number(TIMEOUT, environment.get(TIMEOUT) or "60"),
             retries=int(_number(RETRIES, environment.get(RETRIES) or "6")),
@@ -52,6 +52,14 @@ class Settings:
 def default(name: str, environment: Mapping[str, str] = os.environ) -> str:
     """A model or base URL that is set in the environment: `LLF_LLM_...`, else `OPENAI_...`, else empty."""
     return environment.get(name) or environment.get(name.replace("LLF_LLM", "OPENAI")) or ""
+
+
+def _file(path: str | None) -> str:
+    if path is not None and path.strip() == ":memory:":
+        raise ValueError(
+            f"{CACHE} must be the name of a file, got {path!r}: each process would have a ledger and answers of its own"
+        )
+    return path or ":memory:"
 
 
 def _number(name: str, text: str) -> float:

@@ -2,7 +2,8 @@
 
 import json
 import threading
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, NamedTuple
 
@@ -15,32 +16,43 @@ class Reply(NamedTuple):
     headers: tuple[tuple[str, str], ...] = ()
     cut: bool = False
     """Break the connection after half of the body."""
+    repeat: int = 1
+    """Send the body so many times, one after the other."""
+    pause: float = 0.0
+    """Seconds between two bytes of the body; 0: all at once."""
 
 
 class ScriptedEndpoint:
-    """Serves `POST /v1/chat/completions` while its `with` block runs, at `url`.
+    """Serves `POST /v1/chat/completions` and `GET /v1/models` while its `with` block runs, at `url`.
+
+    A request with `stream` is answered word by word.
 
     Args:
         answer: what to say to a request, the decoded body: a text, or a `Reply`.
+        models: what `GET /v1/models` tells of each model.
     """
 
-    def __init__(self, answer: Callable[[dict[str, Any]], str | Reply]) -> None:
+    def __init__(
+        self, answer: Callable[[dict[str, Any]], str | Reply], models: tuple[dict[str, Any], ...] = ()
+    ) -> None:
         self.requests: list[dict[str, Any]] = []
         """Every request, in the order of arrival."""
         self.keys: list[str | None] = []
         """The `Authorization` header of each."""
-        self._answer = answer
+        self._answer, self._models = answer, models
         endpoint = self
 
         class Handler(BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                endpoint._send(self, Reply(body=json.dumps({"object": "list", "data": endpoint._models})))
+
             def do_POST(self) -> None:
                 endpoint._serve(self)
 
             def log_message(self, format: str, *arguments: Any) -> None:
                 """Say nothing."""
 
-        self._server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-        self._server.daemon_threads = True
+        self._server = _Server(("127.0.0.1", 0), Handler)
         self._lock = threading.Lock()
         self.url = f"http://127.0.0.1:{self._server.server_port}/v1"
 
@@ -51,15 +63,21 @@ class ScriptedEndpoint:
             self.keys.append(handler.headers["Authorization"])
         reply = self._answer(request)
         if isinstance(reply, str):
-            reply = Reply(body=completion(reply, request))
+            body = "".join(_events(reply)) if request.get("stream") else completion(reply, request)
+            reply = Reply(body=body, headers=_STREAM if request.get("stream") else ())
+        self._send(handler, reply)
+
+    def _send(self, handler: BaseHTTPRequestHandler, reply: Reply) -> None:
         body = reply.body.encode("utf-8", "surrogatepass")
         try:
             handler.send_response(reply.status)
-            for name, value in (*reply.headers, ("Content-Type", "application/json")):
+            for name, value in dict([("Content-Type", "application/json"), *reply.headers]).items():
                 handler.send_header(name, value)
-            handler.send_header("Content-Length", f"{len(body)}")
+            handler.send_header("Content-Length", f"{len(body) * reply.repeat}")
             handler.end_headers()
-            handler.wfile.write(body[: len(body) // 2] if reply.cut else body)
+            for part in _parts(body[: len(body) // 2] if reply.cut else body, reply):
+                handler.wfile.write(part)
+                time.sleep(reply.pause)
         except ConnectionError:  # who asked is gone
             pass
 
@@ -72,13 +90,75 @@ class ScriptedEndpoint:
         self._server.server_close()
 
 
-def completion(text: str | None, request: dict[str, Any] | None = None) -> str:
-    """The body of a chat completion; its tokens are words."""
-    asked = sum(len(message["content"].split()) for message in (request or {"messages": []})["messages"])
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    request_queue_size = 1024  # so many may knock at once
+
+
+_STREAM = (("Content-Type", "text/event-stream"),)
+
+
+def _parts(body: bytes, reply: Reply) -> Iterator[bytes]:
+    for _ in range(reply.repeat):
+        if reply.pause:
+            yield from (bytes([byte]) for byte in body)
+        else:
+            yield body
+
+
+def _events(text: str) -> Iterator[str]:
+    """A streamed completion, a word at a time."""
+    for word in text.split(" "):
+        yield _event({"content": f"{word} "}, None)
+    yield _event({}, "stop")
+    yield "data: [DONE]\n\n"
+
+
+def _event(delta: dict[str, str], finish: str | None) -> str:
+    choice = {"index": 0, "delta": delta, "finish_reason": finish}
+    return f"data: {json.dumps({'object': 'chat.completion.chunk', 'choices': [choice]})}\n\n"
+
+
+def completion(text: str | None, request: dict[str, Any] | None = None, *, finish: str = "stop", **message: Any) -> str:
+    """The body of a chat completion; its tokens are words.
+
+    Args:
+        text: the content.
+        request: what is answered.
+        finish: why the answer ended.
+        message: more of the message, such as `reasoning_content` or `tool_calls`.
+    """
+    asked = sum(_words(message["content"]) for message in (request or {"messages": []})["messages"])
+    said = {"role": "assistant", "content": text, **message}
     return json.dumps(
         {
             "object": "chat.completion",
-            "choices": [{"index": 0, "finish_reason": "stop", "message": {"role": "assistant", "content": text}}],
-            "usage": {"prompt_tokens": asked, "completion_tokens": len((text or "").split())},
+            "model": (request or {}).get("model", ""),
+            "choices": [{"index": 0, "finish_reason": finish, "message": said}],
+            "usage": {"prompt_tokens": asked, "completion_tokens": _words(text)},
         }
     )
+
+
+def refusal(parameter: str, status: int = 400) -> Reply:
+    """What an endpoint says that does not take a parameter."""
+    instead = " Use 'max_completion_tokens' instead." if parameter == "max_tokens" else ""
+    message = f"Unsupported parameter: '{parameter}' is not supported with this model.{instead}"
+    error = {"message": message, "type": "invalid_request_error", "param": parameter, "code": "unsupported_parameter"}
+    return Reply(status, json.dumps({"error": error}))
+
+
+def too_long(request: dict[str, Any], words: int) -> Reply | None:
+    """What an endpoint says to a prompt of more words than its context has; None if it has enough."""
+    asked = sum(_words(message["content"]) for message in request["messages"])
+    if asked <= words:
+        return None
+    told = f"This model's maximum context length is {words} tokens. However, your messages resulted in {asked} tokens."
+    return Reply(400, json.dumps({"error": {"message": told, "param": "messages", "code": "context_length_exceeded"}}))
+
+
+def _words(content: Any) -> int:
+    """The number of words of a message's content, a text or parts."""
+    if isinstance(content, list):
+        return sum(_words(part.get("text")) for part in content)
+    return len((content or "").split())

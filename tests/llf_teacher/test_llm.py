@@ -127,7 +127,7 @@ def test_an_endpoint_that_is_always_slow():
 def test_nobody_is_there():
     with ScriptedEndpoint(lambda request: NORTH) as server:
         url = server.url
-    with pytest.raises(LLMError, match=r"gave no answer: APIConnectionError: Connection error\. .*refused"):
+    with pytest.raises(LLMError, match=r"gave no answer: APIConnectionError: Connection error\. .*Connect call failed"):
         endpoint(url, retries=0).ask(REQUEST)
 
 
@@ -162,14 +162,16 @@ def test_half_characters_do_no_harm(tmp_path):
 
 def test_the_limit(tmp_path):
     with ScriptedEndpoint(lambda request: NORTH) as server:
-        asked = endpoint(server.url, tmp_path / "c.db", budget=10.0)
-        prices = (1e6, 1e6)  # 9 USD a request
-        asked.ask(REQUEST, prices)
-        asked.ask(REQUEST | {"seed": 1}, prices)
-        with pytest.raises(SpendingLimitError, match=r"limit of 10 USD is reached: .*c\.db has 18 USD on its ledger"):
-            asked.ask(REQUEST | {"seed": 2}, prices)
-        assert asked.ask(REQUEST, prices) == NORTH
-        assert endpoint(server.url, tmp_path / "c.db", budget=20.0).ask(REQUEST | {"seed": 2}, prices) == NORTH
+        request = REQUEST | {"max_tokens": 10}
+        asked = endpoint(server.url, tmp_path / "c.db", budget=78.0)
+        prices = (1e6, 1e6)  # 9 USD a request, which could cost 60
+        asked.ask(request, prices)
+        asked.ask(request | {"seed": 1}, prices)
+        told = r"limit of 78 USD is reached: .*c\.db has 18 USD on its ledger, and the next answer may cost 61 USD"
+        with pytest.raises(SpendingLimitError, match=told):
+            asked.ask(request | {"seed": 2, "max_tokens": 11}, prices)
+        assert asked.ask(request, prices) == NORTH
+        assert endpoint(server.url, tmp_path / "c.db", budget=99.0).ask(request | {"seed": 2}, prices) == NORTH
     assert len(server.requests) == 3
 
 
@@ -178,7 +180,7 @@ def test_a_limit_needs_to_know_the_costs():
     del body["usage"]
     with ScriptedEndpoint(lambda request: Reply(200, json.dumps(body))) as server:
         with pytest.raises(LLMError, match="does not tell the tokens it used"):
-            endpoint(server.url, budget=1.0).ask(REQUEST, (1, 1))
+            endpoint(server.url, budget=1.0).ask(REQUEST | {"max_tokens": 9}, (1, 1))
         with pytest.raises(LLMError, match="a spending limit needs prices"):
             endpoint(server.url, budget=1.0).ask(REQUEST)
         assert endpoint(server.url).ask(REQUEST, (1, 1)) == NORTH

@@ -1,0 +1,34 @@
+"""One event loop a process, in a thread of its own, where all that takes time is waited for.
+
+Whoever has to wait may be in any thread, or in a notebook whose own loop is running.
+"""
+
+import asyncio
+import os
+import threading
+from collections.abc import Coroutine
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+_lock = threading.Lock()
+_loops: dict[int, asyncio.AbstractEventLoop] = {}  # by process: a fork has the parent's loop, but not its thread
+
+
+def loop() -> asyncio.AbstractEventLoop:
+    """The loop of this process."""
+    with _lock:
+        if os.getpid() not in _loops:
+            _loops[os.getpid()] = started = asyncio.new_event_loop()
+            threading.Thread(target=started.run_forever, name="llf-waiting", daemon=True).start()
+        return _loops[os.getpid()]
+
+
+def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
+    """What a coroutine returns, or raises; it is cancelled if the wait is interrupted."""
+    future = asyncio.run_coroutine_threadsafe(coroutine, loop())
+    try:
+        return future.result()
+    except BaseException:
+        future.cancel()
+        raise

@@ -1,0 +1,264 @@
+"""What an endpoint may do to its clients: take long, send much, count wrongly, refuse; and what a client may spend."""
+
+import contextlib
+import json
+import os
+import sqlite3
+import threading
+import time
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.models.cache import Cache
+from llf_teacher.models.client import Endpoint
+from llf_teacher.models.settings import Settings
+from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
+from llf_teacher.models.waiting import wait_for
+
+REQUEST = {"model": "m", "messages": [{"role": "user", "content": "north or south?"}], "max_tokens": 10}
+NORTH = "Thought: it said so.\nResponse: north"
+
+
+def endpoint(url, cache=":memory:", budget=None, timeout=5.0, retries=2, key=""):
+    return Endpoint(url, Settings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
+
+
+def test_the_time_limit_is_for_the_whole_request():
+    """A byte now and then keeps a connection alive, not a request."""
+    dribble = Reply(body=completion(NORTH), pause=0.05)
+    started = time.monotonic()
+    with (
+        ScriptedEndpoint(lambda request: dribble) as server,
+        pytest.raises(LLMError, match=r"in 1 attempts, timed out after 0\.3 seconds; LLF_LLM_TIMEOUT says how long"),
+    ):
+        endpoint(server.url, timeout=0.3, retries=0).ask(REQUEST)
+    assert 0.3 <= time.monotonic() - started < 3
+
+
+@pytest.mark.parametrize("status", [200, 400])
+def test_a_body_without_end_is_given_up(status):
+    sent = []
+
+    def answer(request):
+        sent.append(request)
+        return Reply(status, " " * 1_000_000, repeat=300)
+
+    with ScriptedEndpoint(answer) as server, pytest.raises(LLMError, match="more than 16000000 bytes"):
+        endpoint(server.url, timeout=30.0).ask(REQUEST)
+    assert len(sent) == 1
+
+
+@pytest.mark.parametrize("tokens", ["-5", "1e300", "Infinity", "NaN", '"12"', "null", "true", "12.5", "[1]", "9" * 400])
+def test_counts_that_cannot_be_are_unknown(tmp_path, tokens):
+    body = json.loads(completion(NORTH))
+    body["usage"]["prompt_tokens"] = "HERE"
+    reply = Reply(body=json.dumps(body).replace('"HERE"', tokens))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        answer = endpoint(server.url, tmp_path / "c.db").answer(REQUEST, (1, 1))
+        assert (answer.text, answer.usage.input_tokens, answer.usage.usd) == (NORTH, None, None)
+        with pytest.raises(LLMError, match="does not tell the tokens it used"):
+            endpoint(server.url, budget=1.0).ask(REQUEST, (1, 1))
+    with contextlib.closing(Cache(f"{tmp_path / 'c.db'}")) as cache:
+        assert cache.by_model()[0]["unpriced"] == 1
+
+
+def test_input_that_the_endpoint_had_is_priced_so():
+    body = json.loads(completion(NORTH))
+    body["usage"] = {"prompt_tokens": 100, "completion_tokens": 1, "prompt_tokens_details": {"cached_tokens": 90}}
+    with ScriptedEndpoint(lambda request: Reply(body=json.dumps(body))) as server:
+        assert endpoint(server.url).answer(REQUEST, (1e6, 1e6, 1e5)).usage.usd == pytest.approx(10 + 9 + 1)
+        assert endpoint(server.url).answer(REQUEST, (1e6, 1e6)).usage == (100, 1, 101.0, 90)
+
+
+def test_what_is_under_way_is_reserved(tmp_path):
+    """Many at once never spend more than the limit, whatever the answers cost."""
+
+    def answer(request):
+        time.sleep(0.1)
+        return "word " * 10  # as dear as it may be
+
+    with ScriptedEndpoint(answer) as server:
+        cache = tmp_path / "c.db"
+
+        def ask(number):
+            try:
+                return endpoint(server.url, cache, budget=150.0).ask(REQUEST | {"seed": number}, (1e6, 1e6))
+            except SpendingLimitError as error:
+                return f"{error}"
+
+        with ThreadPoolExecutor(8) as pool:
+            said = list(pool.map(ask, range(12)))
+    with contextlib.closing(Cache(f"{cache}")) as kept:
+        assert 75 < kept.spent() <= 150
+    assert sum("limit of 150 USD is reached" in text for text in said) == 12 - len(server.requests)
+
+
+def test_a_pledge_of_one_who_died_runs_out(tmp_path):
+    with contextlib.closing(Cache(f"{tmp_path / 'c.db'}")) as cache:
+        assert cache.pledge(6.0, 10.0, 0.2) is not None
+        assert cache.pledge(6.0, 10.0, 0.2) is None
+        time.sleep(0.25)
+        assert cache.pledge(6.0, 10.0, 0.2) is not None
+        with pytest.raises(LookupError):
+            cache.pledge(11.0, 10.0, 0.2)
+
+
+def test_a_failed_request_gives_back_what_it_reserved(tmp_path):
+    replies = iter([Reply(400, "no"), NORTH])
+    with ScriptedEndpoint(lambda request: next(replies)) as server:
+        asked = endpoint(server.url, tmp_path / "c.db", budget=70.0)
+        with pytest.raises(LLMError, match="no"):
+            asked.ask(REQUEST, (1e6, 1e6))
+        assert asked.ask(REQUEST, (1e6, 1e6)) == NORTH
+    with contextlib.closing(sqlite3.connect(tmp_path / "c.db")) as db:
+        assert db.execute("SELECT count(*) FROM pledge").fetchone() == (0,)
+
+
+def test_a_limit_needs_a_longest_answer():
+    request = {name: value for name, value in REQUEST.items() if name != "max_tokens"}
+    with ScriptedEndpoint(lambda request: NORTH) as server:
+        with pytest.raises(LLMError, match=r"a spending limit needs a longest answer .*: max_tokens"):
+            endpoint(server.url, budget=1.0).ask(request, (1, 1))
+        assert not server.requests
+
+
+def test_a_cache_in_memory_is_refused():
+    with pytest.raises(ValueError, match=r"LLF_LLM_CACHE must be the name of a file, got ':memory:'"):
+        Settings.read("http://h/v1", {"LLF_LLM_CACHE": ":memory:"})
+
+
+def picky(*parameters, status=400):
+    """An endpoint that takes none of these parameters."""
+
+    def answer(request):
+        found = [name for name in parameters if name in request]
+        return refusal(found[0], status) if found else NORTH
+
+    return answer
+
+
+@pytest.mark.parametrize("status", [400, 422])
+def test_a_refused_parameter_is_left_out_and_remembered(tmp_path, status):
+    request = REQUEST | {"temperature": 0.0, "seed": 3}
+    with ScriptedEndpoint(picky("max_tokens", "temperature", status=status)) as server:
+        asked = endpoint(server.url, tmp_path / "c.db")
+        answer = asked.answer(request)
+        assert (answer.text, answer.unsent) == (NORTH, ("max_tokens", "temperature"))
+        asked.ask(request | {"seed": 4})
+        again = endpoint(server.url, tmp_path / "c.db").answer(request)
+    assert again == answer
+    assert [set(each) - {"model", "messages"} for each in server.requests] == [
+        {"max_tokens", "temperature", "seed"},
+        {"max_completion_tokens", "temperature", "seed"},
+        {"max_completion_tokens", "seed"},
+        {"max_completion_tokens", "seed"},
+    ]
+    assert server.requests[-1]["max_completion_tokens"] == 10
+
+
+def test_a_refusal_in_words_alone():
+    """As of servers that name no parameter apart."""
+    replies = iter([Reply(400, '{"detail": "Unrecognized request argument supplied: seed"}'), NORTH])
+    with ScriptedEndpoint(lambda request: next(replies)) as server:
+        assert endpoint(server.url).ask(REQUEST | {"seed": 3}) == NORTH
+    assert "seed" not in server.requests[-1]
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        "'max_tokens' is too large: 10. This model's maximum context length is 5 tokens.",
+        "Unsupported parameter: 'messages' is not supported.",
+    ],
+)
+def test_other_troubles_are_no_refusal(told):
+    reply = Reply(400, json.dumps({"error": {"message": told, "param": None, "code": None}}))
+    with ScriptedEndpoint(lambda request: reply) as server, pytest.raises(LLMError, match="gave no answer"):
+        endpoint(server.url).ask(REQUEST)
+    assert len(server.requests) == 1
+
+
+def test_a_limit_cannot_be_kept_where_no_length_is_taken():
+    with (
+        ScriptedEndpoint(picky("max_tokens", "max_completion_tokens")) as server,
+        pytest.raises(LLMError, match="takes no max_tokens, so that no spending limit can be kept"),
+    ):
+        endpoint(server.url, budget=100.0).ask(REQUEST, (1, 1))
+
+
+def test_a_prompt_that_is_too_long_is_an_error_of_its_own(tmp_path):
+    with ScriptedEndpoint(lambda request: too_long(request, 2) or NORTH) as server:
+        with pytest.raises(LLMError, match="maximum context length is 2 tokens") as caught:
+            endpoint(server.url).ask(REQUEST)
+        assert not isinstance(caught.value, SpendingLimitError)
+    assert len(server.requests) == 1
+
+
+def test_a_filtered_answer_is_an_error_that_is_paid_once(tmp_path):
+    reply = Reply(body=completion(None, finish="content_filter"))
+    with ScriptedEndpoint(lambda request: reply) as server:
+        for _ in range(2):
+            with pytest.raises(LLMError, match=r"the content filter of .* withholds what m says"):
+                endpoint(server.url, tmp_path / "c.db").ask(REQUEST)
+    assert len(server.requests) == 1
+
+
+def test_threads_that_ask_the_same_pay_once(tmp_path):
+    def answer(request):
+        time.sleep(0.2)
+        return NORTH
+
+    with ScriptedEndpoint(answer) as server:
+        asked = endpoint(server.url, tmp_path / "c.db")
+        with ThreadPoolExecutor(8) as pool:
+            assert set(pool.map(lambda _: asked.ask(REQUEST), range(8))) == {NORTH}
+    assert len(server.requests) == 1
+
+
+def test_sixty_four_at_once(tmp_path):
+    """They take about as long as the slowest of them."""
+    under_way, most, lock = [0], [0], threading.Lock()
+
+    def answer(request):
+        with lock:
+            under_way[0] += 1
+            most[0] = max(most[0], under_way[0])
+        time.sleep(1.0)
+        with lock:
+            under_way[0] -= 1
+        return NORTH
+
+    with ScriptedEndpoint(answer) as server:
+        asked = endpoint(server.url, tmp_path / "c.db", timeout=60.0)
+        with ThreadPoolExecutor(64) as pool:
+            list(pool.map(lambda n: asked.ask(REQUEST | {"seed": n}), range(64)))
+    assert most[0] > 32
+
+
+def test_one_may_wait_in_a_process_that_was_forked():
+    async def one():
+        return 1
+
+    assert wait_for(one()) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of newer Pythons: there is a thread, which is the point
+        child = os.fork()
+    if child == 0:
+        os._exit(0 if wait_for(one()) == 1 else 1)
+    assert os.waitpid(child, 0)[1] == 0
+
+
+def test_a_streamed_answer():
+    """Of the scripted endpoint, for the clients of others."""
+    import openai
+
+    with (
+        ScriptedEndpoint(lambda request: NORTH) as server,
+        openai.OpenAI(base_url=server.url, api_key="none") as client,
+    ):
+        parts = client.chat.completions.create(model="m", messages=REQUEST["messages"], stream=True)
+        assert "".join(part.choices[0].delta.content or "" for part in parts).strip() == NORTH
+        assert client.models.list().data == []
