@@ -53,6 +53,9 @@ class SeatsEnv(AECEnv):
         "render_fps": 4,
     }
 
+    max_turns: int
+    """Actions that a student has in an episode."""
+
     def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
         if speech not in SPEECHES:
             raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
@@ -96,6 +99,10 @@ class SeatsEnv(AECEnv):
     def moment_of(self, student: str) -> Moment[Any]:
         """A student's last turn, as its teacher sees it: privileged."""
 
+    def turns_left(self, student: str = STUDENT) -> int:
+        """How many actions a student has yet, if nothing else ends its episode."""
+        return self.max_turns - self.moment_of(student).turn
+
     @abstractmethod
     def as_text(self) -> str:
         """The state of affairs for human eyes."""
@@ -118,10 +125,11 @@ class SeatsEnv(AECEnv):
 def entitled(policy: Any, env: SeatsEnv, student: str = STUDENT) -> dict[str, Any]:
     """The info that a policy in a student's seat may see.
 
-    That is the seat's own, less the atoms for a reader of words, and with `reward` (of its last turn; with the atoms
-    for a reader of advice) or the privileged `moment` for one that learns from these; see `reads` of students.
+    That is the seat's own with `turns_left`, less the atoms for a reader of words, and with `reward` (of its last turn;
+    with the atoms for a reader of advice) or the privileged `moment` for one that learns from these; see `reads` of
+    students.
     """
-    info = dict(env.infos[student])
+    info = {**env.infos[student], "turns_left": env.turns_left(student)}
     reads = getattr(policy, "reads", "atoms")
     if reads in ("nothing", "reward", "words"):
         info.pop("atoms", None)  # there are none before the teacher has spoken

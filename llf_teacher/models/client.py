@@ -61,16 +61,16 @@ class Endpoint:
         )
         weakref.finalize(self, _close, self._client).atexit = False
 
-    def ask(self, request: dict[str, Any], prices: tuple[float, ...] | None = None) -> str:
+    def ask(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None = None) -> str:
         """The model's answer, without what it thought before; see `answer`."""
         return self.answer(request, prices).text
 
-    def answer(self, request: dict[str, Any], prices: tuple[float, ...] | None = None) -> Answer:
+    def answer(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None = None) -> Answer:
         """The model's answer, from the cache if it has been given before.
 
         Args:
             request: the body of a chat completion: `model`, `messages` and the rest.
-            prices: USD per million tokens of input, of output and, where it is another, of cached input; None: unknown.
+            prices: in USD per million tokens, of input and of output; None: unknown.
 
         Raises:
             LLMError: there is none, and trying again has not helped.
@@ -163,7 +163,7 @@ class Endpoint:
         status = getattr(error, "status_code", None)
         wait = error.response.headers.get("retry-after") if status else None  # type: ignore[attr-defined]
         hint = f"; set {KEY}" if status == 401 else f"; it asks to wait {wait} seconds" if wait else ""
-        text = " ".join(dict.fromkeys(filter(None, map(str, _causes(error)))))
+        text = " ".join(dict.fromkeys(filter(None, map(str, [error] if status else _causes(error)))))
         return f"{self.base_url} gave no answer: {type(error).__name__}: {self._clean(text)[:_EXCERPT]}{hint}"
 
     def _pledge(self, request: dict[str, Any], prices: Prices | None) -> int | None:

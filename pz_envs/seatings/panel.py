@@ -104,6 +104,7 @@ class PanelEnv(SeatsEnv):
             raise ValueError(f"order {order!r} is unknown; allowed: {', '.join(ORDERS)}")
         self.desk, self.order = desk, order
         self.teachers = tuple(f"{TEACHER[:-1]}{i}" for i in range(len(teachers)))
+        self.max_turns = desk.max_turns
         self.possible_agents = [*self.teachers, STUDENT]
         self.seats = {
             agent: TeacherSeat(

@@ -338,6 +338,6 @@ def test_the_extra_is_missing(tmp_path, monkeypatch):
 def test_prompts_are_in_the_manifest():
     (facts,) = manifest(study("http://h/v1"))["students"].values()
     assert set(facts["prompts"]) == {"system.j2", "turn.j2"}
-    assert "Response: <the action" in facts["prompts"]["system.j2"]["text"]
+    assert "`Response:` and your action" in facts["prompts"]["system.j2"]["text"]
     assert len(facts["prompts"]["turn.j2"]["sha256"]) == 64
     assert LLM(model="m").facts() == facts

@@ -14,6 +14,7 @@ import pytest
 from llf_teacher.models import LLMError, SpendingLimitError
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import Endpoint
+from llf_teacher.models.replies import Prices
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
 from llf_teacher.models.waiting import wait_for
@@ -69,7 +70,7 @@ def test_input_that_the_endpoint_had_is_priced_so():
     body = json.loads(completion(NORTH))
     body["usage"] = {"prompt_tokens": 100, "completion_tokens": 1, "prompt_tokens_details": {"cached_tokens": 90}}
     with ScriptedEndpoint(lambda request: Reply(body=json.dumps(body))) as server:
-        assert endpoint(server.url).answer(REQUEST, (1e6, 1e6, 1e5)).usage.usd == pytest.approx(10 + 9 + 1)
+        assert endpoint(server.url).answer(REQUEST, Prices(1e6, 1e6, 1e5)).usage.usd == pytest.approx(10 + 9 + 1)
         assert endpoint(server.url).answer(REQUEST, (1e6, 1e6)).usage == (100, 1, 101.0, 90)
 
 

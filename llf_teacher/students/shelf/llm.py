@@ -4,56 +4,66 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
-
-import jinja2
 
 from llf_teacher.models import settings
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import check_extra, connect
+from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import Settings
-from llf_teacher.students.student import Policy, Student, state_of
+from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, check_manner, digest_of, texts_of
+from llf_teacher.students.student import Policy, Student
 from teachers.spec import check_range
 
-PROMPTS = Path(__file__).with_name("prompts")
-_OURS = ("model", "messages", "stream", "n")
+_OURS = ("model", "messages", "stream", "n", "tools", "tool_choice", "response_format")
+_APART = "#"  # between a folder of prompts and what tells them from others
 
 
 class _Policy(Policy["LLM"]):
-    """Keeps the conversation of an episode."""
+    """Keeps the conversation of an episode, or of a lifetime of episodes."""
+
+    _talk: Conversation | None = None
+    _goes_on = False
 
     def begin(self) -> None:
-        """Have said nothing."""
+        """Have said nothing, unless the episode before was the same student's."""
         spec = self.spec
         self._endpoint = connect(spec.base_url, Settings.read(spec.base_url))
-        self._system, self._turn = (_template(name) for name in ("system.j2", "turn.j2"))
         sampling = {
             "temperature": spec.temperature,
             "max_tokens": spec.max_tokens,
             "seed": int(self.rng.integers(2**31)) if spec.seed else None,
         }
         self._sampling = {name: value for name, value in sampling.items() if value is not None}
-        self._exchanges: list[dict[str, str]] = []
-        self._instruction = ""
+        if self._talk is None or not self._goes_on:
+            self._talk = Conversation(
+                self.world,
+                history=spec.history,
+                max_prompt_tokens=spec.max_prompt_tokens,
+                answer=spec.answer,
+                prompts=spec.folder,
+                rng=self.rng,
+            )
+        self._opening, self._goes_on = True, False
+        self._last: Answer | None = None
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
         """What the model answers; the seat finds the action in it."""
-        spec = self.spec
-        words = self._turn.render(
-            observation=state_of(observation),
-            feedback=observation["feedback"],
-            turn=len(self._exchanges) // 2 + 1,
-        )
-        self._instruction = self._instruction or f"{observation['instruction']!s}"
-        system = {"role": "system", "content": self._system.render(instruction=self._instruction)}
-        asked = {"role": "user", "content": words}
-        past = self._exchanges[-2 * spec.history :] if spec.history else []
-        request = {"model": spec.model, "messages": [system, *past, asked], **self._sampling, **(spec.extra or {})}
-        answer = self._endpoint.ask(request, spec.prices)
-        self._exchanges += [asked, {"role": "assistant", "content": answer}]
-        return answer
+        spec, talk = self.spec, self._talk
+        assert talk is not None  # noqa: S101 (there is one after `begin`)
+        seen = observation if self._opening else {**observation, "instruction": ""}
+        self._opening = False
+        messages = talk.ask(seen, info.get("turns_left"))
+        request = {"model": spec.model, "messages": messages, **talk.options, **self._sampling, **(spec.extra or {})}
+        self._last = answer = self._endpoint.answer(request, spec.prices)
+        return talk.answer(answer.raw, call=answer.call, input_tokens=answer.usage.input_tokens)
+
+    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
+        """Remember the episode in the next one."""
+        if self._talk is not None:
+            self._talk.next_episode(f"{observation['feedback']!s}")
+            self._goes_on = True
 
 
 @dataclass(frozen=True)
@@ -75,10 +85,18 @@ class LLM(Student):
     """Whether a sampling seed is sent, which depends on the episode's seed only."""
     history: int = 20
     """How many past turns are sent along, the latest ones; the instruction always is."""
+    max_prompt_tokens: int | None = None
+    """Greatest length of a prompt, about: history beyond is cut in blocks, never the instruction. None: any."""
+    answer: str = "text"
+    """What the model answers with: `text`, a `json` object, or a call of a `tool`."""
+    prompts: str | None = None
+    """Folder of templates `system.j2` and `turn.j2` in place of ours; the spec adds what tells them from others."""
     input_price: float | None = None
     """USD per million tokens; None: unknown."""
     output_price: float | None = None
     """USD per million tokens; None: unknown."""
+    cached_price: float | None = None
+    """Of input that the endpoint had in its cache; None: as other input."""
     extra: dict[str, Any] | None = None
     """More of the request's body, such as `{'reasoning_effort': 'low'}`."""
 
@@ -96,21 +114,28 @@ class LLM(Student):
             check_range("temperature", self.temperature, 0, 10)
         if self.max_tokens is not None:
             check_range("max_tokens", self.max_tokens, 1, 1_000_000, int)
-        check_range("history", self.history, 0, 1000, int)
+        check_manner(self.history, self.max_prompt_tokens, self.answer)
+        if self.prompts is not None:
+            object.__setattr__(self, "prompts", _told_apart(self.prompts))
         if not isinstance(self.seed, bool):
             raise ValueError(f"seed must be True or False, got {self.seed!r}")
-        for name in ("input_price", "output_price"):
+        for name in ("input_price", "output_price", "cached_price"):
             if (price := getattr(self, name)) is not None:
                 check_range(name, price, 0, 1_000_000)
         if self.extra is not None:
             _check_extra_body(self.extra)
 
     @property
-    def prices(self) -> tuple[float, float] | None:
-        """Of input and of output, in USD per million tokens; None unless both are known."""
+    def prices(self) -> Prices | None:
+        """In USD per million tokens; None unless those of input and of output are known."""
         if self.input_price is None or self.output_price is None:
             return None
-        return self.input_price, self.output_price
+        return Prices(self.input_price, self.output_price, self.cached_price)
+
+    @property
+    def folder(self) -> str | None:
+        """Where its templates are; None: where ours are."""
+        return None if self.prompts is None else self.prompts.rpartition(_APART)[0]
 
     def check(self, environment: Mapping[str, str]) -> None:
         """Make sure that the client is there, and that a spending limit can be kept."""
@@ -118,24 +143,33 @@ class LLM(Student):
         found = Settings.read(self.base_url, environment)
         if found.budget is not None and self.prices is None:
             raise ValueError(f"a spending limit needs prices: add input_price=..., output_price=... to {str(self)!r}")
+        if found.budget is not None and self.max_tokens is None:
+            raise ValueError(f"a spending limit needs a longest answer: give a number as max_tokens in {str(self)!r}")
         Cache(found.cache).close()
 
     def facts(self) -> dict[str, Any]:
-        """The prompts, each with the SHA-256 of its file."""
+        """The prompts, each with its SHA-256."""
+        texts = zip((SYSTEM, TURN), texts_of(self.folder), strict=True)
         return {
             "prompts": {
-                path.name: {"sha256": hashlib.sha256(path.read_bytes()).hexdigest(), "text": path.read_text("utf-8")}
-                for path in sorted(PROMPTS.glob("*.j2"))
+                name: {"sha256": hashlib.sha256(text.encode()).hexdigest(), "text": text} for name, text in texts
             }
         }
 
 
-def _template(name: str) -> jinja2.Template:
-    text = (PROMPTS / name).read_text(encoding="utf-8")
-    template: jinja2.Template = jinja2.Template(
-        text, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    return template
+def _told_apart(prompts: Any) -> str:
+    """A folder of prompts with the digest of what is in it, as it stands in a spec.
+
+    Raises:
+        ValueError: there are no prompts, or they are not what they were.
+    """
+    folder, _, was = f"{prompts}".rpartition(_APART) if _APART in f"{prompts}" else (f"{prompts}", "", "")
+    now = digest_of(folder)
+    if was and was != now:
+        raise ValueError(
+            f"the prompts in {folder} are not those of {prompts!r}; leave out {_APART + was!r} to use them"
+        )
+    return f"{folder}{_APART}{now}"
 
 
 def _checked_url(url: Any) -> str:

@@ -111,7 +111,7 @@ class ClassroomEnv(SeatsEnv):
         super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
         check_flags(same_world=same_world)
         self.desks = tuple(desks)
-        self.purse = desks[0].purse
+        self.purse, self.max_turns = desks[0].purse, desks[0].max_turns
         self._sayings = sayings(speech)
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))

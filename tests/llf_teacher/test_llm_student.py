@@ -1,0 +1,269 @@
+"""How the student `llm` converses: with models that reason, that answer in JSON or by tools, that have little room."""
+
+import itertools
+import json
+
+import numpy as np
+import pytest
+
+import llf_teacher
+from llf_teacher.models import LLMError
+from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, too_long
+from llf_teacher.registry import PREFIX
+from llf_teacher.students.answers import ANSWERS, action_in, example, schema, written
+from llf_teacher.students.conversation import Conversation
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.study import Study
+from pz_envs.family import all_families
+from pz_envs.text_mode import parse_action
+from teachers.atoms import ParseFailure
+
+GRIDWORLD = "llf-gridworld-v0"
+FAMILIES = [family for family in all_families() if not family.missing()]
+
+
+@pytest.fixture(autouse=True)
+def _no_settings(monkeypatch):
+    for name in ("MODEL", "BASE_URL", "API_KEY", "CACHE", "BUDGET", "TIMEOUT", "RETRIES"):
+        monkeypatch.delenv(f"LLF_LLM_{name}", raising=False)
+        monkeypatch.delenv(f"OPENAI_{name}", raising=False)
+
+
+def episode(url, options="", **changes):
+    settings = {"ids": [GRIDWORLD], "teachers": ["oracle"], "seeds": 1, "max_turns": 4}
+    return play(next(Study(students=[f"llm(model='m', base_url='{url}'{options})"], **(settings | changes)).episodes()))
+
+
+def contents(request):
+    return [message["content"] for message in request["messages"]]
+
+
+@pytest.mark.parametrize(
+    "reply",
+    [
+        lambda: "<think>north? no, west.</think>\nResponse: west",
+        lambda: Reply(body=completion("Response: west", reasoning_content="north? no, west.")),
+        lambda: Reply(body=completion("Response: west", reasoning="north? no, west.")),
+        lambda: Reply(
+            body=completion(
+                [
+                    {"type": "thinking", "thinking": [{"type": "text", "text": "north? no, west."}]},
+                    {"type": "text", "text": "Response: west"},
+                ]
+            )
+        ),
+    ],
+)
+def test_thoughts_are_neither_read_nor_sent_back(reply):
+    with ScriptedEndpoint(lambda request: reply()) as server:
+        record = episode(server.url)
+    assert {turn.action for turn in record.turns[1:]} == {"2"}
+    assert len(server.requests) == 4
+    assert "north? no" not in json.dumps(server.requests)
+    assert contents(server.requests[-1])[2] == "Response: west"
+
+
+def test_an_answer_of_thoughts_alone_is_not_sent_back():
+    """Many chat templates refuse an empty turn, and two turns of one side: what was asked is asked together."""
+    answers = iter(["<think>hm", "Response: west", "Response: west", "<think>"])
+    with ScriptedEndpoint(lambda request: next(answers)) as server:
+        record = episode(server.url)
+    assert [turn.parse_failure is not None for turn in record.turns] == [False, True, False, False, True]
+    assert [message["role"] for message in server.requests[1]["messages"]] == ["system", "user"]
+    assert "in turn 1?" in contents(server.requests[1])[-1]
+    assert "in turn 2?" in contents(server.requests[1])[-1]
+    roles = [message["role"] for message in server.requests[3]["messages"]]
+    assert roles == ["system", "user", "assistant", "user", "assistant", "user"]
+    assert all(content for request in server.requests for content in contents(request))
+
+
+def test_the_prompt_says_how_many_turns_are_left():
+    with ScriptedEndpoint(lambda request: "Response: no") as server:
+        episode(server.url)
+    ends = [contents(request)[-1].splitlines()[-1] for request in server.requests]
+    assert ends == [
+        "What do you do in turn 1? You have 4 turns left, this one included.",
+        "What do you do in turn 2? You have 3 turns left, this one included.",
+        "What do you do in turn 3? You have 2 turns left, this one included.",
+        "What do you do in turn 4? It is the last one.",
+    ]
+
+
+def test_the_prompt_has_an_example_in_place_of_what_could_be_copied():
+    with ScriptedEndpoint(lambda request: contents(request)[0].strip().splitlines()[-1]) as server:
+        record = episode(server.url)
+    assert record.episode.parse_failures == 0, "the example is an action"
+    assert "<" not in contents(server.requests[0])[0]
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_an_example_is_read_as_an_action_in_each_family(family, answer):
+    world = family.make_world()
+    said = {written(world.scratch(), np.random.default_rng(seed)) for seed in range(5)}
+    for action in said:
+        shown = example(answer, action)
+        assert shown.count("\n") <= 4
+        text, thought = action_in(answer, shown)
+        assert not isinstance(parse_action(text, world), ParseFailure), shown
+        assert bool(thought) == (answer != "text")
+    assert len(said) > 1
+
+
+def test_a_schema_says_what_the_action_is():
+    actions = {family.name: schema(family.make_world())["properties"]["action"] for family in FAMILIES}
+    assert actions["gridworld"] == {"enum": ["north", "east", "west", "south"]}
+    assert actions["bandits"]["type"] == "integer"
+    assert actions["poem"] == {"type": "string"}
+    assert actions["parking"] == {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+
+
+@pytest.mark.parametrize("action", ["west", 2])
+def test_answers_in_json(action):
+    said = json.dumps({"thought": "it said so", "action": action})
+    with ScriptedEndpoint(lambda request: said) as server:
+        record = episode(server.url, ", answer='json'")
+    assert {turn.action for turn in record.turns[1:]} == {"2"}
+    form = server.requests[0]["response_format"]["json_schema"]["schema"]
+    assert form["properties"]["action"] == {"enum": ["north", "east", "west", "south"]}
+    assert contents(server.requests[-1])[2] == said
+
+
+@pytest.mark.parametrize("said", ["west or so", '{"action": 1, "action": 2}', "[1]", '{"thought": "west"}'])
+def test_what_is_not_the_json_that_was_asked_for_is_a_turn(said):
+    with ScriptedEndpoint(lambda request: said) as server:
+        assert episode(server.url, ", answer='json'").episode.parse_failures == 4
+
+
+def call(*actions):
+    calls = [
+        {"id": f"c{n}", "type": "function", "function": {"name": "act", "arguments": json.dumps({"action": action})}}
+        for n, action in enumerate(actions)
+    ]
+    return Reply(body=completion(None, finish="tool_calls", tool_calls=calls))
+
+
+def test_answers_by_a_tool():
+    with ScriptedEndpoint(lambda request: call("west")) as server:
+        record = episode(server.url, ", answer='tool'")
+    assert {turn.action for turn in record.turns[1:]} == {"2"}
+    last = server.requests[-1]
+    assert last["tool_choice"] == {"type": "function", "function": {"name": "act"}}
+    assert [message["role"] for message in last["messages"]] == ["system", "user", *["assistant", "tool"] * 3]
+    assert last["messages"][2]["tool_calls"][0]["function"]["arguments"] == '{"action": "west"}'
+    assert last["messages"][3]["tool_call_id"] == "c0"
+    assert record.turns[1].feedback in last["messages"][3]["content"]
+
+
+def test_two_calls_are_no_action():
+    with ScriptedEndpoint(lambda request: call("west", "east")) as server:
+        assert episode(server.url, ", answer='tool'").episode.parse_failures == 4
+
+
+def test_the_history_is_cut_in_blocks():
+    """So that the beginning of a prompt stays as it is for many turns, and an endpoint's cache of it has its worth."""
+    with ScriptedEndpoint(lambda request: too_long(request, 800) or "Response: no") as server:
+        record = episode(server.url, ", max_prompt_tokens=800, history=1000", max_turns=40, ids=["llf-poem-Haiku-v0"])
+    assert record.episode.turns == 40
+    starts = [contents(request)[1].rpartition("turn ")[2] for request in server.requests]
+    lengths = [len(request["messages"]) for request in server.requests]
+    cuts = sum(after != before for before, after in itertools.pairwise(starts))
+    assert 2 <= cuts <= 8
+    assert max(lengths) > 12
+    assert len({contents(request)[0] for request in server.requests}) == 1
+
+
+def test_a_prompt_that_cannot_be_cut_is_an_error_of_the_episode():
+    with (
+        ScriptedEndpoint(lambda request: too_long(request, 100) or "Response: no") as server,
+        pytest.raises(LLMError, match="maximum context length is 100 tokens"),
+    ):
+        episode(server.url, ", max_prompt_tokens=100")
+    assert len(server.requests[0]["messages"]) == 2, "the instruction is never cut"
+
+
+def test_prompts_of_ones_own(tmp_path):
+    (tmp_path / "system.j2").write_text("Do this: {{ instruction }} Like this: {{ example }}")
+    with ScriptedEndpoint(lambda request: "Response: west") as server:
+        student = f"llm(model='m', base_url='{server.url}', prompts={str(tmp_path)!r})"
+        study = Study(ids=[GRIDWORLD], teachers=["oracle"], students=[student], seeds=1, max_turns=1)
+        play(next(study.episodes()))
+        assert contents(server.requests[0])[0].startswith("Do this: ")
+        assert "What do you do in turn 1?" in contents(server.requests[0])[1]
+        spec = study.students[0]
+        assert parse_student(spec).facts()["prompts"]["system.j2"]["text"].startswith("Do this")
+        assert f"{parse_student(spec)}" == spec
+        (tmp_path / "system.j2").write_text("Do that: {{ instruction }}")
+        with pytest.raises(ValueError, match="are not those of"):
+            parse_student(spec)
+        assert f"{parse_student(student)}" != spec
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("{{ secret }}", "is no template: 'secret' is undefined; it may use instruction, example, answer"),
+        ("{% if %}", "is no template"),
+        (None, r"prompts must be a folder with system\.j2 or turn\.j2 or both"),
+    ],
+)
+def test_prompts_that_are_none(tmp_path, text, match):
+    if text is not None:
+        (tmp_path / "system.j2").write_text(text)
+    with pytest.raises(ValueError, match=match):
+        parse_student(f"llm(model='m', prompts={str(tmp_path)!r})")
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ("answer='xml'", "answer must be one of text, json, tool, got 'xml'"),
+        ("max_prompt_tokens=0", "max_prompt_tokens must be an integer from 1"),
+        ("cached_price=-1", "cached_price must be a number from 0"),
+        ("extra={'tools': []}", "without the keys model, messages, stream, n, tools"),
+    ],
+)
+def test_options_that_are_not_allowed(options, match):
+    with pytest.raises(ValueError, match=match):
+        parse_student(f"llm(model='m', {options})")
+
+
+def test_a_limit_is_refused_where_answers_have_no_length():
+    with pytest.raises(ValueError, match="a spending limit needs a longest answer"):
+        parse_student("llm(model='m', input_price=1, output_price=1, max_tokens=None)").check({"LLF_LLM_BUDGET": "1"})
+
+
+def test_a_student_remembers_its_lifetime():
+    with ScriptedEndpoint(lambda request: "Response: no") as server:
+        student = f"llm(model='m', base_url='{server.url}')"
+        env = llf_teacher.TeacherEnv(GRIDWORLD, student=student, episodes=2, max_turns=2)
+        for seed in (1, 2):
+            env.reset(seed=seed)
+            over = False
+            while not over:
+                _, _, terminated, truncated, _ = env.step(31)
+                over = terminated or truncated
+    assert [len(request["messages"]) for request in server.requests] == [2, 4, 6, 8] * 2
+    last = contents(server.requests[2])[-1]
+    assert last.startswith("A new episode of the same task begins.\n\nThe teacher says: ")
+    assert "in turn 1? You have 2 turns left" in last
+
+
+def test_a_conversation_of_ones_own():
+    """As in the README: what `llm` sends, for any model."""
+    env = llf_teacher.make(PREFIX + "gridworld-v0", text=True, max_turns=3)
+    talk = Conversation(env)
+    sent = []
+    for seed in (1, 2):
+        observation, _ = env.reset(seed=seed)
+        over = False
+        while not over:
+            sent.append(talk.ask(observation))
+            action = talk.answer("<think>hm</think>Response: north")
+            observation, _, terminated, truncated, _ = env.step(action)
+            over = terminated or truncated
+        assert talk.thought == "hm"
+    assert [len(messages) for messages in sent] == [2, 4, 6] * 2
+    assert all(messages[0] == sent[0][0] for messages in sent[:3])
+    assert "You have 3 turns left" in sent[3][1]["content"]
