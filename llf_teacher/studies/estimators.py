@@ -1,0 +1,163 @@
+"""Estimates over many tasks, after Agarwal et al. (2021), "Deep Reinforcement Learning at the Edge of the Statistical
+Precipice": interquartile mean, performance profiles, probability of improvement.
+
+Scores come as one array of runs a task, and tasks may have different numbers of runs: every task weighs the same.
+Intervals are percentile intervals of the stratified bootstrap, which draws runs anew within each task. With equally
+many runs a task, the estimates are those of the library `rliable`.
+"""  # noqa: D205
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from llf_teacher.studies.statistics import LEVEL, Band, Estimate
+
+RESAMPLES = 1999
+"""Bootstrap samples."""
+_SEED = 0
+_BATCH = 500_000  # numbers drawn at once, which bounds memory
+_ROUNDING = 1e-9
+
+Table = NDArray[np.float64]
+Strata = Sequence[ArrayLike]
+"""Scores: shape (runs,) a task."""
+
+
+class Profile(NamedTuple):
+    """A performance profile."""
+
+    thresholds: Table
+    """Scores, shape (m,)."""
+    band: Band
+    """Share of the runs, 0 to 1, whose score is above each of them."""
+
+
+def interquartile_mean(scores: Strata) -> Estimate:
+    """Mean of the middle half of all runs of all tasks, with its interval; n counts runs.
+
+    A quarter of the runs is cut off at either end, rounded down to whole runs, as by `scipy.stats.trim_mean`.
+
+    Raises:
+        ValueError: there is no task, or one without runs.
+    """
+    tasks = _tasks(scores)
+    weights = np.concatenate([np.full(len(task), 1 / len(task) / len(tasks)) for task in tasks])
+
+    def middle(runs: Table) -> Table:
+        order = np.argsort(runs, axis=-1, kind="stable")
+        weight = np.take(weights, order)
+        below = np.cumsum(weight, axis=-1)
+        weight = weight * ((below > 0.25 + _ROUNDING) & (below - weight < 0.75 - _ROUNDING))
+        mean: Table = (np.take_along_axis(runs, order, axis=-1) * weight).sum(axis=-1) / weight.sum(axis=-1)
+        return mean
+
+    estimates = [middle(np.concatenate(drawn, axis=-1)) for drawn in _drawn(tasks)]
+    return _estimate(float(middle(np.concatenate(tasks))), estimates, tasks)
+
+
+def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
+    """Share of the runs whose score is above each threshold, averaged over the tasks, with pointwise intervals.
+
+    Args:
+        scores: as above.
+        thresholds: shape (m,).
+
+    Raises:
+        ValueError: there is no task, or one without runs.
+    """
+    levels = np.asarray(thresholds, dtype=float)
+    above = [(task[:, None] > levels).astype(float) for task in _tasks(scores)]
+    mean = np.mean([task.mean(axis=0) for task in above], axis=0)
+    if min(map(len, above)) == 1:
+        missing = np.full_like(mean, np.nan)
+        return Profile(levels, Band(mean, missing, missing))
+    samples = np.concatenate([np.mean([task.mean(axis=1) for task in drawn], axis=0) for drawn in _drawn(above)])
+    low, high = _ends(samples)
+    return Profile(levels, Band(mean, low, high))
+
+
+def probability_of_improvement(scores: Strata, others: Strata) -> Estimate:
+    """How likely a run has a higher score than one of another algorithm, averaged over the tasks; n counts runs.
+
+    In each task this is the statistic of Mann & Whitney (1947) over the number of pairs of runs, where ties count half.
+    Runs of both that are equally many in a task are of the same seeds: they are drawn together.
+
+    Raises:
+        ValueError: there is no task, one without runs, or tasks or runs of the others are not as many.
+    """
+    first, second = _tasks(scores), _tasks(others)
+    if [len(task) for task in first] != [len(task) for task in second]:
+        raise ValueError(
+            f"both must have the same runs, got {[len(task) for task in first]} and {[len(task) for task in second]}"
+        )
+    wins = [(a[:, None] > b) + 0.5 * (a[:, None] == b) for a, b in zip(first, second, strict=True)]
+    rng = np.random.default_rng(_SEED)
+    samples = np.zeros(RESAMPLES)
+    for task in wins:  # how often each run was drawn, on both sides
+        times = rng.multinomial(len(task), np.full(len(task), 1 / len(task)), size=RESAMPLES) / len(task)
+        samples += np.einsum("si,ij,sj->s", times, task, times, optimize=True) / len(wins)
+    return _estimate(float(np.mean([task.mean() for task in wins])), [samples], first)
+
+
+def curve_areas(curves: ArrayLike) -> Table:
+    """Area under each curve by the trapezoid rule, per turn: a curve's mean height, in its unit.
+
+    Args:
+        curves: shape (runs, turns), a value after each turn; before the first one it is 0.
+    """
+    table = np.asarray(curves, dtype=float)
+    if table.ndim != 2 or not table.size:
+        raise ValueError(f"curves must be a non-empty table of shape (runs, turns), got shape {table.shape}")
+    areas: Table = (table.sum(axis=1) - table[:, -1] / 2) / table.shape[1]
+    return areas
+
+
+def bootstrap_seeds(
+    table: ArrayLike, statistic: Callable[[Table], ArrayLike], resamples: int = RESAMPLES
+) -> tuple[Table, Table]:
+    """Ends of the percentile interval of a statistic of a table whose last axis is seeds, drawn whole.
+
+    Args:
+        table: shape (..., seeds).
+        statistic: of such a table, a number or an array; NaN is left out.
+        resamples: bootstrap samples.
+    """
+    values = np.asarray(table, dtype=float)
+    rng = np.random.default_rng(_SEED)
+    seeds = values.shape[-1]
+    samples = np.array([statistic(values[..., rng.integers(0, seeds, seeds)]) for _ in range(resamples)], dtype=float)
+    return _ends(samples)
+
+
+def _tasks(scores: Strata) -> list[Table]:
+    tasks = [np.asarray(task, dtype=float) for task in scores]
+    if not tasks or not all(task.ndim == 1 and task.size for task in tasks):
+        raise ValueError(
+            f"scores must be a non-empty array of runs for each task, got shapes {[t.shape for t in tasks]}"
+        )
+    return tasks
+
+
+def _drawn(tasks: Sequence[Table]) -> Iterator[list[Table]]:
+    """Batches of bootstrap samples: for each task an array of shape (samples, runs, ...)."""
+    rng = np.random.default_rng(_SEED)
+    batch = max(1, _BATCH // sum(task.size for task in tasks))
+    for start in range(0, RESAMPLES, batch):
+        samples = min(batch, RESAMPLES - start)
+        yield [task[rng.integers(0, len(task), (samples, len(task)))] for task in tasks]
+
+
+def _estimate(value: float, samples: Sequence[Table], tasks: Sequence[Table]) -> Estimate:
+    runs = sum(map(len, tasks))
+    if min(map(len, tasks)) == 1:
+        return Estimate(value, np.nan, np.nan, runs)
+    low, high = _ends(np.concatenate(samples))
+    return Estimate(value, float(low), float(high), runs)
+
+
+def _ends(samples: Table) -> tuple[Table, Table]:
+    """Ends of the percentile interval along the first axis."""
+    low, high = np.nanquantile(samples, ((1 - LEVEL) / 2, (1 + LEVEL) / 2), axis=0)
+    return low, high
