@@ -89,6 +89,11 @@ class Agent(Student):
         """Whether the agent plays in text mode."""
         return bool(getattr(self.agent, "text", self.protocol != POLICY))
 
+    @property
+    def remembers(self) -> bool:
+        """It may: within a lifetime the agent is the same."""
+        return True
+
     @cached_property
     def make(self) -> Callable[..., Any]:
         """The factory."""

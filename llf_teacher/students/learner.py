@@ -28,6 +28,11 @@ class Learner(Student):
         """`reward`, or `advice` as well."""
         return "atoms and reward" if self.trust else "reward"
 
+    @property
+    def remembers(self) -> bool:
+        """Unless it is to forget."""
+        return not self.forget
+
     def __post_init__(self) -> None:
         check_range("trust", self.trust, 0, 1)
         if not isinstance(self.forget, bool):

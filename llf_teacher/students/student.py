@@ -109,6 +109,11 @@ class Student(Spec, ABC):
         """Whether it plays in text mode: text in, text out."""
         return False
 
+    @property
+    def remembers(self) -> bool:
+        """Whether its policy may know in an episode what it learnt in those before."""
+        return False
+
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
         """A policy for environments like `world`; it gets a scratch copy."""
         return self.policy(self, family, world.scratch())

@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.design import TEST_TYPE, TESTER
+from llf_teacher.studies.lessons import attend
+from llf_teacher.studies.own import parse_teacher
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, entitled
@@ -126,17 +129,20 @@ def scenes(env: StudentEnv, student: Any, seed: int, options: dict[str, Any] | N
 
 
 def play(spec: EpisodeSpec) -> Record:
-    """Play an episode of a study, and account for it."""
+    """Play an episode of a study, and account for it; the lessons before a test are played, and not told of."""
     player = parse_student(spec.student)
+    teacher, feedback_type = (TESTER, TEST_TYPE) if spec.lessons else (spec.teacher, spec.feedback_type)
     env = make(
         spec.id,
-        teacher=spec.teacher,
+        teacher=parse_teacher(teacher),
         instruction_type=spec.instruction_type,
-        feedback_type=spec.feedback_type,
+        feedback_type=feedback_type,
         max_turns=spec.max_turns,
         text=player.text,
     )
     student = player.seat(env.family, env.aec.world)
+    if spec.lessons:
+        attend(spec, player, student)
     oracle = env.aec.teacher.oracle
     rows = []
     for scene in scenes(env, student, spec.seed):

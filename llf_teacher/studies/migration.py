@@ -50,7 +50,7 @@ def migrate(old: Path, new: Path, progress: Callable[[int, int], object] = max) 
 
 
 def _record(db: sqlite3.Connection, row: sqlite3.Row) -> Record:
-    spec = EpisodeSpec(*(row[name] for name in EpisodeSpec._fields))
+    spec = EpisodeSpec(**{name: row[name] for name in EpisodeSpec._fields if name in row.keys()})  # noqa: SIM118
     found = db.execute("SELECT * FROM turn WHERE episode = ? ORDER BY turn", (row["key"],))
     turns = tuple(TurnRow._make(turn)._replace(success=bool(turn[_SUCCESS])) for _, *turn in found)
     if spec.key != row["key"] or len(turns) != row["turns"] + 1:

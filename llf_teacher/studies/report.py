@@ -52,7 +52,10 @@ def to_toml(study: Study) -> str:
     """The study as a file for `llf study run`."""
     values = study.as_dict()
     fewer = values.pop("fewer")
+    tables = {name: table for name in ("looks", "transfer") if (table := values.pop(name))}
     lines = _assignments(values)
+    for name, table in tables.items():
+        lines += ["", f"[{name}]", *_assignments(table)]
     for pattern, lists in fewer.items():
         lines += ["", f"[fewer.{json.dumps(pattern)}]", *_assignments(lists)]
     return "\n".join(lines) + "\n"

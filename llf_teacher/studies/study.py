@@ -8,15 +8,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import llf_teacher
 from llf_teacher.registry import PREFIX, entry, supported_types
-from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.design import BASELINE, SUBSETS, Transfer, check_looks, check_transfer
+from llf_teacher.studies.own import parse_teacher, student_spec, teacher_spec
 from pz_envs.family import all_families
 from pz_envs.teacher_seat import is_count
 from teachers.feedback import format_kinds
-from teachers.personality import parse_personality
 from teachers.seeds import TREE
 from teachers.spec import unknown
 
@@ -35,11 +35,21 @@ class EpisodeSpec(NamedTuple):
     """Version of this package, and of the one that brings the family along: another version may play otherwise."""
     rules: str = ""
     """Versions of the tree of seeds and of the family's rules, as in `2.1`: what differs in it is not comparable."""
+    lessons: int = 0
+    """Episodes that the teacher taught before this one, which then is a test: nobody teaches, no feedback is given."""
+    taught: str = ""
+    """Id of the environment of the lessons; empty without lessons."""
+    worlds: str = ""
+    """Whose worlds the lessons have, of `llf_teacher.studies.lessons.WORLDS`; empty without lessons."""
 
     @property
     def key(self) -> str:
         """A digest that identifies the episode in a store."""
-        return hashlib.sha256(json.dumps(self._asdict(), sort_keys=True).encode()).hexdigest()[:32]
+        told = self._asdict() if self.lessons else dict(zip(self._fields, self[: -len(_OF_LESSONS)], strict=False))
+        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
+
+
+_OF_LESSONS = ("lessons", "taught", "worlds")
 
 
 class Grid(NamedTuple):
@@ -59,10 +69,13 @@ class Study:
     """
 
     ids: Sequence[str]
-    teachers: Sequence[str]
-    students: Sequence[str]
+    teachers: Sequence[Any]
+    """Spec strings, or objects, which are kept as such; `module:Class(key=...)` is one of your own."""
+    students: Sequence[Any]
+    """Spec strings, or factories of agents of your own, kept as `module:factory`."""
     instruction_types: Sequence[str] = ("b",)
     feedback_types: Sequence[str] = ("a",)
+    """What may be said; `"subsets"` stands for every subset of the five kinds, for an ablation."""
     seeds: int | Sequence[int] = 10
     """The seeds, each at least 0; a number n stands for 0 to n - 1."""
     max_turns: int | None = None
@@ -71,15 +84,34 @@ class Study:
     """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
     are slow. Where several patterns fit an id, the first counts.
     """
+    baseline: str = BASELINE
+    """The teacher that the others are compared with, one of `teachers`; without `silent` among them, and unless another
+    is named, there is no comparison.
+    """
+    looks: Mapping[str, Any] = field(default_factory=dict)
+    """A sequential design: after how many seeds (`at`) p-values may be looked at, and how the error is spent
+    (`spending`). See `llf_teacher.studies.design.Looks`. Episodes are played in that order.
+    """
+    transfer: Mapping[str, Any] = field(default_factory=dict)
+    """Tests without a teacher after so many `lessons`, beside the other episodes. See
+    `llf_teacher.studies.design.Transfer`.
+    """
 
     def __post_init__(self) -> None:
         problems: list[str] = []
         set_ = object.__setattr__
+        if self.feedback_types == "subsets":
+            set_(self, "feedback_types", SUBSETS)
         for name, check in _CHECKS.items():
             set_(self, name, _listed(name, getattr(self, name), check, problems))
         if self.max_turns is not None and not is_count(self.max_turns):
             problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
         set_(self, "fewer", self._shortened(problems))
+        set_(self, "baseline", self._compared(problems))
+        looks = check_looks(self.looks, len(self._seeds), problems)
+        set_(self, "looks", looks._asdict() if looks else {})
+        if not problems:
+            set_(self, "transfer", check_transfer(self.transfer, self, problems))
         if not problems:
             unsupported: dict[tuple[str, tuple[str, ...]], list[str]] = {}
             for id, type_ in itertools.product(self.ids, self.instruction_types):
@@ -91,7 +123,7 @@ class Study:
             ]
             for spec in self.teachers:
                 asked = {id: entry(id).family for id in self.ids if spec in self.grid(id).teachers}
-                served = {family.name: family.serves(spec) for family in asked.values()}
+                served = {family.name: family.serves(parse_teacher(spec)) for family in asked.values()}
                 if unable := [id for id, family in asked.items() if not served[family.name]]:
                     problems.append(
                         f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle does not give what that "
@@ -99,6 +131,21 @@ class Study:
                     )
         if problems:
             raise ValueError("; ".join(dict.fromkeys(problems)))
+
+    @property
+    def _seeds(self) -> Sequence[int]:
+        return cast(Sequence[int], self.seeds)
+
+    def _compared(self, problems: list[str]) -> str:
+        """`baseline` in canonical form; what is wrong with it is added to the problems."""
+        try:
+            baseline = teacher_spec(self.baseline)
+        except ValueError as error:
+            problems.append(f"baseline: {error}")
+            return BASELINE
+        if baseline not in self.teachers and baseline != BASELINE:
+            problems.append(f"baseline: {unknown('teacher', baseline, self.teachers)}")
+        return baseline
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
         """`fewer` in canonical form; what is wrong with it is added to the problems."""
@@ -128,19 +175,50 @@ class Study:
         return Grid(**{name: lists.get(name, getattr(self, name)) for name in Grid._fields})
 
     def episodes(self) -> Iterator[EpisodeSpec]:
-        """Every episode, seeds innermost."""
-        for id, instruction_type, feedback_type in itertools.product(
-            self.ids, self.instruction_types, self.feedback_types
+        """Every episode, seeds innermost; with `looks`, those of a look before those of the next, and with `transfer`,
+        the tests behind the others.
+        """  # noqa: D205
+        bounds = [0, *self.looks["at"]] if self.looks else [0, len(self._seeds)]
+        for first, last in itertools.pairwise(bounds):
+            wave = frozenset(self._seeds[first:last])
+            for id, instruction_type in itertools.product(self.ids, self.instruction_types):
+                grid = self.grid(id)
+                grid = grid._replace(seeds=tuple(seed for seed in grid.seeds if seed in wave))
+                yield from self._of(id, instruction_type, grid)
+
+    def _of(self, id: str, instruction_type: str, grid: "Grid") -> Iterator[EpisodeSpec]:
+        """The episodes of an environment."""
+        family = entry(id).family
+        max_turns = self.max_turns or family.max_turns
+        version, rules = llf_teacher.__version__, f"{TREE}.{family.rules}"
+        if family.version:
+            version = f"{version}+{family.distribution}-{family.version}"
+        for feedback_type, teacher, student, seed in itertools.product(self.feedback_types, *grid):
+            yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
+        if not self.transfer:
+            return
+        plan = Transfer(**self.transfer)
+        teachers, students = (
+            [each for each in given if each in chosen]
+            for given, chosen in ((grid.teachers, plan.teachers), (grid.students, plan.students))
+        )
+        for taught, number, feedback_type, teacher, student, seed in itertools.product(
+            plan.before(id), plan.lessons, plan.feedback_types, teachers, students, grid.seeds
         ):
-            family = entry(id).family
-            max_turns = self.max_turns or family.max_turns
-            version, rules = llf_teacher.__version__, f"{TREE}.{family.rules}"
-            if family.version:
-                version = f"{version}+{family.distribution}-{family.version}"
-            for teacher, student, seed in itertools.product(*self.grid(id)):
-                yield EpisodeSpec(
-                    id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules
-                )
+            yield EpisodeSpec(
+                id,
+                teacher,
+                student,
+                instruction_type,
+                feedback_type,
+                max_turns,
+                seed,
+                version,
+                rules,
+                number,
+                taught,
+                plan.worlds,
+            )
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""
@@ -162,8 +240,8 @@ def _type(value: Any) -> str:
 
 _CHECKS: dict[str, Callable[[Any], Any]] = {
     "ids": lambda id: entry(id).id,
-    "teachers": lambda spec: str(parse_personality(spec)),
-    "students": lambda spec: str(parse_student(spec)),
+    "teachers": teacher_spec,
+    "students": student_spec,
     "feedback_types": format_kinds,
     "instruction_types": _type,
     "seeds": _seed,

@@ -124,7 +124,7 @@ def old(tmp_path):
         db.executescript(OLD)
         db.execute("INSERT INTO manifest VALUES ('platform', '\"here\"')")
         for record in records:
-            row = record.spec.key, *record.spec, *record.episode[:11]
+            row = record.spec.key, *record.spec[:9], *record.episode[:11]
             db.execute(f"INSERT INTO episode VALUES ({', '.join('?' * len(row))})", row)
             turns = [(record.spec.key, *turn) for turn in record.turns]
             db.executemany(f"INSERT INTO turn VALUES ({', '.join('?' * len(turns[0]))})", turns)
@@ -209,7 +209,7 @@ def flipped(value, rng):
         return value ^ (1 << int(rng.integers(5)))
     if isinstance(value, float):
         return struct.unpack("<d", flipped(struct.pack("<d", value), rng))[0]
-    data = bytearray(value.encode() if isinstance(value, str) else value)
+    data = bytearray(value.encode() if isinstance(value, str) else value) or bytearray(1)
     data[int(rng.integers(len(data)))] ^= 1
     return data.decode() if isinstance(value, str) else bytes(data)
 

@@ -1,0 +1,118 @@
+"""What came of the episodes of a store, as numbers: for each teacher with each student one value a seed.
+
+Rows of columns in, arrays out, in memory that grows by some 40 bytes an episode. Environments of a family that have the
+same teachers and students are averaged within a seed, which is the unit of replication; episodes are only ever compared
+where all else that determines them is equal, versions and rules included.
+"""
+
+from array import array
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
+
+
+class Group(NamedTuple):
+    """What is equal for teachers and students that are compared."""
+
+    family: str
+    instruction_type: str
+    feedback_type: str
+    max_turns: int
+    version: str
+    rules: str
+    lessons: int
+    taught: str
+    worlds: str
+    ids: tuple[str, ...]
+    """The environments, over which is averaged."""
+
+
+class Cell(NamedTuple):
+    """One teacher with one student: the seeds for which all environments of the group have been played."""
+
+    seeds: NDArray[np.int64]
+    """Ascending, shape (seeds,)."""
+    regret: Numbers
+    """Mean over the environments, shape (seeds,)."""
+    success: Numbers
+    """Share of the environments with success at the last turn, shape (seeds,)."""
+    first: Numbers
+    """The turn of the first success, infinite if there is none; shape (seeds, environments)."""
+
+
+Pair = tuple[str, str]
+"""A teacher and a student."""
+Outcomes = dict[Group, dict[Pair, Cell]]
+_SETTING = (*Group._fields[:-1], "id", "teacher", "student")
+
+
+def outcomes(rows: Iterable[Any]) -> Outcomes:
+    """What came of some episodes, in the order in which groups and pairs come first.
+
+    Args:
+        rows: episodes, each a value by name for the fields of `EpisodeSpec` and `EpisodeRow`, in any order.
+    """
+    columns: dict[tuple[Any, ...], tuple[array[int], array[float]]] = {}
+    for row in rows:
+        setting = tuple([row[name] for name in _SETTING])
+        if (column := columns.get(setting)) is None:
+            column = columns[setting] = array("q"), array("d")
+        first = row["first_success"]
+        column[0].append(row["seed"])
+        column[1].extend((row["regret"], row["success"], np.inf if first is None else first))
+    found: Outcomes = {}
+    for group, parts in _groups(columns):
+        tables = {pair: [_sorted(*columns[*group[:-1], id, *pair]) for id in group.ids] for pair in parts}
+        found[group] = {pair: cell for pair, each in tables.items() if len((cell := _cell(each)).seeds)}
+    return found
+
+
+def _groups(columns: Mapping[tuple[Any, ...], Any]) -> Iterator[tuple[Group, tuple[Pair, ...]]]:
+    """The groups, each with its pairs: environments belong together that have the same ones."""
+    pairs: dict[tuple[Any, ...], dict[str, dict[Pair, None]]] = {}
+    for *common, id, teacher, student in columns:
+        pairs.setdefault(tuple(common), {}).setdefault(id, {})[teacher, student] = None
+    for common_, by_id in pairs.items():
+        alike: dict[frozenset[Pair], list[str]] = {}
+        for id, each in by_id.items():
+            alike.setdefault(frozenset(each), []).append(id)
+        for ids in alike.values():
+            yield Group._make((*common_, tuple(ids))), tuple(by_id[ids[0]])
+
+
+def _sorted(seeds: "array[int]", values: "array[float]") -> tuple[NDArray[np.int64], Numbers]:
+    """Seeds without repetitions, and three values for each."""
+    distinct, first = np.unique(np.array(seeds, np.int64), return_index=True)
+    return distinct, np.array(values).reshape(-1, 3)[first]
+
+
+def _cell(tables: list[tuple[NDArray[np.int64], Numbers]]) -> Cell:
+    seeds = tables[0][0]
+    for other, _ in tables[1:]:
+        seeds = np.intersect1d(seeds, other, assume_unique=True)
+    values = np.array([table[np.searchsorted(own, seeds)] for own, table in tables])  # (environments, seeds, 3)
+    return Cell(seeds, values[..., 0].mean(axis=0), values[..., 1].mean(axis=0), values[..., 2].T)
+
+
+def common_seeds(*cells: Cell) -> NDArray[np.int64]:
+    """The seeds that all cells have."""
+    seeds = cells[0].seeds
+    for cell in cells[1:]:
+        seeds = np.intersect1d(seeds, cell.seeds, assume_unique=True)
+    return seeds
+
+
+def at_seeds(cell: Cell, seeds: NDArray[np.int64]) -> Cell:
+    """A cell of some of its seeds."""
+    chosen = np.searchsorted(cell.seeds, seeds)
+    return Cell(cell.seeds[chosen], cell.regret[chosen], cell.success[chosen], cell.first[chosen])
+
+
+def paired(*cells: Cell) -> list[Cell]:
+    """Cells of the seeds that all of them have."""
+    seeds = common_seeds(*cells)
+    return [at_seeds(cell, seeds) for cell in cells]

@@ -1,0 +1,142 @@
+"""Teachers and students of the user's own in a study, by where they are defined: `my_package.my_module:Sleepy(naps=2)`.
+
+Studies hold text, which a file can say and another process can read. So an object is named by its module, its class and
+its parameters, and whoever plays imports that module; names without a colon are those of the shelves, as ever.
+"""
+
+import importlib
+import io
+import itertools
+import tokenize
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from llf_teacher.students.agents import is_agent
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import Student
+from teachers.personality import Personality, Pipeline, parse_personality, stages_of
+from teachers.spec import read_call, read_expression, unknown
+
+MAIN = "__main__"
+"""The program itself, a notebook's cells included: what is defined there, no other process can import."""
+
+
+def parse_teacher(spec: str | Personality) -> Personality:
+    """The personality that a spec string describes; `package.module:Class(key=...)` is one of the user's own.
+
+    Raises:
+        ValueError: bad syntax, an unknown name or parameter, or a module without such a personality.
+    """
+    if isinstance(spec, Personality) or not isinstance(spec, str) or ":" not in spec:
+        return parse_personality(spec)
+    stages = [stage for part in _parts(spec) for stage in stages_of(_one(part))]
+    return stages[0] if len(stages) == 1 else Pipeline(tuple(stages))
+
+
+def teacher_spec(teacher: Any) -> str:
+    """A teacher, given as text or as an object, as text by which `parse_teacher` finds it.
+
+    Raises:
+        ValueError: there is no such teacher, or it cannot be found by a text.
+    """
+    personality = parse_teacher(teacher)
+    text = " | ".join(map(_named, stages_of(personality)))
+    try:
+        found = parse_teacher(text)
+    except ValueError as error:
+        raise ValueError(f"{teacher!r} cannot be found by {text!r}: {error}") from None
+    if found != personality:
+        raise ValueError(
+            f"{teacher!r} is not what {text!r} makes; the parameters of a teacher in a study must be numbers, texts, "
+            "or lists of them"
+        )
+    return text
+
+
+def student_spec(student: Any) -> str:
+    """The same of a student; a function or a class is the factory of an agent, as in `module:factory`.
+
+    Raises:
+        ValueError: there is no such student, or it cannot be found by a text.
+    """
+    if callable(student) and not isinstance(student, Student):
+        student = f"{student.__module__}:{_global(student)}"
+    return str(parse_student(student))
+
+
+def homeless(specs: Iterable[str]) -> list[str]:
+    """Those of some teachers and students that are defined in `MAIN`."""
+    return [spec for spec in specs if any(part.split(":")[0].strip() == MAIN for part in _parts(spec) if ":" in part)]
+
+
+def check_portable(specs: Iterable[str]) -> None:
+    """Make sure that teachers and students can be made in another process.
+
+    Raises:
+        ValueError: some are defined in the program that runs.
+    """
+    if found := homeless(specs):
+        raise ValueError(
+            f"{', '.join(found)}: what a program or a notebook defines itself, no other process can import; put it "
+            "into a module of its own and name that, as in 'my_module:MyClass', or play here, with one worker"
+        )
+
+
+def _parts(spec: str) -> Iterator[str]:
+    """The stages of a spec, which `|` separates outside of brackets and strings."""
+    depth, start = 0, 0
+    lines = [0, *itertools.accumulate(len(line) + 1 for line in spec.split("\n"))]  # where they begin
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(spec).readline):
+            depth += (token.string in ("(", "[", "{")) - (token.string in (")", "]", "}"))
+            if token.type == tokenize.OP and token.string == "|" and not depth:
+                at = lines[token.start[0] - 1] + token.start[1]
+                yield spec[start:at]
+                start = at + 1
+    except (tokenize.TokenError, SyntaxError):
+        pass  # the rest is one part, which will not do either
+    yield spec[start:]
+
+
+def _one(part: str) -> Personality:
+    """One stage."""
+    if not is_agent(part):
+        return parse_personality(part.strip())
+    module, _, call = part.strip().partition(":")
+    try:
+        parsed = read_call(read_expression(call))
+    except ValueError:
+        parsed = None
+    if parsed is None:
+        raise ValueError(
+            f"bad teacher spec {part.strip()!r}; expected `package.module:Class` or `package.module:Class(key=value)`"
+        )
+    name, values = parsed
+    try:
+        found = vars(importlib.import_module(module.strip()))
+    except Exception as error:  # whatever a user's module does when it is imported
+        raise ValueError(f"teacher {part.strip()!r}: cannot import the module {module!r}: {error!r}") from error
+    cls = found.get(name)
+    if not (isinstance(cls, type) and issubclass(cls, Personality)):
+        names = [name for name, each in found.items() if isinstance(each, type) and issubclass(each, Personality)]
+        raise ValueError(f"teacher {part.strip()!r}: {unknown(f'personality in {module}', name, names)}")
+    try:
+        return cls(**values)
+    except TypeError as error:
+        raise ValueError(f"teacher {part.strip()!r}: {error}") from None
+
+
+def _named(stage: Personality) -> str:
+    """A stage as text, with its module if it is on no shelf."""
+    on_shelf = type(stage).__module__.rpartition(".")[0] == stage.shelf
+    return f"{stage}" if on_shelf else f"{type(stage).__module__}:{_global(type(stage))}{f'{stage}'[len(stage.name) :]}"
+
+
+def _global(thing: Any) -> str:
+    """The name under which its module has it."""
+    name = getattr(thing, "__qualname__", "")
+    if not name.isidentifier() or getattr(importlib.import_module(thing.__module__), name, None) is not thing:
+        raise ValueError(
+            f"{thing!r} cannot be found by its name; define it in a module, outside of functions and classes"
+        )
+    return str(name)
