@@ -1,0 +1,29 @@
+"""Which teachers are worth comparing, and what a comparison can show at all."""
+
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import TAUGHT
+from llf_teacher.studies.own import parse_teacher
+from llf_teacher.studies.statistics import RESAMPLES
+from teachers.feedback import parse_kinds
+
+
+def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) -> bool:
+    """Whether a student might do otherwise with a teacher than with another, given how they are made.
+
+    It cannot where it hears nothing of either: no teacher reaches it, no feedback is wanted, or both are mute. Such a
+    pair is no comparison, and is not counted among those that p-values are adjusted for.
+    """
+    if teacher == baseline or parse_student(student).reads not in TAUGHT or not parse_kinds(feedback_type):
+        return False
+    return not (parse_teacher(teacher).mute and parse_teacher(baseline).mute)
+
+
+def least_p(seeds: int) -> float:
+    """The least p-value that `statistics.paired_difference` can give of so many pairs.
+
+    All differences have the same sign: of the 2**n ways to flip them, two are as extreme. Where signs are flipped at
+    random, beyond `statistics.RESAMPLES` ways, the observed one counts as one of them (Phipson & Smyth 2010).
+    """
+    if seeds < 1:
+        raise ValueError(f"a comparison needs at least one seed, got {seeds}")
+    return min(1.0, 2 / 2**seeds) if 2**seeds <= RESAMPLES else 2 / (RESAMPLES + 1)

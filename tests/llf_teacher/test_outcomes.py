@@ -1,0 +1,127 @@
+"""Outcomes of episodes by teacher and student, what a comparison can show, and how many seeds it needs."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from llf_teacher.studies.contrasts import can_differ, least_p
+from llf_teacher.studies.outcomes import outcomes, paired
+from llf_teacher.studies.power import needs, power, seeds_needed
+from llf_teacher.studies.statistics import paired_difference
+from llf_teacher.studies.study import EpisodeSpec
+
+SPEC = EpisodeSpec("a-v0", "silent", "obedient", "b", "a", 5, 0, "1", "2.1")
+
+
+def row(regret, **changes):
+    """An episode as a store has it; it succeeds at turn 2 if it has no regret."""
+    spec = SPEC._replace(**changes)
+    return spec._asdict() | {
+        "family": "toy",
+        "regret": regret,
+        "success": regret == 0,
+        "first_success": None if regret else 2,
+    }
+
+
+def test_environments_are_averaged_within_a_seed_that_all_have():
+    rows = [row(float(seed), id=id, seed=seed) for id in ("a-v0", "b-v0") for seed in (2, 0, 1)]
+    rows += [row(6.0, id="a-v0", seed=3), row(6.0, id="a-v0", seed=0)]  # one seed has half, one episode comes again
+    ((group, cells),) = outcomes(rows).items()
+    cell = cells["silent", "obedient"]
+    assert group.ids == ("a-v0", "b-v0")
+    assert cell.seeds.tolist() == [0, 1, 2]
+    assert cell.regret.tolist() == [0, 1, 2]
+    assert cell.success.tolist() == [1, 0, 0]
+    assert cell.first.tolist() == [[2, 2], [np.inf] * 2, [np.inf] * 2]
+
+
+def test_environments_with_other_teachers_stand_apart():
+    rows = [row(1.0), row(1.0, id="b-v0"), row(1.0, id="b-v0", teacher="oracle")]
+    assert [group.ids for group in outcomes(rows)] == [("a-v0",), ("b-v0",)]
+
+
+@pytest.mark.parametrize("name", ["version", "rules", "max_turns", "feedback_type", "instruction_type", "lessons"])
+def test_what_is_not_comparable_stands_apart(name):
+    other = 9 if isinstance(getattr(SPEC, name), int) else "9"
+    assert len(outcomes([row(1.0), row(1.0, teacher="oracle", **{name: other})])) == 2
+
+
+def test_pairs_have_the_same_seeds():
+    rows = [row(10.0 + seed, seed=seed) for seed in (0, 2, 3)]
+    rows += [row(float(seed), seed=seed, teacher="oracle") for seed in (1, 2, 3)]
+    (cells,) = outcomes(rows).values()
+    silent, oracle = paired(cells["silent", "obedient"], cells["oracle", "obedient"])
+    assert silent.regret.tolist() == [12, 13]
+    assert oracle.regret.tolist() == [2, 3]
+    assert oracle.first.shape == (2, 1)
+
+
+@pytest.mark.parametrize(
+    ("teacher", "baseline", "student", "feedback_type", "can"),
+    [
+        ("oracle", "silent", "obedient", "a", True),
+        ("oracle", "placebo", "text_only", "hp", True),
+        ("silent", "silent", "obedient", "a", False),
+        ("oracle", "silent", "reward_only", "a", False),
+        ("oracle", "silent", "oracle", "a", False),
+        ("oracle", "silent", "obedient", "n", False),
+        ("oracle | silent", "silent", "obedient", "a", False),
+        ("oracle | silent", "oracle", "obedient", "a", True),
+    ],
+)
+def test_a_comparison_needs_somebody_who_hears_something(teacher, baseline, student, feedback_type, can):
+    assert can_differ(teacher, baseline, student, feedback_type) is can
+
+
+@pytest.mark.parametrize("n", [1, 2, 5, 13, 14, 40])
+def test_the_least_p_is_that_of_differences_of_one_sign(n):
+    assert paired_difference(np.arange(1.0, n + 1), np.zeros(n)).p == pytest.approx(least_p(n))
+
+
+def test_power_is_that_of_simulated_studies():
+    rng = np.random.default_rng(0)
+    draws = rng.normal(0.4, 1.0, (20_000, 30))
+    found = (stats.ttest_1samp(draws, 0, axis=1).pvalue <= 0.05).mean()
+    assert power(30, 0.4, 1.0) == pytest.approx(found, abs=0.012)
+
+
+def test_so_many_seeds_find_the_effect_by_the_test_that_is_used():
+    seeds = seeds_needed(0.5, 1.0)
+    assert power(seeds - 1, 0.5, 1.0) < 0.8 <= power(seeds, 0.5, 1.0)
+    rng = np.random.default_rng(1)
+    draws = rng.normal(0.5, 1.0, (1500, seeds))
+    flips = rng.choice([-1.0, 1.0], (1500, seeds))
+    means = np.abs(flips @ draws.T) >= np.abs(draws.sum(axis=1))  # flips by studies
+    assert (means.mean(axis=0) <= 0.05).mean() == pytest.approx(0.8, abs=0.035)
+
+
+def test_more_is_asked_of_a_smaller_effect_and_of_a_stricter_level():
+    assert seeds_needed(0.25, 1.0) > seeds_needed(0.5, 1.0) > seeds_needed(5.0, 1.0) == seeds_needed(0.1, 0.0) == 6
+    assert seeds_needed(0.5, 1.0, alpha=0.005) > seeds_needed(0.5, 1.0)
+    assert least_p(seeds_needed(0.1, 0.0, alpha=0.005)) <= 0.005
+
+
+def test_a_pilot_says_what_its_comparisons_need():
+    rng = np.random.default_rng(2)
+    rows = [row(10.0, seed=seed, student=student) for seed in range(8) for student in ("obedient", "random")]
+    regrets = 8 + rng.normal(0, 2, 8)
+    rows += [row(regret, seed=seed, teacher="oracle") for seed, regret in enumerate(regrets)]
+    rows += [row(1.0, seed=seed, teacher="oracle", student="random") for seed in range(8)]
+    (need,) = needs(outcomes(rows), "silent", 0.1)
+    assert (need.teacher, need.student, need.pairs) == ("oracle", "obedient", 8)
+    assert need.spread == pytest.approx(np.std(regrets, ddof=1) / 10)  # a tenth of the baseline's regret is the unit
+    assert need.seeds == seeds_needed(0.1, need.spread) < need.safe
+
+
+def test_the_safe_number_is_enough_in_four_pilots_of_five():
+    rng = np.random.default_rng(3)
+    true = seeds_needed(0.5, 1.0)
+    enough = 0
+    for _ in range(200):
+        regrets = 10 - 10 * rng.normal(0.5, 1.0, 10)
+        rows = [row(10.0, seed=seed) for seed in range(10)]
+        rows += [row(regret, seed=seed, teacher="oracle") for seed, regret in enumerate(regrets)]
+        (need,) = needs(outcomes(rows), "silent", 0.5)
+        enough += need.safe >= true
+    assert enough / 200 == pytest.approx(0.8, abs=0.08)
