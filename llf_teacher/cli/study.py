@@ -38,6 +38,7 @@ def add_to(app: typer.Typer) -> None:
     group.command("check")(check)
     group.command("migrate")(migrate)
     group.command("export")(export)
+    group.command("power")(power)
     app.add_typer(group, name="study")
 
 
@@ -111,6 +112,55 @@ def export(
 
     rows = load(store).export(file, "turns" if turns else "episodes")
     typer.echo(f"{rows} rows, stored in {file}.")
+
+
+def power(
+    pilot: Annotated[Path, typer.Argument(help="Store of a pilot, which has a few seeds of the study.")],
+    effect: Annotated[
+        float, typer.Option("--effect", min=0.001, max=10, help="Least difference from the baseline that matters.")
+    ],
+    of: Annotated[
+        str,
+        typer.Option("--of", help="A share of what: `gain`, of the baseline's regret, or `success`, of episodes."),
+    ] = "gain",
+    chance: Annotated[float, typer.Option("--power", min=0.5, max=0.999, help="Chance to find it.")] = 0.8,
+    baseline: Annotated[str | None, typer.Option("--baseline", help="Teacher to compare with; the pilot's.")] = None,
+) -> None:
+    """Say how many seeds a study needs to find an effect, from a pilot's paired differences."""
+    from llf_teacher.studies import load
+    from llf_teacher.studies.design import BASELINE
+    from llf_teacher.studies.outcomes import outcomes
+    from llf_teacher.studies.power import needs
+
+    results = load(pilot)
+    against = baseline or results.manifest.get("study", {}).get("baseline", BASELINE)
+    found = sorted(needs(outcomes(results.rows()), against, effect, of, chance), key=lambda need: -need.safe)
+    if not found:
+        raise ValueError(
+            f"{pilot} has no two seeds of a student whom teachers can reach with {against!r} and with another teacher; "
+            "play some, or name another teacher by --baseline"
+        )
+    head = ("family", "types", "teacher", "student", "pilot", "spread", "seeds", "to be safe")
+    rows = [
+        (
+            n.family,
+            f"{n.instruction_type}, {n.feedback_type}",
+            n.teacher,
+            n.student,
+            f"{n.pairs}",
+            f"{n.spread:.3f}",
+            f"{n.seeds}",
+            f"{n.safe}",
+        )
+        for n in found
+    ]
+    widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    for row in (head, *rows):
+        typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
+    typer.echo(
+        f"An effect of {effect:g} against {against} is found with a chance of {chance:g} by "
+        f"{max(need.seeds for need in found)} seeds, to be safe {found[0].safe}, in every comparison."
+    )
 
 
 def _run(

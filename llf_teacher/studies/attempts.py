@@ -8,7 +8,7 @@ when that of another try is taken away (arXiv 2606.30774).
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from llf_teacher.studies.outcomes import Cell, Numbers, Pair, paired
+from llf_teacher.studies.outcomes import Endings, Numbers, Pair, paired
 from llf_teacher.studies.statistics import Band, mean_band
 
 CONTROL = "retry_only"
@@ -31,13 +31,13 @@ def tries_of(max_turns: int) -> tuple[int, ...]:
     return (*(2**i for i in range(max_turns.bit_length()) if 2**i < max_turns), max_turns)
 
 
-def solved(cell: Cell, tries: tuple[int, ...]) -> Numbers:
+def solved(cell: Endings, tries: tuple[int, ...]) -> Numbers:
     """Share of the environments that each seed has solved after so many attempts, shape (seeds, tries)."""
     shares: Numbers = (cell.first[:, :, None] <= tries).mean(axis=1)
     return shares
 
 
-def attempts(cells: Mapping[Pair, Cell], max_turns: int, control: str = CONTROL) -> dict[Pair, Attempts]:
+def attempts(cells: Mapping[Pair, Endings], max_turns: int, control: str = CONTROL) -> dict[Pair, Attempts]:
     """What came of each teacher with each student."""
     tries = tries_of(max_turns)
     found = {}

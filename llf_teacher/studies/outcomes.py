@@ -31,7 +31,7 @@ class Group(NamedTuple):
     """The environments, over which is averaged."""
 
 
-class Cell(NamedTuple):
+class Endings(NamedTuple):
     """One teacher with one student: the seeds for which all environments of the group have been played."""
 
     seeds: NDArray[np.int64]
@@ -46,7 +46,7 @@ class Cell(NamedTuple):
 
 Pair = tuple[str, str]
 """A teacher and a student."""
-Outcomes = dict[Group, dict[Pair, Cell]]
+Outcomes = dict[Group, dict[Pair, Endings]]
 _SETTING = (*Group._fields[:-1], "id", "teacher", "student")
 
 
@@ -90,15 +90,15 @@ def _sorted(seeds: "array[int]", values: "array[float]") -> tuple[NDArray[np.int
     return distinct, np.array(values).reshape(-1, 3)[first]
 
 
-def _cell(tables: list[tuple[NDArray[np.int64], Numbers]]) -> Cell:
+def _cell(tables: list[tuple[NDArray[np.int64], Numbers]]) -> Endings:
     seeds = tables[0][0]
     for other, _ in tables[1:]:
         seeds = np.intersect1d(seeds, other, assume_unique=True)
     values = np.array([table[np.searchsorted(own, seeds)] for own, table in tables])  # (environments, seeds, 3)
-    return Cell(seeds, values[..., 0].mean(axis=0), values[..., 1].mean(axis=0), values[..., 2].T)
+    return Endings(seeds, values[..., 0].mean(axis=0), values[..., 1].mean(axis=0), values[..., 2].T)
 
 
-def common_seeds(*cells: Cell) -> NDArray[np.int64]:
+def common_seeds(*cells: Endings) -> NDArray[np.int64]:
     """The seeds that all cells have."""
     seeds = cells[0].seeds
     for cell in cells[1:]:
@@ -106,13 +106,13 @@ def common_seeds(*cells: Cell) -> NDArray[np.int64]:
     return seeds
 
 
-def at_seeds(cell: Cell, seeds: NDArray[np.int64]) -> Cell:
+def at_seeds(cell: Endings, seeds: NDArray[np.int64]) -> Endings:
     """A cell of some of its seeds."""
     chosen = np.searchsorted(cell.seeds, seeds)
-    return Cell(cell.seeds[chosen], cell.regret[chosen], cell.success[chosen], cell.first[chosen])
+    return Endings(cell.seeds[chosen], cell.regret[chosen], cell.success[chosen], cell.first[chosen])
 
 
-def paired(*cells: Cell) -> list[Cell]:
+def paired(*cells: Endings) -> list[Endings]:
     """Cells of the seeds that all of them have."""
     seeds = common_seeds(*cells)
     return [at_seeds(cell, seeds) for cell in cells]

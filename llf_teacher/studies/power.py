@@ -15,6 +15,7 @@ from scipy import stats
 
 from llf_teacher.studies.contrasts import can_differ
 from llf_teacher.studies.outcomes import Outcomes, paired
+from teachers.spec import unknown
 
 ALPHA, POWER = 0.05, 0.8
 MOST = 1_000_000
@@ -89,7 +90,12 @@ def needs(
         effect: the least difference that matters, in the measure's unit.
         measure: one of `MEASURES`.
         wanted: power, 0 to 1.
+
+    Raises:
+        ValueError: there is no such measure.
     """
+    if measure not in MEASURES:
+        raise ValueError(unknown("measure", measure, MEASURES))
     for group, cells in pilot.items():
         pairs = [
             (teacher, student)

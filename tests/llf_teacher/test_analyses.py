@@ -10,7 +10,7 @@ from llf_teacher.studies.ablation import ablations, shapley
 from llf_teacher.studies.attempts import attempts, tries_of
 from llf_teacher.studies.design import SUBSETS
 from llf_teacher.studies.matrix import matrices
-from llf_teacher.studies.outcomes import Cell, outcomes
+from llf_teacher.studies.outcomes import Endings, outcomes
 from llf_teacher.studies.overall import overall
 from llf_teacher.studies.study import EpisodeSpec
 from teachers.atoms import KINDS
@@ -28,7 +28,7 @@ def rows(regrets, **changes):
 def test_attempts_count_who_has_solved_it_by_then():
     def cell(first):
         zeros = np.zeros(len(first))
-        return Cell(np.arange(len(first)), zeros, zeros, np.array(first, float)[:, None])
+        return Endings(np.arange(len(first)), zeros, zeros, np.array(first, float)[:, None])
 
     cells = {
         ("oracle", "obedient"): cell([1, 2, 3, np.inf]),
@@ -49,7 +49,7 @@ def test_tries_double():
 
 
 def test_environments_count_within_a_seed():
-    cell = Cell(np.arange(2), np.zeros(2), np.zeros(2), np.array([[1.0, np.inf], [2.0, 2.0]]))
+    cell = Endings(np.arange(2), np.zeros(2), np.zeros(2), np.array([[1.0, np.inf], [2.0, 2.0]]))
     assert attempts({("oracle", "x"): cell}, 2)["oracle", "x"].solved.mean.tolist() == [0.25, 0.75]
 
 

@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 from scipy import stats
+from typer.testing import CliRunner
 
+from llf_teacher.cli import app
 from llf_teacher.studies.contrasts import can_differ, least_p
+from llf_teacher.studies.episode import play
 from llf_teacher.studies.outcomes import outcomes, paired
 from llf_teacher.studies.power import needs, power, seeds_needed
 from llf_teacher.studies.statistics import paired_difference
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import EpisodeSpec, Study
 
 SPEC = EpisodeSpec("a-v0", "silent", "obedient", "b", "a", 5, 0, "1", "2.1")
 
@@ -118,10 +122,35 @@ def test_the_safe_number_is_enough_in_four_pilots_of_five():
     rng = np.random.default_rng(3)
     true = seeds_needed(0.5, 1.0)
     enough = 0
-    for _ in range(200):
+    for _ in range(100):
         regrets = 10 - 10 * rng.normal(0.5, 1.0, 10)
         rows = [row(10.0, seed=seed) for seed in range(10)]
         rows += [row(regret, seed=seed, teacher="oracle") for seed, regret in enumerate(regrets)]
         (need,) = needs(outcomes(rows), "silent", 0.5)
         enough += need.safe >= true
-    assert enough / 200 == pytest.approx(0.8, abs=0.08)
+    assert enough / 100 == pytest.approx(0.8, abs=0.08)
+
+
+def test_the_command_reads_a_pilot(tmp_path):
+    study = Study(
+        ids=["llf-gridworld-v0"], teachers=["oracle", "silent", "vague"], students=["obedient", "random"], seeds=3
+    )
+    with Store(tmp_path / "pilot.db") as store:
+        store.write_manifest({"study": study.as_dict()})
+        for spec in study.episodes():
+            store.add(play(spec))
+        (vague, oracle) = sorted(needs(outcomes(store.rows()), "silent", 0.2), key=lambda need: -need.safe)
+    said = CliRunner().invoke(app, ["study", "power", str(tmp_path / "pilot.db"), "--effect", "0.2"]).output
+    assert said.splitlines()[1].split()[-4:] == ["3", f"{vague.spread:.3f}", f"{vague.seeds}", f"{vague.safe}"]
+    assert f"against silent is found with a chance of 0.8 by {max(vague.seeds, oracle.seeds)} seeds" in said
+    with pytest.raises(ValueError, match=r"has no two seeds .* with 'placebo' and with another teacher"):
+        CliRunner().invoke(
+            app,
+            ["study", "power", str(tmp_path / "pilot.db"), "--effect", "0.2", "--baseline", "placebo"],
+            catch_exceptions=False,
+        )
+
+
+def test_a_measure_is_one_of_two():
+    with pytest.raises(ValueError, match=r"unknown measure 'regret'; .*allowed: gain, success"):
+        list(needs({}, "silent", 0.1, "regret"))
