@@ -1,25 +1,51 @@
 """What a student that follows advice has in common, however it comes to know the advice."""
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
-from llf_teacher.students.student import Policy, S_co, frozen, state_of
+from llf_teacher.students.student import Policy, Student, frozen, state_of
 from teachers.atoms import FP, HN, HP, FeedbackType
 
 _TRIES = 30
 
 
-class AdviceTaker(Policy[S_co]):
+@dataclass(frozen=True)
+class Believer(Student):
+    """Base of these students."""
+
+    forget: bool = True
+    """Whether each episode starts from nothing, as it should where each is another world."""
+
+    @property
+    def remembers(self) -> bool:
+        """Unless it is to forget."""
+        return not self.forget
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.forget, bool):
+            raise ValueError(f"forget must be True or False, got {self.forget!r}")
+
+
+B_co = TypeVar("B_co", bound=Believer, covariant=True)
+
+
+class AdviceTaker(Policy[B_co]):
     """Remembers per state which actions were called right or wrong, and acts on it.
 
     It takes the action that was last called right in this state; without one it follows a plan that the
     instruction gave; without that it tries at random what was not called wrong. The latest word counts.
     """
 
+    _knows = False
+
     def begin(self) -> None:
-        """Know nothing."""
-        self._right: dict[Any, dict[Any, Any]] = {}
-        self._wrong: dict[Any, dict[Any, Any]] = {}
+        """Know nothing, or what was called right or wrong in earlier episodes."""
+        if self.spec.forget or not self._knows:
+            self._right: dict[Any, dict[Any, Any]] = {}
+            self._wrong: dict[Any, dict[Any, Any]] = {}
+            self._knows = True
         self._states: list[Any] = []
         self._plan: Sequence[Any] = ()
         self._endless = False

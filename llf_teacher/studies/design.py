@@ -35,19 +35,15 @@ class Transfer(NamedTuple):
     lessons: tuple[int, ...]
     """Numbers of episodes before the test, each at least 1."""
     students: tuple[str, ...]
-    """Those of the study who are taught and tested; by default all who remember."""
+    """Who is taught and tested; by default those of the study who remember."""
     teachers: tuple[str, ...]
-    """Those of the study who teach; by default all."""
+    """Who teaches; by default those of the study."""
     feedback_types: tuple[str, ...]
     """Those of the lessons; by default the study's."""
     taught: tuple[str, ...] = ()
     """Ids of the environments of the lessons, each before tests in its own family; none: each environment itself."""
     worlds: str = SAME
     """One of `WORLDS`."""
-
-    def before(self, id: str) -> tuple[str, ...]:
-        """The ids of the lessons before a test."""
-        return tuple(t for t in self.taught if entry(t).family is entry(id).family) if self.taught else (id,)
 
 
 def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any]:
@@ -86,14 +82,11 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
         return {}
     remember = [student for student in study.students if parse_student(student).remembers]
     students, teachers = lists.get("students", remember), lists.get("teachers", study.teachers)
-    for name, given, have in (("students", students, study.students), ("teachers", teachers, study.teachers)):
-        if extra := [each for each in given if each not in have]:
-            problems.append(f"transfer: {name} must be some of the study's, got also {extra}")
-    forget = [student for student in students if student not in remember]
+    forget = [student for student in students if not parse_student(student).remembers]
     if forget or not students:
         problems.append(
             f"transfer: {', '.join(forget) or 'no student of the study'} remembers nothing of an episode in the next; "
-            "learners do with forget=False, as in 'q_learning(forget=False, trust=1.0)', and agents of your own may"
+            "obedient(forget=False) does, as do text_only and learners with forget=False, and agents of your own may"
         )
     taught = lists.get("taught", [])
     families = {entry(id).family.name for id in study.ids}

@@ -94,7 +94,7 @@ class Study:
     """
     transfer: Mapping[str, Any] = field(default_factory=dict)
     """Tests without a teacher after so many `lessons`, beside the other episodes. See
-    `llf_teacher.studies.design.Transfer`.
+    `llf_teacher.studies.design.Transfer`. Whom `fewer` leaves out of an environment is left out there, too.
     """
 
     def __post_init__(self) -> None:
@@ -121,8 +121,9 @@ class Study:
                 f"instruction_types: {', '.join(unable)} cannot have {type_!r}; allowed: {', '.join(allowed)}"
                 for (type_, allowed), unable in unsupported.items()
             ]
-            for spec in self.teachers:
-                asked = {id: entry(id).family for id in self.ids if spec in self.grid(id).teachers}
+            heard = {id: {*self.grid(id).teachers, *self.tests(id).teachers} for id in self.ids}
+            for spec in dict.fromkeys((*self.teachers, *self.transfer.get("teachers", ()))):
+                asked = {id: entry(id).family for id in self.ids if spec in heard[id]}
                 served = {family.name: family.serves(parse_teacher(spec)) for family in asked.values()}
                 if unable := [id for id, family in asked.items() if not served[family.name]]:
                     problems.append(
@@ -174,6 +175,17 @@ class Study:
         lists = next((lists for pattern, lists in self.fewer.items() if fnmatchcase(id, pattern)), {})
         return Grid(**{name: lists.get(name, getattr(self, name)) for name in Grid._fields})
 
+    def tests(self, id: str) -> Transfer:
+        """What is crossed with one another and with the seeds for the tests in an environment; empty without tests."""
+        if not self.transfer:
+            return Transfer((), (), (), ())
+        plan, grid, family = Transfer(**self.transfer), self.grid(id), entry(id).family
+        return plan._replace(
+            taught=tuple(each for each in plan.taught if entry(each).family is family) if plan.taught else (id,),
+            teachers=tuple(each for each in plan.teachers if each in grid.teachers or each not in self.teachers),
+            students=tuple(each for each in plan.students if each in grid.students or each not in self.students),
+        )
+
     def episodes(self) -> Iterator[EpisodeSpec]:
         """Every episode, seeds innermost; with `looks`, those of a look before those of the next, and with `transfer`,
         the tests behind the others.
@@ -195,15 +207,9 @@ class Study:
             version = f"{version}+{family.distribution}-{family.version}"
         for feedback_type, teacher, student, seed in itertools.product(self.feedback_types, *grid):
             yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
-        if not self.transfer:
-            return
-        plan = Transfer(**self.transfer)
-        teachers, students = (
-            [each for each in given if each in chosen]
-            for given, chosen in ((grid.teachers, plan.teachers), (grid.students, plan.students))
-        )
+        plan = self.tests(id)
         for taught, number, feedback_type, teacher, student, seed in itertools.product(
-            plan.before(id), plan.lessons, plan.feedback_types, teachers, students, grid.seeds
+            plan.taught, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
         ):
             yield EpisodeSpec(
                 id,

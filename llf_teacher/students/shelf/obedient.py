@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.advice import AdviceTaker
-from llf_teacher.students.student import Student
+from llf_teacher.students.advice import AdviceTaker, Believer
 from teachers.atoms import ActionClaim, PlanClaim
 
 
@@ -24,7 +23,7 @@ class _Policy(AdviceTaker["Obedient"]):
 
 
 @dataclass(frozen=True)
-class Obedient(Student):
+class Obedient(Believer):
     """Believes every claim about an action, and reads claims as data, so that wording does not matter."""
 
     reads = "atoms"

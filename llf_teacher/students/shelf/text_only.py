@@ -7,9 +7,8 @@ from typing import Any
 
 from gymnasium import spaces
 
-from llf_teacher.students.advice import AdviceTaker
+from llf_teacher.students.advice import AdviceTaker, Believer
 from llf_teacher.students.reading import Reader
-from llf_teacher.students.student import Student
 from pz_envs.text_mode import parse_action
 from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailure, PlanClaim
 from teachers.voice import voice_names
@@ -72,7 +71,7 @@ class _Policy(AdviceTaker["TextOnly"]):
 
 
 @dataclass(frozen=True)
-class TextOnly(Student):
+class TextOnly(Believer):
     """Believes every sentence it understands: those of the family, in all voices that have a name.
 
     It takes actions by their names, lists of them as a plan, of which it follows the first if it is feedback, a line
