@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from teachers.phrasebook import Phrasebook
     from teachers.voice import Voice
     from worlds.batches import WorldBatch
+    from worlds.pictures import Picture
     from worlds.world import World
 
 PLUGINS = "llf_teacher.families"
@@ -54,6 +55,10 @@ class Family(Subject):
     """
     oracle_batch: str = ""
     """Name of the class of its oracles in arrays, likewise of `teachers.batches.<name>`."""
+    picture: str = ""
+    """Name of the class that draws its worlds, or `module:class` if the module is not `worlds.pictures.<name>`; empty
+    if its worlds are shown in their own words.
+    """
     environments: Mapping[str, Mapping[str, Any]]
     """Per environment, named with its version as in `name-v0`, the world's options."""
     showcase: tuple[str, ...]
@@ -151,6 +156,13 @@ class Family(Subject):
         worlds = self._load(self.world_batch, "worlds.batches")(world, rows, **own)
         oracle = self.oracle_class()(world.scratch)
         return worlds, self._load(self.oracle_batch, "teachers.batches")(oracle, worlds)
+
+    def make_picture(self, world: "World[Any]") -> "Picture[Any]":
+        """What draws such a world."""
+        if not self.picture:
+            return super().make_picture(world)
+        picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
+        return picture
 
     def missing(self) -> str:
         """What keeps the family from being played here, an extra that is not installed; empty if nothing does."""

@@ -1,17 +1,20 @@
 """What all environments with seats for teachers and students have in common."""
 
 from abc import abstractmethod
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from gymnasium import spaces
+from gymnasium import logger, spaces
 from pettingzoo import AECEnv
 
 from teachers.atoms import Moment
 from worlds.world import World
 
+if TYPE_CHECKING:
+    from pz_envs.window import Window
+    from worlds.pictures.canvas import Frame
+
 TEACHER, STUDENT = "teacher_0", "student_0"
-_RENDER_MODES = (None, "ansi", "human")
 SPEECHES = ("message", "kinds", "claims")
 """What a teacher's action can be: its own words, kinds of feedback to voice, or one claim after the other."""
 
@@ -35,19 +38,19 @@ def known_options(options: dict[str, Any] | None, world: World[Any]) -> dict[str
 
 
 class SeatsEnv(AECEnv):
-    """An AEC environment that can be shown as text.
+    """An AEC environment that can be shown, as text or as a picture.
 
     Args:
         name: for `metadata`.
         speech: what a teacher's action is, one of `SPEECHES`.
-        render_mode: None, `ansi` or `human`.
+        render_mode: None, `ansi`, `rgb_array` or `human`, a window.
 
     Raises:
         ValueError: an argument is not allowed.
     """
 
-    metadata = {  # noqa: RUF012 (PettingZoo's convention)
-        "render_modes": ["ansi", "human"],
+    metadata: dict[str, Any] = {  # noqa: RUF012 (PettingZoo's convention)
+        "render_modes": ["ansi", "human", "rgb_array"],
         "name": "seats_v0",
         "is_parallelizable": False,
         "render_fps": 4,
@@ -59,10 +62,12 @@ class SeatsEnv(AECEnv):
     def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
         if speech not in SPEECHES:
             raise ValueError(f"speech {speech!r} is unknown; allowed: {', '.join(SPEECHES)}")
-        if render_mode not in _RENDER_MODES:
-            raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, ansi, human")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            allowed = ", ".join(self.metadata["render_modes"])
+            raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, {allowed}")
         self.metadata = {**self.metadata, "name": f"{name}_v0"}
         self.speech, self.render_mode = speech, render_mode
+        self._window: Window | None = None
         self.agents: list[str] = []
         self.observation_spaces: dict[str, spaces.Space[Any]] = {}
         self.action_spaces: dict[str, spaces.Space[Any]] = {}
@@ -89,11 +94,34 @@ class SeatsEnv(AECEnv):
         if self.render_mode == "human":
             self.render()
 
-    def render(self) -> str | None:
-        """What `as_text` says: returned in mode `ansi`, printed in mode `human`."""
-        if self.render_mode == "human":
-            print(self.as_text())  # noqa: T201
-        return self.as_text() if self.render_mode == "ansi" else None
+    def render(self) -> "str | Frame | None":
+        """In mode `ansi` what `as_text` says, in mode `rgb_array` the `frame`; in mode `human` it is shown in a window.
+
+        Raises:
+            RuntimeError: in mode `human` there is no display.
+        """
+        if self.render_mode is None:
+            logger.warn(
+                "render() shows nothing without a render mode; make the environment with one, as in "
+                "render_mode='rgb_array'"
+            )
+            return None
+        if self.render_mode == "ansi":
+            return self.as_text()
+        frame = self.frame()
+        if self.render_mode == "rgb_array":
+            return frame
+        if self._window is None:
+            from pz_envs.window import Window
+
+            self._window = Window(self.metadata["name"], self.metadata["render_fps"])
+        self._window.show(frame)
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
 
     @abstractmethod
     def moment_of(self, student: str) -> Moment[Any]:
@@ -105,7 +133,17 @@ class SeatsEnv(AECEnv):
 
     @abstractmethod
     def as_text(self) -> str:
-        """The state of affairs for human eyes."""
+        """The state of affairs for human eyes, in words."""
+
+    def frame(self) -> "Frame":
+        """The state of affairs for human eyes, uint8 (height, width, 3).
+
+        Raises:
+            RuntimeError: the environment was made in another way than by `raw_env` with a render mode.
+        """
+        raise RuntimeError(
+            f"a bare {type(self).__name__} keeps nothing to draw; make it by raw_env(render_mode='rgb_array')"
+        )
 
     @abstractmethod
     def _act(self, agent: str, action: Any) -> None:

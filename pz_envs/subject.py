@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from teachers.phrasebook import Paraphrase, Phrasebook
     from teachers.teacher import Teacher
     from teachers.voice import Voice
+    from worlds.pictures import Picture
     from worlds.world import World
 
 TUTORING = "tutoring"
@@ -60,6 +61,12 @@ class Subject(ABC):
     def taught_world(self, **options: Any) -> "World[Any, Any, Any]":
         """The world of new seats."""
         return self.make_world(**options)
+
+    def make_picture(self, world: "World[Any, Any, Any]") -> "Picture[Any]":
+        """What draws such a world; by default its description."""
+        from worlds.pictures import TextPicture
+
+        return TextPicture(world.scratch())
 
     def serves(self, personality: "str | Personality") -> bool:
         """Whether the oracle can do what a personality needs."""

@@ -21,7 +21,7 @@ def _settings(door: Callable[..., Any]) -> list[str]:
 class SeatEnv(gymnasium.Env):
     """What `StudentEnv` and `TeacherEnv` have in common; the other seat is theirs to fill."""
 
-    metadata = {"render_modes": ["ansi", "human"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
+    metadata = {"render_modes": ["ansi", "human", "rgb_array"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
 
     def __init__(
         self, seat: str, env_id: str | Subject, max_turns: int | None, render_mode: str | None, **settings: Any
@@ -62,8 +62,8 @@ class SeatEnv(gymnasium.Env):
         if not self._running:
             raise ResetNeeded("the episode has not begun, or has ended; call reset() before step()")
 
-    def render(self) -> str | None:
-        """What `TutoringEnv.render` gives."""
+    def render(self) -> Any:
+        """What `SeatsEnv.render` gives: a text, a frame or nothing, as the render mode has it."""
         return self.aec.render()
 
     def close(self) -> None:

@@ -38,8 +38,8 @@ class StudentEnv(SeatEnv):
             states or actions are texts need it.
         max_turns: turns after which the episode is truncated; None: the family's.
         privileged_info: put the teacher's `moment` into the info, and `changes`, what a rewriting voice did to
-            numbers and names, if it did anything.
-        render_mode: None, `ansi` or `human`.
+            numbers and names, if it did anything; and show the truth in frames.
+        render_mode: None, `ansi`, `rgb_array` or `human`, a window; `theme="dark"` among the options makes it dark.
         options: `ask_cost`, with which the student may ask for advice (see `pz_envs.asking`), and the world's.
 
     Raises:
@@ -90,6 +90,7 @@ class StudentEnv(SeatEnv):
             text=text,
             numbers=numbers,
             embed=embed,
+            privileged_info=privileged_info,
             **options,
         )
         self._policy = policy
@@ -116,6 +117,8 @@ class StudentEnv(SeatEnv):
         if self._policy is not None:
             self._policy.reset(aec.seeds.stream("teacher"))
         self._speak()
+        if self.render_mode == "human":
+            self.render()
         return self._seen(aec.instruction), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:

@@ -65,7 +65,7 @@ class TeacherEnv(SeatEnv):
         vary: parameters of the student that are drawn at each reset, uniformly between their least and their greatest
             value, such as `{"alpha": (0.1, 0.9)}`; between two integers an integer: `{"trust": (0, 1)}` gives 0 or 1.
         announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
-        render_mode: None, `ansi` or `human`.
+        render_mode: as of `StudentEnv`.
         teacher_reward: as in `pz_envs.rewards`, or a function of three arguments, `Moment`, `Oracle` and the student's
             `Lifetime` as it was before the turn.
         options: those of `pz_envs.seatings.tutoring.Tutoring.raw_env` (`cost`, `budget`, `until_success`, `ask_cost`,

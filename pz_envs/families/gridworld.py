@@ -10,6 +10,7 @@ FAMILY = Family(
     oracle="GridworldOracle",
     world_batch="GridworldBatch",
     oracle_batch="GridworldOracleBatch",
+    picture="GridworldPicture",
     environments={"gridworld-v0": {}},
     showcase=("gridworld-v0",),
     max_turns=20,

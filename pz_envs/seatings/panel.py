@@ -79,7 +79,7 @@ class PanelEnv(SeatsEnv):
         order: `fixed` or `random`.
         cost: paid by a teacher per atom of feedback, at least 0.
         budget: atoms of feedback that each teacher may say in an episode. None: any number.
-        render_mode: None, `ansi` or `human`.
+        render_mode: see `SeatsEnv`; the desk has to have the same.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -161,8 +161,13 @@ class PanelEnv(SeatsEnv):
         words = "\n".join(f"{teacher}: {self._said[teacher]}" for teacher in self.teachers)
         return f"{self.desk.as_text()}\n{words}"
 
+    def frame(self) -> Any:
+        """The desk, where each sentence has its speaker."""
+        return self.desk.frame()
+
     def close(self) -> None:
         """Close the world."""
+        super().close()
         self.desk.close()
 
     def _act(self, agent: str, action: Any) -> None:
@@ -288,7 +293,7 @@ class Panel(Seating):
             raise ValueError("a panel's student hears each of its teachers in words; allowed: numbers=False")
         first, *others = teachers
         chosen = "kinds" if speech == "message" else speech
-        desk = TUTORING.raw_env(subject, speech=chosen, teacher=first, **options)
+        desk = TUTORING.raw_env(subject, speech=chosen, teacher=first, render_mode=render_mode, **options)
         voices = {key: options[key] for key in _TEACHING if key in options}
         return PanelEnv(
             desk,

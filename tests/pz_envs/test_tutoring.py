@@ -192,13 +192,6 @@ def test_dead_steps_take_none_only():
     assert env.agents == []
 
 
-def test_human_rendering_prints(capsys):
-    env = GRID.raw_env(render_mode="human")
-    env.reset(seed=0)
-    env.step("Go on.")
-    assert "Teacher: Go on." in capsys.readouterr().out
-
-
 def test_observations_that_were_handed_out_can_be_changed():
     env = GRID.raw_env()
     env.reset(seed=0)

@@ -45,10 +45,8 @@ class Classroom(Seating):
             raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
         chosen = "kinds" if speech == "message" else speech
         purse = Purse(cost, budget)
-        desks = [
-            TUTORING.raw_env(subject, speech=chosen, until_success=until_success, purse=purse, **options)
-            for _ in range(students)
-        ]
+        options |= {"until_success": until_success, "purse": purse, "render_mode": render_mode}
+        desks = [TUTORING.raw_env(subject, speech=chosen, **options) for _ in range(students)]
         return ClassroomEnv(
             desks,
             attention=attention,

@@ -82,7 +82,7 @@ class ClassroomEnv(SeatsEnv):
         speech: `kinds`, `claims` or `message`.
         same_world: whether all students begin in equal worlds.
         attention_cost: paid by the teacher for turning to a student, at least 0.
-        render_mode: None, `ansi` or `human`.
+        render_mode: see `SeatsEnv`; a frame has one of each desk, which has to have the same render mode.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -191,8 +191,15 @@ class ClassroomEnv(SeatsEnv):
         desks = zip(self.students, self.desks, strict=True)
         return "\n\n".join(f"{student}: {desk.as_text()}" for student, desk in desks)
 
+    def frame(self) -> Any:
+        """Every desk, in rows; more than four at half their size."""
+        from pz_envs.frames import tiled
+
+        return tiled([desk.frame() for desk in self.desks])
+
     def close(self) -> None:
         """Close the worlds."""
+        super().close()
         for desk in self.desks:
             desk.close()
 

@@ -31,6 +31,8 @@ class Tutoring(Seating):
         paraphrase: Paraphrase = "random",
         max_cycles: int | None = None,
         render_mode: str | None = None,
+        privileged_info: bool = False,
+        theme: str = "light",
         speech: str = "message",
         text: bool = False,
         numbers: bool = False,
@@ -47,7 +49,8 @@ class Tutoring(Seating):
 
         With `speech="kinds"` or `"claims"` the personality `teacher` says what there is to choose from, with `message`
         it makes suggestions. A `Teacher` that is given as it is brings its own instruction, feedback, voice and
-        paraphrase along.
+        paraphrase along. Frames show what the student may know; with `privileged_info` the truth as well, and whether
+        what was said holds. `theme` is `light` or `dark`.
 
         Raises:
             ValueError: an argument is not allowed.
@@ -68,24 +71,37 @@ class Tutoring(Seating):
                 )
         else:
             teacher = subject.make_teacher(world, teacher, **settings)
-        return TutoringEnv(
-            world,
-            teacher,
-            name=subject.name,
-            max_cycles=subject.max_turns if max_cycles is None else max_cycles,
-            repeated=subject.repeated,
-            render_mode=render_mode,
-            speech=speech,
-            text=text,
-            numbers=numbers,
-            embed=embed,
-            cost=cost,
-            budget=budget,
-            purse=purse,
-            teacher_reward=teacher_reward,
-            until_success=until_success,
-            ask_cost=ask_cost,
+        seated: dict[str, Any] = {
+            "name": subject.name,
+            "max_cycles": subject.max_turns if max_cycles is None else max_cycles,
+            "repeated": subject.repeated,
+            "render_mode": render_mode,
+            "speech": speech,
+            "text": text,
+            "numbers": numbers,
+            "embed": embed,
+            "cost": cost,
+            "budget": budget,
+            "purse": purse,
+            "teacher_reward": teacher_reward,
+            "until_success": until_success,
+            "ask_cost": ask_cost,
+        }
+        if render_mode is None:
+            return TutoringEnv(world, teacher, **seated)
+        from pz_envs.frames import Watch
+        from pz_envs.seatings.tutoring.shown import ShownTutoring
+
+        watch = Watch(
+            subject.name,
+            subject.make_picture(world),
+            subject.oracle_class()(world.scratch),
+            world.scratch(),
+            max_turns=seated["max_cycles"],
+            theme=theme,
+            privileged=privileged_info,
         )
+        return ShownTutoring(world, teacher, watch=watch, **seated)
 
 
 _DEFAULTS = {"instruction_type": "b", "feedback_type": "a", "voice": "plain", "paraphrase": "random"}

@@ -92,7 +92,7 @@ class TutoringEnv(SeatsEnv):
             `success_minus_cost`, or a function of the `Moment` and the `Oracle`; see `pz_envs.rewards`.
         until_success: whether success ends the episode; it does not where the task is `repeated`.
         ask_cost: what the student pays for asking, at least 0; None: it cannot ask.
-        render_mode: None, `ansi` or `human`.
+        render_mode: see `SeatsEnv`.
 
     Raises:
         ValueError: an argument is not allowed.

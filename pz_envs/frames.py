@@ -1,0 +1,215 @@
+"""Frames: the picture of a world, and beside it what the student did and what the teacher said of it."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from teachers.atoms import FN, FP, HN, HP, Atom, FeedbackType, Label, Moment, ParseFailure, R, Utterance
+from teachers.oracle import Oracle
+from worlds.pictures import Picture, Sight, Text, Turn
+from worlds.pictures.canvas import THEMES, Canvas, Frame, height_of
+from worlds.world import World
+
+__all__ = ["HEIGHT", "WIDTH", "Spoken", "Watch", "tiled"]
+
+WIDTH, HEIGHT = 640, 480
+"""Size of a frame, in pixels."""
+_BAR, _MARGIN = 38, 12
+_PICTURE = 384  # width of the world's picture
+_COLUMN = WIDTH - _PICTURE - _MARGIN
+_SIZES = (14.0, 13.0, 12.0)
+_ROOM_BELOW, _MORE = 8, 20
+_HEAD = 1.75  # of a sentence: its tag, in sizes of the font
+_LEAST = _HEAD + 1.32  # and one line
+_NAMES = {R: "reward", HP: "praise", HN: "blame", FP: "advice", FN: "warning"}
+_COLOURS = {R: "purple", HP: "green", HN: "red", FP: "blue", FN: "orange"}
+_VERDICTS = {
+    Label.TRUTHFUL: ("true", True),
+    Label.LATE: ("true, late", True),
+    Label.PLACEBO: ("true, beside the point", True),
+    Label.DISTORTED: ("false", False),
+}
+_TILES = 4  # more frames than this are shown at half their size
+
+
+class Spoken(NamedTuple):
+    """Something that was said."""
+
+    text: str
+    kind: FeedbackType | None
+    verdict: Label
+    speaker: str = ""
+
+
+class Watch:
+    """Looks on at an episode, and shows it as it is now.
+
+    Args:
+        name: of what is taught.
+        picture: draws the world.
+        oracle: one of its own, which plans if the truth is shown; to ask the teacher's might change what it says.
+        lab: a world of its own, in which what was said is checked.
+        max_turns: turns of the student in an episode.
+        theme: `light` or `dark`.
+        privileged: whether frames show the truth, and whether what was said holds.
+
+    Raises:
+        ValueError: there is no such theme.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        picture: Picture[Any],
+        oracle: Oracle[Any, Any],
+        lab: World[Any],
+        *,
+        max_turns: int,
+        theme: str = "light",
+        privileged: bool = False,
+    ) -> None:
+        if theme not in THEMES:
+            raise ValueError(f"theme {theme!r} is unknown; allowed: {', '.join(THEMES)}")
+        self.name, self.picture, self.oracle, self.lab = name, picture, oracle, lab
+        self.max_turns, self.theme, self.privileged = max_turns, THEMES[theme], privileged
+        self.moments: list[Moment[Any]] = []
+        self.sentences: tuple[Spoken, ...] = ()
+        """What was said last."""
+        self.heard = False
+        """Whether that was said of the last turn."""
+
+    def begin(self, moment: Moment[Any], atoms: Sequence[Atom] = ()) -> None:
+        """An episode begins, or goes on from elsewhere; `atoms` is what has been said of it already."""
+        self.moments, self._turns = [moment], [Turn(None, 0.0, moment.after, moment.success)]
+        self.oracle.start(moment.after)
+        self.sentences, self.heard = self._checked(atoms), bool(atoms)
+
+    def acted(self, moment: Moment[Any]) -> None:
+        """The student has acted."""
+        self.moments.append(moment)
+        action = None if moment.before is None else moment.action
+        self._turns.append(Turn(action, moment.reward, moment.after, moment.success))
+        self.heard = False
+
+    def said(self, words: str, atoms: Sequence[Atom]) -> None:
+        """The teacher has spoken: `atoms` is all that the student has heard in this turn."""
+        own = words.atoms if isinstance(words, Utterance) else ()
+        self.sentences, self.heard = self._checked(atoms), True
+        if words and words != Utterance.of(own):  # words that nothing vouches for
+            self.sentences = (*self._checked(atoms[: len(atoms) - len(own)]), Spoken(words, None, Label.UNCHECKED))
+
+    def _checked(self, atoms: Sequence[Atom]) -> tuple[Spoken, ...]:
+        return tuple(Spoken(atom.text, atom.kind, self._verdict(atom), atom.speaker) for atom in atoms)
+
+    def _verdict(self, atom: Atom) -> Label:
+        """What the simulator says of it, where that is shown and the turns are known of which it speaks."""
+        moments = self.moments
+        known = len(moments) == moments[-1].turn + 1
+        return atom.label(moments, self.lab) if self.privileged and known else Label.UNCHECKED
+
+    def sight(self, seen: str) -> Sight[Any]:
+        """The episode as a picture has it; `seen` is what the student observes now."""
+        reach = self.picture.reach if self.privileged else 0
+        plan = self.oracle.plan(self.moments[-1].after, reach) if reach else ()
+        return Sight(tuple(self._turns), seen, self.privileged, tuple(plan))
+
+    def text(self, seen: str) -> Text:
+        """The turn, what the student did, and the world, in text."""
+        moment = self.moments[-1]
+        status = f"Turn {moment.turn} of {self.max_turns}; reward {self._paid():.4g} in all\n"
+        did = "" if not moment.turn else f"The student: {_told(moment.action)} (reward {moment.reward:.4g})\n"
+        return (status, "muted"), (did, "action"), *self.picture.text(self.sight(seen))
+
+    def _paid(self) -> float:
+        return sum(moment.reward for moment in self.moments)
+
+    def frame(self, seen: str) -> Frame:
+        """The episode now, uint8 (480, 640, 3)."""
+        canvas = Canvas(WIDTH, HEIGHT, self.theme)
+        self.picture.draw(canvas.part(0, _BAR, _PICTURE, HEIGHT - _BAR), self.sight(seen))
+        # The bar and the column cover what a picture has drawn beyond its edges.
+        canvas.box((_PICTURE, _BAR), (WIDTH - _PICTURE, HEIGHT - _BAR), self.theme.card)
+        canvas.line([(_PICTURE, _BAR), (_PICTURE, HEIGHT)], self.theme.faint)
+        self._bar(canvas)
+        self._column(canvas.part(_PICTURE + _MARGIN, _BAR, _COLUMN - _MARGIN, HEIGHT - _BAR))
+        return canvas.pixels()
+
+    def _bar(self, canvas: Canvas) -> None:
+        """What is taught, the turn and the rewards."""
+        theme, moment = self.theme, self.moments[-1]
+        canvas.box((0, 0), (WIDTH, _BAR), theme.card)
+        canvas.line([(0, _BAR), (WIDTH, _BAR)], theme.faint)
+        middle = _BAR / 2
+        width = canvas.text((_MARGIN, middle), self.name, 16, bold=True, most=_PICTURE - 110)
+        if moment.success:
+            canvas.tag((_MARGIN * 2 + width, middle), "solved", theme.green, 13)
+        elif moment.over:
+            canvas.tag((_MARGIN * 2 + width, middle), "over", theme.muted, 13)
+        canvas.text((_PICTURE + _MARGIN, middle), f"turn {moment.turn} of {self.max_turns}", 14)
+        canvas.text((WIDTH - _MARGIN, middle), f"total {self._paid():.4g}", 14, theme.muted, anchor="rm")
+
+    def _column(self, canvas: Canvas) -> None:
+        """What the student did, and what the teacher says."""
+        theme, moment, y = self.theme, self.moments[-1], 10.0
+        if moment.turn:
+            canvas.text((0, y), "The student", 12, theme.muted, anchor="lt")
+            canvas.text((canvas.width, y), f"reward {moment.reward:.4g}", 12, theme.muted, anchor="rt")
+            y = canvas.paragraph((0, y + 17), _told(moment.action), canvas.width, 44, 15) + _ROOM_BELOW
+            canvas.line([(0, y), (canvas.width, y)], theme.faint)
+            y += _ROOM_BELOW
+        if self.sentences or self.heard:
+            canvas.text((0, y), "The teacher" if self.heard else "The teacher had said", 12, theme.muted, anchor="lt")
+            y += 21
+        if self.heard and not self.sentences:
+            canvas.text((0, y), "(silence)", 13, theme.muted, anchor="lt")
+        room, width = canvas.height - y - _ROOM_BELOW, canvas.width
+        size = next((size for size in _SIZES if self._height(size, width) <= room), _SIZES[-1])
+        for i, sentence in enumerate(self.sentences):
+            left = canvas.height - y - _ROOM_BELOW - (_MORE if i + 1 < len(self.sentences) else 0)
+            if left < size * _LEAST:
+                canvas.text((0, y), f"… {len(self.sentences) - i} more", 12, theme.muted, anchor="lt")
+                return
+            y = self._sentence(canvas, y, sentence, size, left)
+
+    def _height(self, size: float, width: float) -> float:
+        return sum(size * 2.3 + height_of(sentence.text, size, width) for sentence in self.sentences)
+
+    def _sentence(self, canvas: Canvas, y: float, sentence: Spoken, size: float, room: float) -> float:
+        """One sentence below its tag; where the next one begins."""
+        theme, middle = self.theme, y + size * 0.72
+        told = "instruction" if self.moments[-1].turn == 0 else "words"
+        colour = getattr(theme, _COLOURS[sentence.kind]) if sentence.kind else theme.muted
+        x = canvas.tag((0, middle), sentence.kind or "i", colour if self.heard else theme.muted, size - 2)
+        name = _NAMES.get(sentence.kind, told) if sentence.kind else told
+        if sentence.speaker:
+            name = f"{name}, {sentence.speaker}"
+        canvas.text((x + 6, middle), name, size - 2, theme.muted)
+        if sentence.verdict in _VERDICTS:
+            verdict, holds = _VERDICTS[sentence.verdict]
+            taken = canvas.text((canvas.width, middle), verdict, size - 2, theme.muted, anchor="rm")
+            canvas.mark((canvas.width - taken - 9, middle), holds, 4.5)
+        ink = theme.ink if self.heard else theme.muted
+        below = canvas.paragraph((0, y + size * _HEAD), sentence.text, canvas.width, room - size * _HEAD, size, ink)
+        return below + size * 0.55
+
+
+def _told(action: Any) -> str:
+    """What the student did, in words."""
+    if isinstance(action, ParseFailure):
+        return f"(not understood) {action.got}"
+    if isinstance(action, tuple) and all(isinstance(each, float) for each in action):
+        return f"[{', '.join(f'{each:.3g}' for each in action)}]"
+    return f"{action}"
+
+
+def tiled(frames: Sequence[Frame]) -> Frame:
+    """Frames side by side, in rows; many of them at half their size."""
+    if len(frames) > _TILES:
+        shrunk = [frame.reshape(HEIGHT // 2, 2, WIDTH // 2, 2, 3).mean((1, 3)).astype(np.uint8) for frame in frames]
+    else:
+        shrunk = list(frames)
+    columns = int(np.ceil(np.sqrt(len(shrunk))))
+    rows = -(-len(shrunk) // columns)
+    shrunk += [np.zeros_like(shrunk[0])] * (rows * columns - len(shrunk))
+    return np.concatenate([np.concatenate(shrunk[i * columns : (i + 1) * columns], 1) for i in range(rows)])

@@ -1,0 +1,291 @@
+"""Drawing in the plane: shapes and text with smooth edges, in the colours of a theme. It is Pillow's.
+
+Everything is drawn at twice its size, and made smaller in the end.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from importlib.util import find_spec
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image, ImageDraw, ImageFont
+
+__all__ = ["THEMES", "Canvas", "Frame", "Point", "Theme", "height_of", "measure", "wrap"]
+
+Frame = npt.NDArray[np.uint8]
+"""Rows of pixels, (height, width, 3)."""
+Point = tuple[float, float]
+"""To the right and down, in pixels of the finished picture."""
+_SCALE = 2
+_LEADING = 1.32  # of a line of text, in sizes of its font
+
+
+class Theme(NamedTuple):
+    """Colours by what they are for. The lively ones are Okabe and Ito's, which colour-blind people can tell apart."""
+
+    ground: str
+    """Behind everything."""
+    card: str
+    """Behind what stands out from the ground."""
+    ink: str
+    muted: str
+    """Of what matters less."""
+    faint: str
+    """Of lines that only part things."""
+    blue: str
+    green: str
+    orange: str
+    red: str
+    purple: str
+    sky: str
+    yellow: str
+
+
+THEMES = {
+    "light": Theme(
+        *("#f6f6f3", "#ffffff", "#1c1f24", "#666b73", "#d3d5d6"),
+        *("#0072b2", "#009e73", "#e69f00", "#d55e00", "#b25590", "#56b4e9", "#f0e442"),
+    ),
+    "dark": Theme(
+        *("#15181d", "#22262d", "#f1f2f4", "#a3a9b3", "#3f4550"),
+        *("#4da3dc", "#1fbf91", "#f0b429", "#f27d33", "#dc8fc0", "#7cc6f2", "#f0e442"),
+    ),
+}
+"""The themes by their names."""
+
+
+class Canvas:
+    """A rectangle to draw on, with its origin at the upper left; lengths are pixels of the finished picture.
+
+    Args:
+        width, height: its size.
+        theme: its colours.
+    """
+
+    def __init__(self, width: int, height: int, theme: Theme) -> None:
+        self.width, self.height, self.theme = width, height, theme
+        self._image = Image.new("RGB", (width * _SCALE, height * _SCALE), theme.ground)
+        self._pen = ImageDraw.Draw(self._image)
+        self._x, self._y = 0.0, 0.0
+
+    def part(self, x: float, y: float, width: int, height: int) -> Self:
+        """A rectangle of this canvas as a canvas; what is drawn beyond its edges is drawn all the same."""
+        part = object.__new__(type(self))
+        part.__dict__.update(self.__dict__, width=width, height=height)
+        part._x, part._y = self._x + x, self._y + y
+        return part
+
+    def pixels(self) -> Frame:
+        """What has been drawn."""
+        return np.array(self._image.reduce(_SCALE))
+
+    def _at(self, points: Sequence[Point]) -> list[Point]:
+        x, y = self._x, self._y
+        return [((px + x) * _SCALE, (py + y) * _SCALE) for px, py in points]
+
+    def box(
+        self,
+        corner: Point,
+        size: Point,
+        fill: str | None = None,
+        outline: str | None = None,
+        width: float = 1,
+        radius: float = 0,
+    ) -> None:
+        """A rectangle, with round corners if there is a radius."""
+        (x, y), (w, h) = corner, size
+        self._pen.rounded_rectangle(
+            self._at([(x, y), (x + w, y + h)]), radius * _SCALE, fill, outline, round(width * _SCALE)
+        )
+
+    def line(self, points: Sequence[Point], colour: str, width: float = 1) -> None:
+        """A line through points."""
+        self._pen.line(self._at(points), colour, round(width * _SCALE), joint="curve")
+
+    def dashes(self, points: Sequence[Point], colour: str, width: float = 1, dash: float = 5, gap: float = 4) -> None:
+        """A dashed line through points."""
+        for (x1, y1), (x2, y2) in pairwise(points):
+            length = math.hypot(x2 - x1, y2 - y1)
+            for start in np.arange(0, length, dash + gap).tolist():
+                a, b = start / length, min(start + dash, length) / length
+                ends = [(x1 + (x2 - x1) * at, y1 + (y2 - y1) * at) for at in (a, b)]
+                self._pen.line(self._at(ends), colour, round(width * _SCALE))
+
+    def disc(
+        self, centre: Point, radius: float, fill: str | None = None, outline: str | None = None, width: float = 1
+    ) -> None:
+        """A circle."""
+        x, y = centre
+        corners = self._at([(x - radius, y - radius), (x + radius, y + radius)])
+        self._pen.ellipse(corners, fill, outline, round(width * _SCALE))
+
+    def polygon(
+        self, points: Sequence[Point], fill: str | None = None, outline: str | None = None, width: float = 1
+    ) -> None:
+        """A closed shape."""
+        self._pen.polygon(self._at(points), fill, outline, round(width * _SCALE))
+
+    def star(self, centre: Point, radius: float, fill: str, outline: str | None = None) -> None:
+        """A star of five points."""
+        x, y = centre
+        turns = [(radius * (0.42 if i % 2 else 1.0), math.pi * (i / 5 - 0.5)) for i in range(10)]
+        self.polygon([(x + r * math.cos(turn), y + r * math.sin(turn)) for r, turn in turns], fill, outline)
+
+    def mark(self, centre: Point, right: bool, size: float = 5, width: float = 2) -> None:
+        """A tick or a cross."""
+        (x, y), s = centre, size
+        if right:
+            self.line([(x - s, y), (x - s * 0.25, y + s * 0.75), (x + s, y - s * 0.8)], self.theme.green, width)
+        else:
+            for way in (1, -1):
+                self.line([(x - s * 0.8, y - s * 0.8 * way), (x + s * 0.8, y + s * 0.8 * way)], self.theme.red, width)
+
+    def paste(self, image: Frame, corner: Point, size: Point) -> None:
+        """An image, stretched to a size."""
+        (x, y), (w, h) = self._at([corner])[0], size
+        stretched = Image.fromarray(image).resize((round(w * _SCALE), round(h * _SCALE)), Image.Resampling.BICUBIC)
+        self._image.paste(stretched, (round(x), round(y)))
+
+    def text(
+        self,
+        at: Point,
+        text: str,
+        size: float = 13,
+        colour: str | None = None,
+        *,
+        anchor: str = "lm",
+        bold: bool = False,
+        most: float = math.inf,
+    ) -> float:
+        """A line of text, cut where it exceeds a width; the width that it takes.
+
+        Args:
+            at: where its anchor is.
+            text: what cannot be printed is replaced.
+            size: of the font, in pixels.
+            colour: the theme's ink by default.
+            anchor: two letters, across `l`, `m` or `r`, and down `t`, `m` (of a line without descenders) or `b`.
+            bold: whether in bold face.
+            most: the greatest width.
+        """
+        text = cut(text, size, most, bold)
+        if not text:
+            return 0.0
+        mask, (left, top), ascent = _mask(text, size, bold)
+        width = measure(text, size, bold)
+        (x, y) = self._at([at])[0]
+        x -= {"l": 0.0, "m": width / 2, "r": width}[anchor[0]] * _SCALE
+        y -= {"t": 0.0, "m": ascent - 0.36 * size * _SCALE, "b": ascent}[anchor[1]]
+        self._image.paste(colour or self.theme.ink, (round(x + left), round(y + top)), mask)
+        return width
+
+    def paragraph(
+        self,
+        corner: Point,
+        text: str,
+        width: float,
+        height: float = math.inf,
+        size: float = 13,
+        colour: str | None = None,
+    ) -> float:
+        """Text in lines, as many as fit, with an ellipsis where some are left out; where the next one would begin."""
+        x, y = corner
+        lines: Sequence[str] = wrap(text, size, width)
+        room = max(int((height + 0.01) // (size * _LEADING)), 1) if height < math.inf else len(lines)
+        if len(lines) > room:
+            lines = [*lines[: room - 1], f"{lines[room - 1]} …"]
+        for line in lines:
+            self.text((x, y), line, size, colour, anchor="lt", most=width)
+            y += size * _LEADING
+        return y
+
+    def tag(self, at: Point, text: str, colour: str, size: float = 12) -> float:
+        """A small label on a coloured ground, by the middle of its left side; the width that it takes."""
+        x, y = at
+        width = measure(text, size, True) + size * 0.9
+        self.box((x, y - size * 0.72), (width, size * 1.44), colour, radius=size * 0.3)
+        self.text((x + width / 2, y), text, size, _contrast(colour), anchor="mm", bold=True)
+        return width
+
+
+def height_of(text: str, size: float, width: float) -> float:
+    """How much room a paragraph needs."""
+    return len(wrap(text, size, width)) * size * _LEADING
+
+
+@lru_cache(maxsize=512)
+def wrap(text: str, size: float, width: float) -> tuple[str, ...]:
+    """The lines of a text, none wider than `width`."""
+    lines = []
+    for line in text.splitlines() or [""]:
+        now = ""
+        for word in line.split():
+            longer = f"{now} {word}" if now else word
+            if now and measure(longer, size) > width:
+                lines.append(now)
+                longer = word
+            *full, now = _pieces(longer, size, width)
+            lines += full
+        lines.append(now)
+    return tuple(lines)
+
+
+def _pieces(word: str, size: float, width: float) -> Iterator[str]:
+    """A word that is wider than a line, in pieces that are not."""
+    while measure(word, size) > width and len(word) > 1:
+        fits = next((n for n in range(len(word) - 1, 1, -1) if measure(word[:n], size) <= width), 1)
+        yield word[:fits]
+        word = word[fits:]
+    yield word
+
+
+def cut(text: str, size: float, most: float, bold: bool = False) -> str:
+    """A text without what cannot be printed, cut with an ellipsis if it is wider than `most`."""
+    if not text.isprintable():
+        text = "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in text)
+    if measure(text, size, bold) <= most:
+        return text
+    while text and measure(text + "…", size, bold) > most:
+        text = text[:-1]
+    return f"{text.rstrip()}…" if text else ""
+
+
+@lru_cache(maxsize=4096)
+def measure(text: str, size: float, bold: bool = False) -> float:
+    """The width of a line of text."""
+    return _font(size, bold).getlength(text) / _SCALE
+
+
+@lru_cache(maxsize=1024)
+def _mask(text: str, size: float, bold: bool) -> tuple[Image.Image, tuple[int, int], int]:
+    """A line of text as a mask, where its upper left corner is, and how far the base line is below the top.
+
+    Most of a frame's text is that of the frame before.
+    """
+    font = _font(size, bold)
+    left, top, right, bottom = (int(each) for each in font.getbbox(text))
+    mask = Image.new("L", (max(right - left, 1), max(bottom - top, 1)))
+    ImageDraw.Draw(mask).text((-left, -top), text, 255, font)
+    return mask, (left, top), font.getmetrics()[0]
+
+
+@lru_cache(maxsize=64)
+def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
+    """DejaVu Sans, which matplotlib brings along: Pillow's own font has neither accents nor dashes."""
+    found: Any = find_spec("matplotlib")
+    folder = Path(found.submodule_search_locations[0], "mpl-data", "fonts", "ttf")
+    # The basic layout is the same wherever Pillow was built.
+    basic = ImageFont.Layout.BASIC
+    return ImageFont.truetype(folder / f"DejaVuSans{'-Bold' * bold}.ttf", round(size * _SCALE), layout_engine=basic)
+
+
+@lru_cache(maxsize=64)
+def _contrast(colour: str) -> str:
+    """Black or white, whichever is easier to read on a colour."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return "#000000" if 0.299 * red + 0.587 * green + 0.114 * blue > 140 else "#ffffff"
