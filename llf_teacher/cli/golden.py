@@ -17,11 +17,17 @@ def golden(
     folder: Annotated[Path, typer.Argument(help="Where the transcripts go, one file an environment.")],
     id: Annotated[list[str] | None, typer.Argument(help="Environments; by default all, or a family's samples.")] = None,
 ) -> None:
-    """Write a transcript of a short episode of each environment, as text."""
+    """Write a transcript of a short episode of each environment, as text, and hashes of a picture of each family.
+
+    Simulators that draw by OpenGL are left out where there is none: set MUJOCO_GL=egl.
+    """
     from llf_teacher.registry import entry
+    from llf_teacher.tools import pictures
     from llf_teacher.tools.golden import write
 
     if not id:
         say_missing()
-    for path in write(folder, tuple(entry(name).id for name in id or ())):
+    ids = tuple(entry(name).id for name in id or ())
+    for path in write(folder, ids):
         typer.echo(path)
+    typer.echo(pictures.write(folder, ids))

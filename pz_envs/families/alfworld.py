@@ -8,6 +8,7 @@ FAMILY = Family(
     summary="do household tasks by text commands",
     world="Alfworld",
     oracle="AlfworldOracle",
+    picture="AlfworldPicture",
     environments={"alfworld-v0": {}},
     showcase=("alfworld-v0",),
     max_turns=100,

@@ -8,6 +8,7 @@ FAMILY = Family(
     summary="pull the arm that pays most on average",
     world="Bandit",
     oracle="BanditOracle",
+    picture="BanditPicture",
     world_batch="BanditBatch",
     oracle_batch="BanditOracleBatch",
     environments={

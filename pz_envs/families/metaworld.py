@@ -17,6 +17,7 @@ FAMILY = Family(
     summary="move a robot's hand by target poses",
     world="MetaWorld",
     oracle="MetaWorldOracle",
+    picture="MetaWorldPicture",
     environments={f"metaworld-{task}-v3": {"task": f"{task}-v3"} for task in _TASKS.split()},
     showcase=("metaworld-reach-v3", "metaworld-drawer-open-v3", "metaworld-pick-place-v3"),
     visual=True,

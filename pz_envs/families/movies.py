@@ -8,6 +8,7 @@ FAMILY = Family(
     summary="recommend movies or TV shows that meet a user's wishes",
     world="Movies",
     oracle="MoviesOracle",
+    picture="MoviesPicture",
     environments={"reco-movie-v0": {}},
     showcase=("reco-movie-v0",),
     max_turns=30,

@@ -8,6 +8,7 @@ FAMILY = Family(
     summary="find the point of least loss",
     world="Optimization",
     oracle="OptimizationOracle",
+    picture="OptimizationPicture",
     world_batch="OptimizationBatch",
     oracle_batch="OptimizationOracleBatch",
     environments={

@@ -8,6 +8,7 @@ FAMILY = Family(
     summary="drive a car into a marked spot, nose first",
     world="Parking",
     oracle="ParkingOracle",
+    picture="ParkingPicture",
     environments={"highway-parking-v0": {}},
     showcase=("highway-parking-v0",),
     max_turns=100,

@@ -8,6 +8,7 @@ FAMILY = Family(
     summary="write verse with the right number of lines and syllables",
     world="Poem",
     oracle="PoemOracle",
+    picture="PoemPicture",
     environments={
         f"poem-{form}-v0": {"form": form}
         for form in ("Haiku", "LineSyllableConstrainedPoem", "SyllableConstrainedPoem", "Tanka")

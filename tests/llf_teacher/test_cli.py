@@ -303,7 +303,7 @@ def test_shelf(tmp_path):
 def test_golden(tmp_path):
     result = llf("golden", "here", "llf-gridworld-v0", cwd=tmp_path)
     assert result.returncode == 0
-    assert [path.name for path in (tmp_path / "here").iterdir()] == ["llf-gridworld-v0.txt"]
+    assert sorted(path.name for path in (tmp_path / "here").iterdir()) == ["llf-gridworld-v0.txt", "pictures.toml"]
 
 
 def test_no_arguments_show_help(tmp_path):

@@ -50,7 +50,7 @@ class Simulator:
         self._fresh = dict(env.__dict__)
         self._fresh_physics = self._physics(), env.model.body_pos.copy(), env.model.site_pos.copy()
         self._episode = _NONE
-        self._renderer: Any = None
+        self._renderers: dict[int, Any] = {}
         self._aliases: dict[str, FloatArray] = {}
         self._aliases = self._find_aliases()
 
@@ -98,18 +98,19 @@ class Simulator:
         self._mujoco.mj_setState(env.model, env.data, np.frombuffer(truth.physics).copy(), self._kind)
         return self
 
-    def image(self) -> ImageArray:
-        """What the camera sees now, uint8 (240, 240, 3)."""
+    def image(self, pixels: int = PIXELS) -> ImageArray:
+        """What the camera sees now, uint8 (pixels, pixels, 3)."""
         mujoco, env = self._mujoco, self.env
         if _FAILED:
             raise _no_images(_FAILED[0])
         physics = self._physics()
         try:
-            if self._renderer is None:
-                self._renderer = mujoco.Renderer(env.model, PIXELS, PIXELS)
+            renderer = self._renderers.get(pixels)
+            if renderer is None:
+                renderer = self._renderers[pixels] = mujoco.Renderer(env.model, pixels, pixels)
             mujoco.mj_forward(env.model, env.data)  # a state that was loaded has no derived quantities yet
-            self._renderer.update_scene(env.data, camera=_CAMERA)
-            image = self._renderer.render()
+            renderer.update_scene(env.data, camera=_CAMERA)
+            image = renderer.render()
         except Exception as error:
             _FAILED.append(f"{error!r}")
             raise _no_images(_FAILED[0]) from error

@@ -1,0 +1,61 @@
+"""Pictures of a few episodes: for the tests, by a hash that small differences leave as it is, and for the documents."""
+
+import contextlib
+import tomllib
+from collections.abc import Collection
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from llf_teacher.gym import StudentEnv
+from llf_teacher.registry import PREFIX
+from pz_envs.family import all_families
+from worlds.pictures.canvas import Frame
+
+__all__ = ["GOLDEN", "dhash", "sample", "write"]
+
+GOLDEN = "pictures.toml"
+_SEED, _TURNS = 7, 5
+
+
+def sample(environment: str, *, theme: str = "light", privileged: bool = True) -> Frame:
+    """A frame of a student who is at its fifth turn: it has done well, but for the first and the third one."""
+    env = StudentEnv(
+        f"{PREFIX}{environment}", render_mode="rgb_array", privileged_info=privileged, theme=theme, paraphrase=0
+    )
+    env.reset(seed=_SEED)
+    rng = np.random.default_rng(_SEED)
+    for turn in range(_TURNS):
+        plan = env.aec.teacher.oracle.plan(env.aec.moment.after, 1) if turn not in (0, 2) else ()
+        action = plan[0] if plan else env.aec.world.sample_action(rng)
+        _, _, terminated, truncated, _ = env.step(action)
+        if terminated or truncated:
+            break
+    frame: Frame = env.render()
+    env.close()
+    return frame
+
+
+def dhash(frame: Frame) -> str:
+    """64 bits in hexadecimal: whether each of 8 x 8 parts of a picture is darker than its neighbour to the right."""
+    small = np.asarray(Image.fromarray(frame).convert("L").resize((9, 8), Image.Resampling.BOX), float)
+    bits = (small[:, 1:] > small[:, :-1]).ravel()
+    return f"{int(''.join('01'[bit] for bit in bits.astype(int)), 2):016x}"
+
+
+def write(folder: Path, which: Collection[str] = ()) -> Path:
+    """Write the hashes of a frame of each family's first showcase, or of those among the given ids.
+
+    What is not asked for, or cannot be drawn here, keeps the hash that it has.
+    """
+    path = folder / GOLDEN
+    hashes = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    shown = [family.showcase[0] for family in all_families() if not family.missing()]
+    for environment in shown:
+        if not which or f"{PREFIX}{environment}" in which:
+            with contextlib.suppress(RuntimeError):  # of a simulator without OpenGL
+                hashes[environment] = dhash(sample(environment))
+    lines = [f'"{environment}" = "{hashes[environment]}"\n' for environment in shown if environment in hashes]
+    path.write_text("".join(lines), encoding="utf-8")
+    return path

@@ -1,0 +1,192 @@
+"""Every family's pictures pass the kit that ships; the kit finds what is wrong; and they stay as they were."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+import tomllib
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from design import sampled
+from sampling import ENTRIES
+
+from llf_teacher.registry import entries, family
+from llf_teacher.tools.pictures import GOLDEN, dhash, sample
+from pz_envs.family import all_families
+from worlds.gridworld import Gridworld
+from worlds.pictures import TextPicture
+from worlds.pictures import testing as kit
+from worlds.pictures.gridworld import GridworldPicture
+
+GOLDENS = Path(__file__).parents[1] / "golden" / GOLDEN
+BITS = 6
+"""So many of 64 may differ: another version of Pillow or FreeType draws an edge a little differently."""
+LIGHT = [family.name for family in all_families() if not family.slow]
+RENDERED = [family.name for family in all_families() if family.slow]
+"""Those that a simulator draws, for which OpenGL has to be asked for before Python starts."""
+
+
+def name(value):
+    return getattr(value, "id", None) or getattr(value, "__name__", None)
+
+
+def check(check, id):
+    """A check of the kit for an environment; also called by the program below."""
+    entry = entries()[id]
+    check(partial(entry.family.make_world, **entry.options), entry.family.make_picture)
+
+
+@sampled(lambda entry, each: {entry.id, (entry.family.name, each)})
+@pytest.mark.parametrize("each", kit.CHECKS, ids=name)
+@pytest.mark.parametrize("entry", [each for each in ENTRIES if not each.values[0].family.slow])
+def test_pictures(entry, each):
+    check(each, entry.id)
+
+
+def with_opengl(code):
+    """What a program prints that draws by OpenGL."""
+    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"} | {"MUJOCO_GL": "egl"}
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
+    if "images need off-screen OpenGL" in run.stderr:
+        pytest.skip("no off-screen OpenGL here; on Debian libegl1 brings it")
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
+@pytest.mark.parametrize("name", RENDERED)
+def test_pictures_of_simulators(name):
+    code = f"""
+import json
+from functools import partial
+from llf_teacher.registry import family
+from llf_teacher.tools.pictures import dhash, sample
+from worlds.pictures.testing import check_picture
+world = family({name!r})
+options = world.environments[world.showcase[0]]
+check_picture(partial(world.make_world, **options), world.make_picture)
+print(json.dumps(dhash(sample(world.showcase[0]))))
+"""
+    close_to_golden(family(name).showcase[0], json.loads(with_opengl(code)))
+
+
+@pytest.mark.parametrize("name", LIGHT)
+def test_goldens(name):
+    environment = family(name).showcase[0]
+    close_to_golden(environment, dhash(sample(environment)))
+
+
+def close_to_golden(environment, found):
+    golden = tomllib.loads(GOLDENS.read_text())[environment]
+    apart = (int(golden, 16) ^ int(found, 16)).bit_count()
+    assert apart <= BITS, f"{environment} looks different, {found} and not {golden}: look at it; see `llf golden`"
+
+
+def test_goldens_are_complete():
+    assert [*tomllib.loads(GOLDENS.read_text())] == [each.showcase[0] for each in all_families()]
+
+
+def test_hashes_tell_pictures_apart():
+    goldens = [int(each, 16) for each in tomllib.loads(GOLDENS.read_text()).values()]
+    assert all((one ^ other).bit_count() > BITS for i, one in enumerate(goldens) for other in goldens[:i])
+
+
+@pytest.mark.parametrize("environment", ["gridworld-v0", "optimization-Booth-v0", "reco-movie-v0", "alfworld-v0"])
+def test_the_privileged_see_what_is_hidden(environment):
+    entry = entries()[f"llf-{environment}"]
+    options = {"shift": True} if "optimization" in environment else {}
+    world = entry.family.make_world(**entry.options, **options)
+    world.reset(seed=5)
+    turns, picture = kit.episode(world), entry.family.make_picture(world)
+    other = picture.alike(turns, np.random.default_rng(1))
+    one, two = (kit.picture_of(picture, kit.sight_of(world, each, True)) for each in (turns, other))
+    assert not np.array_equal(one, two)
+
+
+@pytest.mark.parametrize("name", LIGHT)
+def test_thirty_frames_a_second(name):
+    """Of a processor's time, where a frame takes a quarter of it at most."""
+    from llf_teacher.gym import StudentEnv
+
+    env = StudentEnv(f"llf-{family(name).showcase[0]}", render_mode="rgb_array", privileged_info=True)
+    env.reset(seed=0)
+    rng = np.random.default_rng(0)
+    spent = []
+    for _ in range(8):
+        *_, terminated, truncated, _ = env.step(env.aec.world.sample_action(rng))
+        before = time.process_time()
+        env.render()
+        spent.append(time.process_time() - before)
+        if terminated or truncated:
+            env.reset()
+    assert sorted(spent)[len(spent) // 2] < 1 / 30
+
+
+def test_a_family_without_a_picture_is_shown_in_its_own_words():
+    plain = replace(family("gridworld"), picture="")
+    world = plain.make_world()
+    world.reset(seed=0)
+    assert isinstance(plain.make_picture(world), TextPicture)
+    kit.check_picture(Gridworld, plain.make_picture)
+
+
+class Tells(GridworldPicture):
+    """Draws where the treasure is."""
+
+    def draw(self, canvas, sight):
+        super().draw(canvas, sight._replace(privileged=True))
+
+
+class Writes(GridworldPicture):
+    """Writes where the treasure is."""
+
+    def text(self, sight):
+        return ((f"{sight.now.layout.treasure}", ""),)
+
+
+class Betrays(GridworldPicture):
+    """Takes for equal what a student can tell apart."""
+
+    def alike(self, turns, rng):
+        return [turn._replace(truth=turn.truth._replace(room=turns[0].truth.layout.treasure)) for turn in turns]
+
+
+class Blank(GridworldPicture):
+    def draw(self, canvas, sight):
+        pass
+
+
+class Bright(GridworldPicture):
+    def draw(self, canvas, sight):
+        canvas.box((0, 0), (canvas.width, canvas.height), "#ffffff")
+        canvas.line([(0, 0), (200, 200)], "#000000", 9)
+
+
+class Forgets(GridworldPicture):
+    """Draws what it has drawn before."""
+
+    drawn = 0
+
+    def draw(self, canvas, sight):
+        Forgets.drawn += 1
+        canvas.text((20, 20), f"{Forgets.drawn}", 40)
+
+
+@pytest.mark.parametrize(
+    ("liar", "match"),
+    [
+        (Tells, "the picture shows what nobody may know"),
+        (Writes, "the text shows what nobody may know"),
+        (Betrays, "a student could tell"),
+        (Blank, "is blank"),
+        (Bright, "the same in light and dark"),
+        (Forgets, "two pictures of the same sight differ"),
+    ],
+)
+def test_the_kit_finds_liars(liar, match):
+    with pytest.raises(AssertionError, match=match):
+        kit.check_picture(Gridworld, lambda world: liar(world.scratch()))

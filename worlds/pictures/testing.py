@@ -1,0 +1,121 @@
+"""A conformance kit for pictures. For your own, run `check_picture(MyWorld, MyPicture)`.
+
+Each check takes a factory of worlds, and what makes a picture of a world; it raises an AssertionError that says what is
+wrong.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from worlds.pictures import Picture, Sight, Turn
+from worlds.pictures.canvas import THEMES, Canvas, Frame
+from worlds.testing import plain, require, some_actions, started
+from worlds.world import World
+
+__all__ = ["CHECKS", "check_picture", "episode", "picture_of"]
+
+Make = Callable[[], World[Any]]
+MakePicture = Callable[[World[Any]], Picture[Any]]
+_SIZE = 384, 442
+_SEEDS = 3
+_TURNS = 6
+
+
+def check_picture(make: Make, make_picture: MakePicture) -> None:
+    """Run every check."""
+    for check in CHECKS:
+        check(make, make_picture)
+
+
+def episode(world: World[Any], turns: int = _TURNS, seed: int = 0) -> list[Turn[Any]]:
+    """Some turns of a student who knows nothing of the task, in a world that was reset."""
+    played: list[Turn[Any]] = [Turn(None, 0.0, world.truth)]
+    for action in some_actions(world, turns, seed):
+        legal = world.legal(action)
+        _, reward, terminated, truncated, info = world.advance(legal)
+        played.append(Turn(legal, reward, world.truth, info["success"]))
+        if terminated or truncated:
+            break
+    return played
+
+
+def sight_of(world: World[Any], turns: Sequence[Turn[Any]], privileged: bool = False) -> Sight[Any]:
+    """The turns as they are drawn; the world is left in the state of the last one."""
+    world.restore(turns[-1].truth)
+    return Sight(tuple(turns), world.describe(world.observe()), privileged)
+
+
+def picture_of(picture: Picture[Any], sight: Sight[Any], theme: str = "light") -> Frame:
+    """What a picture draws, on a canvas of its own."""
+    canvas = Canvas(*_SIZE, THEMES[theme])
+    picture.draw(canvas, sight)
+    return canvas.pixels()
+
+
+def check_drawing(make: Make, make_picture: MakePicture) -> None:
+    """There is something to see at every turn, in each theme, and the text is text; the sight stays as it is."""
+    world = started(make)
+    picture = make_picture(world)
+    turns = episode(world)
+    for i in range(1, len(turns) + 1):
+        for privileged in (False, True):
+            sight = sight_of(world, turns[:i], privileged)
+            before = plain(sight)
+            frames = [picture_of(picture, sight, theme) for theme in THEMES]
+            require(all((frame != frame[0, 0]).any() for frame in frames), f"the picture of turn {i - 1} is blank")
+            require(
+                not np.array_equal(frames[0], frames[1]),
+                "the picture is the same in light and dark: use the theme's colours",
+            )
+            text = picture.text(sight)
+            require(
+                all(isinstance(piece, str) and isinstance(role, str) for piece, role in text),
+                f"text must be pairs of a text and a role, got {text!r}",
+            )
+            require(plain(sight) == before, "drawing has changed the sight")
+
+
+def check_repetition(make: Make, make_picture: MakePicture) -> None:
+    """Equal sights give equal pictures, whatever was drawn before; and the world is left alone."""
+    world = started(make)
+    turns = episode(world)
+    first, second = make_picture(world), make_picture(world)
+    sight = sight_of(world, turns)
+    one = picture_of(first, sight)
+    picture_of(second, sight_of(world, turns[:1], True))
+    require(plain(world.save().truth) == plain(turns[0].truth), "drawing has changed the world: use the lab")
+    require(np.array_equal(one, picture_of(second, sight)), "two pictures of the same sight differ")
+    require(first.text(sight) == second.text(sight), "two texts of the same sight differ")
+
+
+def check_hidden(make: Make, make_picture: MakePicture) -> None:
+    """What a student could not tell apart looks the same, in the picture and in the text; only the privileged see."""
+    for seed in range(_SEEDS):
+        world = started(make, seed)
+        turns = episode(world, seed=seed)
+        picture = make_picture(world)
+        other = list(picture.alike(turns, np.random.default_rng(seed)))
+        require(len(other) == len(turns), f"alike must give as many turns, got {len(other)} for {len(turns)}")
+        for mine, theirs in zip(turns, other, strict=True):
+            same = plain((mine.action, mine.reward, mine.success)) == plain(
+                (theirs.action, theirs.reward, theirs.success)
+            )
+            require(same and _seen(world, mine) == _seen(world, theirs), "a student could tell what alike gives apart")
+        one, two = sight_of(world, turns), sight_of(world, other)
+        require(
+            np.array_equal(picture_of(picture, one), picture_of(picture, two)), "the picture shows what nobody may know"
+        )
+        require(picture.text(one) == picture.text(two), "the text shows what nobody may know")
+
+
+def _seen(world: World[Any], turn: Turn[Any]) -> Any:
+    """What a student sees after a turn."""
+    world.restore(turn.truth)
+    observation = world.observe()
+    return plain(observation), world.describe(observation)
+
+
+CHECKS = (check_drawing, check_repetition, check_hidden)
+"""All of them."""
