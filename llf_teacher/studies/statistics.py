@@ -1,16 +1,18 @@
 """Statistics of studies: numbers in, estimates out. The seed is the unit of replication; every draw has a fixed seed.
 
-Intervals of means are BCa bootstrap intervals (Efron 1987) by `scipy.stats.bootstrap`, intervals of rates are Wilson's
-(1927) by `scipy.stats.binomtest`, p-values are of sign-flip tests (Fisher 1935) by `scipy.stats.permutation_test`.
+Intervals of means are BCa bootstrap intervals (Efron 1987), p-values are of sign-flip tests (Fisher 1935), both by
+`llf_teacher.studies.resampling`; intervals of rates are Wilson's (1927) by `scipy.stats.binomtest`.
 """
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
+
+from llf_teacher.studies.resampling import bca, sign_flips
 
 LEVEL = 0.95
 """Confidence level of every interval."""
@@ -18,9 +20,7 @@ RESAMPLES = 9999
 """Bootstrap samples; with at most as many ways to flip signs, a test counts them all."""
 BAND_RESAMPLES = 999
 """Bootstrap samples for bands in plots, of which there are many."""
-_SEED = 0
 _RELATIVE = 1e-9  # differences below this share of the values are rounding
-_BATCH = 2_000_000  # numbers drawn at once, which bounds memory
 
 
 class Estimate(NamedTuple):
@@ -116,17 +116,7 @@ def mean_band(values: ArrayLike, resamples: int = BAND_RESAMPLES) -> Band:
     low, high = mean.copy(), mean.copy()
     varied = np.ptp(table, axis=0) > _RELATIVE * np.abs(table).max(axis=0)
     if varied.any():
-        sample = table[:, varied]
-        result = stats.bootstrap(
-            (sample,),
-            np.mean,
-            axis=0,
-            n_resamples=resamples,
-            batch=max(1, _BATCH // sample.size),
-            confidence_level=LEVEL,
-            random_state=np.random.default_rng(_SEED),
-        )
-        low[varied], high[varied] = result.confidence_interval
+        low[varied], high[varied] = bca(table[:, varied], resamples, LEVEL)
     return Band(mean, low, high)
 
 
@@ -155,35 +145,54 @@ def success_interval(successes: ArrayLike) -> Estimate:
             several, those of a seed are not independent: they are averaged first, and the interval is that of the
             mean of these averages.
     """
-    table = np.asarray(successes, dtype=float)
-    if table.ndim == 2 and table.shape[1] == 1:
-        return rate_interval(int(table.sum()), len(table))
-    return mean_interval(table.mean(axis=1))
+    return success_intervals([successes])[0]
+
+
+def success_intervals(tables: Sequence[ArrayLike]) -> list[Estimate]:
+    """The same of several tables; those of the same length share their draws, which is fast."""
+    arrays = [np.asarray(table, dtype=float) for table in tables]
+    single = [array.ndim == 2 and array.shape[1] == 1 for array in arrays]
+    means = iter(mean_intervals([array.mean(axis=1) for array, one in zip(arrays, single, strict=True) if not one]))
+    return [
+        rate_interval(int(array.sum()), len(array)) if one else next(means)
+        for array, one in zip(arrays, single, strict=True)
+    ]
+
+
+def mean_intervals(columns: Sequence[ArrayLike]) -> list[Estimate]:
+    """`mean_interval` of each of several columns; those of the same length share their draws, which is fast."""
+    arrays = [np.asarray(column, dtype=float) for column in columns]
+    found: dict[int, Estimate] = {}
+    for alike in _of_a_length(arrays):
+        band = mean_band(np.column_stack([arrays[i] for i in alike]), RESAMPLES)
+        for i, mean, low, high in zip(alike, *band, strict=True):
+            found[i] = Estimate(float(mean), float(low), float(high), len(arrays[i]))
+    return [found[i] for i in range(len(arrays))]
 
 
 def paired_difference(values: ArrayLike, reference: ArrayLike) -> Difference:
     """Mean of `values - reference`, both of shape (n,) and paired by seed, with its bootstrap interval.
 
-    The test is exact for at most 13 pairs (2**13 < `RESAMPLES`), by random flips beyond. One pair has p = 1.
+    The test is exact for at most 13 pairs that differ (2**13 < `RESAMPLES`), by random flips beyond.
     """
-    pairs = np.asarray(values, dtype=float), np.asarray(reference, dtype=float)
-    estimate = mean_interval(pairs[0] - pairs[1])
-    if estimate.n == 1 or estimate.low == estimate.high == 0:
-        return Difference(estimate, 1.0)
-    test = stats.permutation_test(
-        pairs,
-        _mean_difference,
-        permutation_type="samples",
-        vectorized=True,
-        n_resamples=RESAMPLES,
-        batch=max(1, _BATCH // estimate.n),
-        random_state=_SEED,
-    )
-    return Difference(estimate, float(test.pvalue))
+    return paired_differences([np.asarray(values, dtype=float) - np.asarray(reference, dtype=float)])[0]
 
 
-def _mean_difference(values: Any, reference: Any, axis: int = -1) -> Any:
-    return np.mean(values - reference, axis=axis)
+def paired_differences(columns: Sequence[ArrayLike]) -> list[Difference]:
+    """The same of several columns of differences; those of the same length share their draws, which is fast."""
+    arrays = [np.asarray(column, dtype=float) for column in columns]
+    p: dict[int, float] = {}
+    for alike in _of_a_length(arrays):
+        p |= zip(alike, sign_flips(np.column_stack([arrays[i] for i in alike]), RESAMPLES).tolist(), strict=True)
+    return [Difference(estimate, p[i]) for i, estimate in enumerate(mean_intervals(arrays))]
+
+
+def _of_a_length(arrays: Sequence[NDArray[np.float64]]) -> list[list[int]]:
+    """Places of the arrays, those of the same length together."""
+    groups: dict[int, list[int]] = {}
+    for i, array in enumerate(arrays):
+        groups.setdefault(len(array), []).append(i)
+    return list(groups.values())
 
 
 def holm(p_values: Sequence[float]) -> list[float]:

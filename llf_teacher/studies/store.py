@@ -182,6 +182,18 @@ class Store:
         rows = self._db.execute(f"SELECT * FROM episode ORDER BY {_ORDER}")  # noqa: S608
         return [row for row in rows if keys is None or row["key"] in keys]
 
+    def episode(self, key: str) -> sqlite3.Row:
+        """An episode.
+
+        Raises:
+            StoreError: it is not there.
+        """
+        query = f"SELECT {_EPISODE} FROM {_JOINED} WHERE key = ?"  # noqa: S608
+        row: sqlite3.Row | None = self._db.execute(query, (bytes.fromhex(key),)).fetchone()
+        if row is None:
+            raise StoreError(f"{self.path} has no episode {key!r}")
+        return row
+
     def rows(self) -> Iterator[dict[str, Any]]:
         """All episodes one by one, in the order in which they were written, as they are after decoding."""
         for row in map(dict, self._db.execute("SELECT * FROM episode")):

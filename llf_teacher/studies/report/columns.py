@@ -1,0 +1,126 @@
+"""What a report needs of a store's episodes, from its columns: sums by SQL, curves in a sorted stream.
+
+Turns are never read. All is of one moment: a study may go on meanwhile.
+"""
+
+import itertools
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher.studies.episode import unpack_regrets
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import EpisodeSpec, Study
+from teachers.atoms import KINDS, Label
+
+CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
+"""Labels of claims; text without claims does not occur in studies."""
+_SUMMED = (
+    *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
+    *(f"said_{kind}" for kind in KINDS),
+    *CHECKED,
+)
+_SEED = EpisodeSpec._fields.index("seed")
+_SHARED = ", ".join(name for name in EpisodeSpec._fields if name != "seed")
+
+Plan = Mapping[EpisodeSpec, tuple[int, ...]]
+"""What a study plays: the seeds of each setting, which is an episode with seed 0."""
+
+
+class Sums(NamedTuple):
+    """Of the episodes of one setting."""
+
+    episodes: int
+    first: int
+    """The least seed."""
+    sums: Mapping[str, float]
+    """Of each column that counts something, and of the regret."""
+
+
+class Curves(NamedTuple):
+    """The episodes of one setting in the order of their seeds."""
+
+    setting: EpisodeSpec
+    seeds: NDArray[np.int64]
+    success: NDArray[np.bool_]
+    """At the last turn, shape (seeds,)."""
+    regrets: NDArray[np.float64]
+    """Cumulative regret after each turn, shape (seeds, max_turns); it stays as it is after the end."""
+
+
+def plan(study: Study) -> Plan:
+    """The settings of a study with their seeds."""
+    found: dict[EpisodeSpec, tuple[int, ...]] = {}
+    for _, alike in itertools.groupby(study.episodes(), lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
+        specs = list(alike)
+        found[specs[0]._replace(seed=0)] = tuple(spec.seed for spec in specs)
+    return found
+
+
+class Columns:
+    """The episodes of a study that a store holds.
+
+    Args:
+        db: a connection of one's own.
+        planned: the settings.
+    """
+
+    def __init__(self, db: sqlite3.Connection, planned: Plan) -> None:
+        self._db = db
+        lists = {seeds: number for number, seeds in enumerate(dict.fromkeys(planned.values()))}
+        db.execute("CREATE TEMP TABLE seeds (list, seed, PRIMARY KEY (list, seed)) WITHOUT ROWID")
+        for seeds, number in lists.items():
+            db.executemany("INSERT INTO seeds VALUES (?, ?)", ((number, seed) for seed in seeds))
+        db.execute("CREATE TEMP TABLE wanted (setting INTEGER PRIMARY KEY, list, rank)")
+        settings = db.execute(f"SELECT setting, {_SHARED} FROM setting").fetchall()  # noqa: S608 (names of ours)
+        self._there: dict[int, EpisodeSpec] = {}
+        for number, *shared in settings:
+            spec = EpisodeSpec._make((*shared[:_SEED], 0, *shared[_SEED:]))
+            if spec in planned:
+                self._there[number] = spec
+                db.execute("INSERT INTO wanted VALUES (?, ?, 0)", (number, lists[planned[spec]]))
+
+    def sums(self) -> dict[EpisodeSpec, Sums]:
+        """By setting; those without an episode are left out."""
+        sums = ", ".join(f"total({name})" for name in _SUMMED)
+        query = f"SELECT setting, count(*), min(seed), {sums} FROM {_WANTED} GROUP BY setting"  # noqa: S608
+        found: dict[EpisodeSpec, Sums] = {}
+        for setting, count, first, *values in self._db.execute(query):
+            found[self._there[setting]] = Sums(count, first, dict(zip(_SUMMED, values, strict=True)))
+        return found
+
+    def curves(self, order: Iterable[EpisodeSpec]) -> Iterator[Curves]:
+        """The settings that have episodes, one by one in the given order; one that is not in it is left out."""
+        ranks = {spec: rank for rank, spec in enumerate(order)}
+        for setting, spec in self._there.items():
+            self._db.execute("UPDATE wanted SET rank = ? WHERE setting = ?", (ranks.get(spec, -1), setting))
+        specs = list(ranks)
+        rows = self._db.execute(
+            f"SELECT rank, seed, success, regrets FROM {_WANTED} WHERE rank >= 0 ORDER BY rank, seed"  # noqa: S608
+        )
+        for rank, alike in itertools.groupby(rows, lambda row: row[0]):
+            yield _curves(specs[rank], list(alike))
+
+
+_WANTED = "result JOIN wanted USING (setting) JOIN seeds USING (list, seed)"
+
+
+def _curves(spec: EpisodeSpec, rows: list[tuple[int, int, int, bytes]]) -> Curves:
+    regrets = np.zeros((len(rows), spec.max_turns))
+    for place, row in zip(regrets, rows, strict=True):
+        turns = unpack_regrets(row[3])
+        place[: len(turns)] = turns
+    np.cumsum(regrets, axis=1, out=regrets)
+    return Curves(spec, np.array([row[1] for row in rows]), np.array([row[2] for row in rows], dtype=np.bool_), regrets)
+
+
+@contextmanager
+def columns(store: Store, planned: Plan) -> Iterator[Columns]:
+    """Read a store's columns by a connection of one's own."""
+    with closing(sqlite3.connect(f"{store.path.absolute().as_uri()}?mode=ro", uri=True)) as db:
+        db.execute("BEGIN")
+        yield Columns(db, planned)

@@ -1,0 +1,101 @@
+"""What a report is made of: a study, and what a store holds of it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, product
+from typing import Any
+
+from llf_teacher.registry import entry
+from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
+from llf_teacher.studies.report.section import Cell, Section, cell
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import EpisodeSpec, Study
+from pz_envs.family import all_families
+
+
+@dataclass(frozen=True, kw_only=True)
+class Data:
+    """What the parts of a report are made of."""
+
+    study: Study
+    store: Store
+    """For the turns of single episodes, and for the manifest."""
+    planned: Plan
+    sums: Mapping[EpisodeSpec, Sums]
+    """Of the study's episodes that are there, by setting."""
+    sections: tuple[Section, ...]
+    """In the order of families, types and grids; those without an episode are left out."""
+
+    @property
+    def expected(self) -> int:
+        """Episodes that the study plays."""
+        return sum(map(len, self.planned.values()))
+
+    @property
+    def present(self) -> int:
+        """Those that the store holds."""
+        return sum(each.episodes for each in self.sums.values())
+
+    @cached_property
+    def manifest(self) -> dict[str, Any]:
+        """Facts about the study and what it ran on."""
+        return self.store.manifest()
+
+
+def read(store: Store, study: Study) -> Data:
+    """Gather what a store holds of a study: a few numbers of each episode, whatever it has turns.
+
+    Raises:
+        ValueError: no episode of the study has been played.
+    """
+    planned = plan(study)
+    with columns(store, planned) as there:
+        sums = there.sums()
+        if not sums:
+            raise ValueError(f"{store.path} holds no episode of this study; run it first")
+        found = tuple(_sections(study, there, sums))
+    return Data(study=study, store=store, planned=planned, sums=sums, sections=found)
+
+
+def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[Section]:
+    outlines = list(_outlines(study, sums))
+    order = {
+        setting: (number, setting.teacher, setting.student)
+        for number, outline in enumerate(outlines)
+        for setting in sorted(outline["sums"], key=lambda each: (each.teacher, each.student, each.id))
+    }
+    cells: list[dict[tuple[str, str], Cell]] = [{} for _ in outlines]
+    for (number, *pair), curves in groupby(there.curves(order), lambda each: order[each.setting]):
+        if (made := _cell(list(curves), outlines[number]["ids"])) is not None:
+            cells[number][pair[0], pair[1]] = made
+    for outline, mine in zip(outlines, cells, strict=True):
+        pairs = product(outline["grid"].teachers, outline["grid"].students)
+        yield Section(**outline, cells={pair: mine[pair] for pair in pairs if pair in mine})
+
+
+def _cell(curves: list[Curves], ids: tuple[str, ...]) -> Cell | None:
+    return cell(curves) if {each.setting.id for each in curves} == set(ids) else None
+
+
+def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[str, Any]]:
+    """The fields of each section but for its cells."""
+    groups: dict[tuple[str, str, str], dict[EpisodeSpec, Sums]] = {}
+    for setting, each in sums.items():
+        name = entry(setting.id).family.name
+        groups.setdefault((name, setting.instruction_type, setting.feedback_type), {})[setting] = each
+    for family, *types in product(all_families(), study.instruction_types, study.feedback_types):
+        mine = groups.get((family.name, types[0], types[1]), {})
+        there = {setting.id for setting in mine}
+        ids = [id for id in study.ids if id in there]
+        for part, grid in enumerate(dict.fromkeys(map(study.grid, ids))):
+            alike = tuple(id for id in ids if study.grid(id) == grid)
+            yield {
+                "family": family,
+                "instruction_type": types[0],
+                "feedback_type": types[1],
+                "part": part,
+                "ids": alike,
+                "grid": grid,
+                "sums": {setting: each for setting, each in mine.items() if setting.id in alike},
+            }

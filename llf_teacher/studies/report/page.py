@@ -1,0 +1,94 @@
+"""The report of a study: what a store holds of it, as one HTML page that needs nothing else."""
+
+import os
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+from llf_teacher.studies.report.data import Data, read
+from llf_teacher.studies.report.parts import PARTS
+from llf_teacher.studies.report.plots import SHADES
+from llf_teacher.studies.report.section import label, reads
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study
+from llf_teacher.visible import visible
+
+
+def check_writable(path: Path) -> None:
+    """Refuse a path where no report can be written, before time is spent on a study.
+
+    Raises:
+        ValueError: it is a folder, or its folder is missing or cannot be written.
+    """
+    if path.is_dir():
+        raise ValueError(f"cannot write the report to {path}: it is a folder; give the name of a file")
+    folder = path.absolute().parent
+    if not folder.is_dir():
+        raise ValueError(f"cannot write the report to {path}: there is no folder {folder}; make it first")
+    if not os.access(folder, os.W_OK):
+        raise ValueError(f"cannot write the report to {path}: the folder {folder} is not writable")
+
+
+def write_report(store: Store, study: Study, path: Path) -> None:
+    """Write what a store holds of a study as one HTML file; the file is replaced as a whole.
+
+    Raises:
+        ValueError: no episode of the study has been played, or the path cannot be written.
+    """
+    check_writable(path)
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        draft.write_text(render(store, study), encoding="utf-8", newline="\n")
+        os.replace(draft, path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def render(store: Store, study: Study) -> str:
+    """The report as HTML; the same episodes give the same text.
+
+    Columns are taken as they are: `Store.damage` says whether they are as they were written.
+
+    Raises:
+        ValueError: no episode of the study has been played, or the turns of one that is shown are missing.
+    """
+    return page(read(store, study))
+
+
+def page(data: Data) -> str:
+    """What has been gathered, as HTML."""
+    environment = _environment()
+    filled = [(part, values) for part in PARTS if (values := part.values(data)) is not None]
+    contents: list[tuple[str, str, str]] = []
+    for part, _ in filled:
+        contents += part.links(data) if part.links else [(part.name, part.title, "")] if part.title else []
+    parts = [
+        Markup(  # noqa: S704 (the template has escaped it)
+            environment.get_template(f"parts/{part.name}.html.j2").render(data=data, contents=contents, **values)
+        )
+        for part, values in filled
+    ]
+    return visible(environment.get_template("page.html.j2").render(parts=parts, shades=SHADES))
+
+
+def _environment() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("llf_teacher.studies.report", ""),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"label": label, "reads": reads, "number": _number, "percent": _percent}
+    return environment
+
+
+def _number(value: float, digits: int = 1) -> str:
+    """A number with a proper minus sign, and no sign at zero."""
+    text = f"{value:.{digits}f}"
+    return text.removeprefix("-") if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f}"

@@ -1,0 +1,74 @@
+"""What teachers said, over all families and students."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any, NamedTuple
+
+from llf_teacher.students.student import TAUGHT
+from llf_teacher.studies.report.columns import CHECKED, Sums
+from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.parts.part import Part
+from llf_teacher.studies.report.section import added, reads, share
+from llf_teacher.studies.report.transcript import KIND_NAMES
+from teachers.atoms import KINDS
+
+
+class Account(NamedTuple):
+    """What a teacher said, over all episodes under one instruction type and feedback type."""
+
+    teacher: str
+    per_turn: dict[str, float]
+    """Claims per turn of the student, by kind; what is said at the opening counts."""
+    labels: dict[str, float]
+    """Share of the claims by label; none if there are no claims."""
+    uptake: float | None
+    """Of the turns before which a student who can be reached was advised an action, the share in which it took one;
+    None if there are none.
+    """
+    words: float
+    """Words of feedback per turn of the student."""
+    parse_failures: int
+    """Answers of students that were no action."""
+    turns: int
+
+
+def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:
+    """What each teacher said; teachers without an episode are left out."""
+    for teacher in data.study.teachers:
+        mine = {
+            setting: each
+            for setting, each in data.sums.items()
+            if (setting.teacher, setting.instruction_type, setting.feedback_type)
+            == (teacher, instruction_type, feedback_type)
+        }
+        if mine:
+            reached = [each for setting, each in mine.items() if reads(setting.student) in TAUGHT]
+            yield _account(teacher, list(mine.values()), share(reached, "followed", "advised"))
+
+
+def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Account:
+    turns = added(mine, "turns")
+    claims = sum(added(mine, label) for label in CHECKED)
+    return Account(
+        teacher=teacher,
+        per_turn={kind: added(mine, f"said_{kind}") / turns for kind in KINDS},
+        labels={label: added(mine, label) / claims for label in CHECKED} if claims else {},
+        uptake=uptake,
+        words=added(mine, "words") / turns,
+        parse_failures=int(added(mine, "parse_failures")),
+        turns=int(turns),
+    )
+
+
+def _values(data: Data) -> Mapping[str, Any]:
+    types = product(data.study.instruction_types, data.study.feedback_types)
+    told = {pair: list(accounts(data, *pair)) for pair in types}
+    return {
+        "accounts": {pair: rows for pair, rows in told.items() if rows},
+        "kinds": KINDS,
+        "kind_names": KIND_NAMES,
+        "labels": CHECKED,
+    }
+
+
+PART = Part("accounting", _values, "What was said")

@@ -1,0 +1,27 @@
+"""What each family says: success and regret of every teacher with every student, and transcripts."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from llf_teacher.students.student import TAUGHT
+from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.parts.part import Part
+from llf_teacher.studies.report.section import REFERENCE
+from llf_teacher.studies.report.transcript import KIND_NAMES, MARKS, transcript
+
+
+def _values(data: Data) -> Mapping[str, Any]:
+    return {
+        "reference": REFERENCE,
+        "taught": TAUGHT,
+        "kind_names": KIND_NAMES,
+        "marks": MARKS,
+        "transcripts": lambda section: [transcript(data.store, spec) for spec in section.transcripts],
+    }
+
+
+def _links(data: Data) -> list[tuple[str, str, str]]:
+    return [(s.anchor, s.family.name, f"{s.instruction_type}, {s.feedback_type}") for s in data.sections]
+
+
+PART = Part("families", _values, links=_links)

@@ -1,0 +1,14 @@
+"""What was studied, and how much of it has been played."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.parts.part import Part
+
+
+def _values(data: Data) -> Mapping[str, Any]:
+    return {"families": list(dict.fromkeys(section.family.name for section in data.sections))}
+
+
+PART = Part("introduction", _values)

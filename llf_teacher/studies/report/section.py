@@ -1,0 +1,207 @@
+"""A section of a report: what a study says of one family under one instruction type and feedback type."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import TAUGHT
+from llf_teacher.studies import statistics
+from llf_teacher.studies.report.columns import Curves, Sums
+from llf_teacher.studies.report.plots import curve_plot, dot_plot
+from llf_teacher.studies.statistics import Band, Difference, Estimate, Split, variance_split
+from llf_teacher.studies.study import EpisodeSpec, Grid
+from pz_envs.family import Family
+
+REFERENCE = "silent"
+"""The teacher that others are compared with."""
+_CURVES = 8
+"""Curves in a panel that can be told apart."""
+
+
+class Cell(NamedTuple):
+    """One teacher with one student: the seeds for which every environment of the section has been played."""
+
+    seeds: NDArray[np.int64]
+    success: NDArray[np.bool_]
+    """Success at the last turn, shape (seeds, environments)."""
+    regrets: NDArray[np.float64]
+    """Cumulative regret at the end, averaged over the environments, shape (seeds,)."""
+    band: Band
+    """Cumulative regret after each turn, averaged over the environments."""
+
+
+def cell(curves: Sequence[Curves]) -> Cell | None:
+    """A cell of the curves of each environment; None if there is no seed that all have."""
+    seeds = curves[0].seeds
+    for each in curves[1:]:
+        seeds = np.intersect1d(seeds, each.seeds, assume_unique=True)
+    if not len(seeds):
+        return None
+    rows = [np.searchsorted(each.seeds, seeds) for each in curves]
+    success = np.column_stack([each.success[row] for each, row in zip(curves, rows, strict=True)])
+    regrets = np.mean([each.regrets[row] for each, row in zip(curves, rows, strict=True)], axis=0)
+    return Cell(seeds, success, regrets[:, -1].copy(), statistics.mean_band(regrets))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """What a study says of one family under one instruction type and feedback type."""
+
+    family: Family
+    instruction_type: str
+    feedback_type: str
+    part: int
+    """Counts the sections of the same family and types from 0: environments with other grids are told apart."""
+    ids: tuple[str, ...]
+    """Environments that have been played at all."""
+    grid: Grid
+    """The teachers, students and seeds that the study has for them."""
+    cells: Mapping[tuple[str, str], Cell]
+    """By teacher and student; one without a complete seed is missing."""
+    sums: Mapping[EpisodeSpec, Sums]
+    """Of all episodes of the section, by setting."""
+
+    @property
+    def anchor(self) -> str:
+        """The section's id within the page."""
+        name = f"{self.family.name}-{self.instruction_type}-{self.feedback_type}".replace("+", "-")
+        return f"{name}-{self.part}" if self.part else name
+
+    @property
+    def digits(self) -> int:
+        """Decimals for regrets: three figures of the greatest mean."""
+        greatest = max((estimate.mean for estimate in self.regret.values()), default=0)
+        return 1 if greatest >= 10 else 2
+
+    @cached_property
+    def success(self) -> dict[tuple[str, str], Estimate]:
+        """Share of successes, 0 to 1, per cell."""
+        return dict(
+            zip(self.cells, statistics.success_intervals([c.success for c in self.cells.values()]), strict=True)
+        )
+
+    @cached_property
+    def regret(self) -> dict[tuple[str, str], Estimate]:
+        """Final cumulative regret, in the family's unit, per cell."""
+        estimates = statistics.mean_intervals([cell.regrets for cell in self.cells.values()])
+        return dict(zip(self.cells, estimates, strict=True))
+
+    def paired(self, teacher: str, student: str) -> NDArray[np.float64] | None:
+        """Regret less that under `REFERENCE` on the same seeds; None if there are none."""
+        one, other = self.cells.get((teacher, student)), self.cells.get((REFERENCE, student))
+        if one is None or other is None:
+            return None
+        seeds, *rows = np.intersect1d(one.seeds, other.seeds, assume_unique=True, return_indices=True)
+        return one.regrets[rows[0]] - other.regrets[rows[1]] if len(seeds) else None
+
+    @cached_property
+    def differences(self) -> dict[tuple[str, str], Difference]:
+        """Regret less that under `REFERENCE` on the same seeds, for students whom teachers can reach; p-values are
+        adjusted for the number of these differences.
+        """  # noqa: D205
+        compared = [pair for pair in self.cells if pair[0] != REFERENCE and reads(pair[1]) in TAUGHT]
+        paired = {pair: values for pair in compared if (values := self.paired(*pair)) is not None}
+        found = statistics.paired_differences(list(paired.values()))
+        adjusted = statistics.holm([difference.p for difference in found])
+        return {pair: each._replace(p=p) for pair, each, p in zip(paired, found, adjusted, strict=True)}
+
+    @property
+    def dots(self) -> str:
+        """Plot of success and regret, as SVG."""
+        names = self.grid.teachers, self.grid.students
+        return dot_plot(*names, self.success, self.regret, self.family.regret_unit, f"{self.anchor}-d")
+
+    @property
+    def curves(self) -> str:
+        """Plot of cumulative regret over turns, as SVG."""
+        panels = {
+            label(student): {
+                teacher: self.cells[teacher, student].band for teacher in self.drawn if (teacher, student) in self.cells
+            }
+            for student in self.grid.students
+        }
+        return curve_plot(panels, self.drawn, self.family.regret_unit, f"{self.anchor}-c")
+
+    @cached_property
+    def drawn(self) -> tuple[str, ...]:
+        """The teachers whose curves are drawn: all, or if they are too many to be told apart, `REFERENCE` and others
+        from the one with whom the regret of `reader` is least to the one with whom it is greatest, evenly spread.
+        """  # noqa: D205
+        if len(self.grid.teachers) <= _CURVES:
+            return self.grid.teachers
+        others = [t for t in self.grid.teachers if t != REFERENCE and (t, self.reader) in self.cells]
+        ranked = sorted(others, key=lambda teacher: self.regret[teacher, self.reader].mean)
+        room = min(_CURVES - (REFERENCE in self.grid.teachers), len(ranked))
+        chosen = {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)} | {REFERENCE}
+        return tuple(teacher for teacher in self.grid.teachers if teacher in chosen)
+
+    @cached_property
+    def split(self) -> Split | None:
+        """How the variance of regret splits between teachers and students; None unless every cell has been played."""
+        pairs = [self.cells.get(pair) for pair in product(self.grid.teachers, self.grid.students)]
+        cells = [cell for cell in pairs if cell is not None]
+        seeds = set.intersection(*(set(cell.seeds.tolist()) for cell in cells)) if len(cells) == len(pairs) else set()
+        if not seeds:
+            return None
+        regrets = [cell.regrets[np.isin(cell.seeds, list(seeds))] for cell in cells]
+        return variance_split(np.reshape(regrets, (len(self.grid.teachers), len(self.grid.students), len(seeds))))
+
+    @cached_property
+    def reader(self) -> str:
+        """The student to look at closely: one who reads words if any, else atoms, else any."""
+        there = {setting.student for setting in self.sums}
+        played = [student for student in self.grid.students if student in there]
+        return min(played, key=lambda student: (*TAUGHT, reads(student)).index(reads(student)))
+
+    def taught(self, teacher: str, student: str) -> dict[EpisodeSpec, Sums]:
+        """The settings of a teacher with a student that have episodes, with their sums."""
+        return {each: s for each, s in self.sums.items() if (each.teacher, each.student) == (teacher, student)}
+
+    @cached_property
+    def contrast(self) -> tuple[str, ...]:
+        """Two teachers of `reader`: of the truthful ones the one with whom regret is least, and the one whose claims
+        hold least. If all are truthful, the second is the one with whom regret is greatest; if one has played, it.
+        """  # noqa: D205
+        ranks = {}
+        for teacher in self.grid.teachers:
+            if taught := list(self.taught(teacher, self.reader).values()):
+                regret = added(taught, "regret") / sum(each.episodes for each in taught)
+                ranks[teacher] = (share(taught, "claims_held", "claims"), -regret)
+        spoke = [teacher for teacher, (held, _) in ranks.items() if held is not None] or list(ranks)
+        order = sorted(spoke, key=lambda teacher: ranks[teacher], reverse=True)
+        return tuple(dict.fromkeys((order[0], order[-1])))
+
+    @property
+    def transcripts(self) -> list[EpisodeSpec]:
+        """The first episode of `reader` with each teacher of `contrast`."""
+        found = []
+        for teacher in self.contrast:
+            setting, sums = min(self.taught(teacher, self.reader).items())
+            found.append(setting._replace(seed=sums.first))
+        return found
+
+
+def added(all_sums: Iterable[Sums], name: str) -> float:
+    """The sum of a column over settings."""
+    return sum(each.sums[name] for each in all_sums)
+
+
+def share(all_sums: Sequence[Sums], part: str, whole: str) -> float | None:
+    """What a column's sum is of another's; None if that is 0."""
+    return added(all_sums, part) / total if (total := added(all_sums, whole)) else None
+
+
+def reads(student: str) -> str:
+    """What a student learns from, one of `llf_teacher.students.student.READS`."""
+    return parse_student(student).reads
+
+
+def label(student: str) -> str:
+    """A student's spec and what it reads."""
+    return f"{student} (reads {reads(student)})"
