@@ -171,17 +171,17 @@ class TeacherSeat:
 
     def features(self) -> tuple[float, float, float, float, float]:
         """Turn / max_turns, the last reward, importance of the next action, share of the budget left, 1 if over."""
-        moment, oracle, purse = self.moment, self.teacher.oracle, self.purse
-        reward = moment.reward
-        importance, most = oracle.importance(moment.after), oracle.max_importance
+        _, _, reward, after, _, turn, over, _ = self.moment
+        oracle, purse = self.teacher.oracle, self.purse
+        importance, most = oracle.importance(after), oracle.max_importance
         if not self.low <= reward <= self.high:
             reward = self.low if reward < self.low else self.high
         return (
-            moment.turn / self.max_turns,
+            turn / self.max_turns,
             reward,
             importance if importance <= most else most,
             1.0 if purse.budget is None else purse.share,
-            moment.over,
+            over,
         )
 
     def feature_bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -333,8 +333,9 @@ def kinds_of(claims: Sequence[Claim[Any]]) -> int:
     """The kinds of claims, as a subset's number."""
     kinds = 0
     for claim in claims:
-        if claim.kind is not None:
-            kinds |= BIT[claim.kind]
+        kind = claim.kind
+        if kind is not None:
+            kinds |= BIT[kind]
     return kinds
 
 

@@ -145,21 +145,22 @@ class Phrasebook:
         atoms = []
         texts = []
         compiled = self._compiled if paraphrase == "random" else {}
-        for claim, draw in zip(claims, draws.take(len(claims)), strict=False):
-            about = turn
-            wordings = compiled.get(claim.__class__)
-            if wordings is not None:
+        drawn = draws.take(len(claims))
+        for i, claim in enumerate(claims):  # which takes half the time of a zip
+            draw = drawn[i]
+            if (wordings := compiled.get(claim.__class__)) is not None:
                 pattern, values = wordings[int(draw * len(wordings))]
                 text = pattern % values(claim)
+                atoms.append(_new_atom(Atom, (claim, text, turn, "")))
             elif isinstance(claim, Late):
-                about, said = claim.turn, claim.claim
+                said = claim.claim
                 # The frame gets other digits of the draw than the sentence within it.
                 text = self._word(claim, draw * 1009 % 1, paraphrase, self._word(said, draw, paraphrase))
-                claim = said
+                atoms.append(Atom(said, text, claim.turn))
             else:
                 text = self._word(claim, draw, paraphrase)
+                atoms.append(Atom(claim, text, turn))
             texts.append(text)
-            atoms.append(_new_atom(Atom, (claim, text, about, "")))
         utterance = _new_text(Utterance, " ".join(texts))
         utterance.atoms = tuple(atoms)
         return utterance
@@ -210,16 +211,17 @@ class Draws:
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        self._left: list[float] = []
+        self._drawn: list[float] = []
+        self._left = 0  # of what was drawn, from its beginning on
 
     def take(self, n: int) -> list[float]:
         """The next `n` numbers in [0, 1)."""
-        left = self._left
-        if len(left) < n:
-            left += self._rng.random(self._BULK + n).tolist()
-        taken = left[-n:] if n else []
-        del left[len(left) - n :]
-        return taken
+        end = self._left
+        if end < n:
+            self._drawn[end:] = self._rng.random(self._BULK + n).tolist()
+            end = len(self._drawn)
+        self._left = begin = end - n
+        return self._drawn[begin:end]
 
 
 _new_atom = tuple.__new__

@@ -305,11 +305,14 @@ def look_around(room: int, doors: Sequence[Sequence[int]], distance: Sequence[in
     here = distance[room]
     steps = []
     compass = 0
-    for place, behind in zip(_PLACES, doors[room], strict=True):
-        after = here if behind == NO_DOOR else distance[behind]
-        steps.append(after)
-        if after >= here:
-            compass += place * (_WALL if behind == NO_DOOR else _ASTRAY)
+    for side, behind in enumerate(doors[room]):
+        if behind == NO_DOOR:
+            steps.append(here)
+            compass += _PLACES[side] * _WALL
+        else:
+            steps.append(distance[behind])
+            if distance[behind] >= here:
+                compass += _PLACES[side] * _ASTRAY
     return steps, compass
 
 

@@ -132,11 +132,10 @@ class StudentEnv(SeatEnv):
             self._check_running()
         aec = self.aec
         aec.student_turn(action)
-        moment = aec.moment
-        reward = moment.reward if not aec.seat.asked else aec.rewards[STUDENT]
+        reward = aec.rewards[STUDENT]
         self._speak()
         terminated, truncated = aec.ended
-        self._running = not moment.over
+        self._running = not (terminated or truncated)
         observation = self._seen(SILENCE)
         if self.render_mode == "human":
             self.render()
@@ -168,5 +167,7 @@ class StudentEnv(SeatEnv):
     def _speak(self) -> None:
         """The teacher's turn."""
         aec = self.aec
-        told = aec.infos[TEACHER]
-        aec.teacher_turn(told["suggestion"] if self._policy is None else self._policy.act(aec.observe(TEACHER), told))
+        if self._policy is None:
+            aec.take_suggestion()
+        else:
+            aec.teacher_turn(self._policy.act(aec.observe(TEACHER), aec.infos[TEACHER]))

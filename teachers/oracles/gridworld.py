@@ -313,6 +313,19 @@ WARNED = tuple(sides.astray or sides.walls for sides in SIDES)
 _WARNINGS = tuple(tuple(_AVOID[direction] for direction in warned) for warned in WARNED)
 
 
+class _Rooms(dict[int, _Room]):
+    """Per room what can be said of it: all of its doors are judged when it is first asked for."""
+
+    def __init__(self, doors: Sequence[Sequence[int]], distance: Sequence[int]) -> None:
+        self._doors, self._distance = doors, distance
+
+    def __missing__(self, room: int) -> _Room:
+        steps, compass = look_around(room, self._doors, self._distance)
+        values = tuple([-float(each) for each in steps])
+        found = self[room] = _Room(values, float(max(steps) - min(steps)), SIDES[compass].nearer, _WARNINGS[compass])
+        return found
+
+
 class GridworldOracle(Oracle[Truth, Gridworld]):
     """Judges moves by their distance to the treasure. A value is the negated number of moves still needed."""
 
@@ -320,19 +333,8 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
 
     def start(self, truth: Truth) -> None:
         """Find all distances to the treasure, once an episode."""
-        self._doors = truth.layout.doors
-        self._distance = distances_from(truth.layout.treasure, self._doors)
-        self._rooms: dict[int, _Room] = {}
-
-    def _room(self, room: int) -> _Room:
-        """Judge every door of a room, when it is first entered."""
-        found = self._rooms.get(room)
-        if found is None:
-            steps, compass = look_around(room, self._doors, self._distance)
-            values = [-float(each) for each in steps]
-            good, warnings = SIDES[compass].nearer, _WARNINGS[compass]
-            found = self._rooms[room] = _Room(tuple(values), max(values) - min(values), good, warnings)
-        return found
+        doors = truth.layout.doors
+        self._rooms = _Rooms(doors, distances_from(truth.layout.treasure, doors))
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         name = self.lab.things[-1]
@@ -345,7 +347,7 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
             if truth.found:
                 break
             action = DIRECTIONS[rng.integers(len(DIRECTIONS))]
-            verdict = TriedWell if action in self._room(truth.room).good else TriedInVain
+            verdict = TriedWell if action in self._rooms[truth.room].good else TriedInVain
             told[verdict(action=action, room=truth.layout.names[truth.room])] = None
             truth = _step(self.lab, truth, action)
         return tuple(told)
@@ -356,14 +358,15 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         return (Route(actions=actions, room=treasure),)
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        room, found, layout = moment.past
+        assert moment.before is not None  # noqa: S101  # hindsight is about an executed action
+        room, found, layout = moment.before
         if found:
             return
-        action = moment.action
-        if moment.after.found:
-            verdict: Claim = Found(action=action, room=layout.names[moment.after.room])
+        action, after = moment.action, moment.after
+        if after.found:
+            verdict: Claim = Found(action=action, room=layout.names[after.room])
         else:
-            verdict = _verdict(action in self._room(room).good, action, layout.names[room])
+            verdict = _verdict(action in self._rooms[room].good, action, layout.names[room])
         if verdict.kind in kinds:
             claims.append(verdict)
 
@@ -371,7 +374,7 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         room, found, _ = moment.after
         if found:
             return
-        _, _, good, warnings = self._room(room)
+        _, _, good, warnings = self._rooms[room]
         if FP in kinds:
             claims.append(_GO[good[0]])
         if FN in kinds and warnings:
@@ -379,18 +382,18 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
 
     def values(self, truth: Truth) -> tuple[float, ...]:
         """Per direction the negated number of moves that are needed afterwards; all 0 once it is found."""
-        return (0.0, 0.0, 0.0, 0.0) if truth.found else self._room(truth.room).values
+        return (0.0, 0.0, 0.0, 0.0) if truth.found else self._rooms[truth.room].values
 
     def importance(self, truth: Truth) -> float:
         """Moves between the best and the worst direction, 0 to 2."""
-        return 0.0 if truth.found else self._room(truth.room).importance
+        return 0.0 if truth.found else self._rooms[truth.room].importance
 
     def plan(self, truth: Truth, n: int) -> tuple[Direction, ...]:
         """A shortest path, or its beginning."""
         room, found, layout = truth
         path: list[Direction] = []
         while not found and len(path) < n:
-            direction = self._room(room).good[0]
+            direction = self._rooms[room].good[0]
             path.append(direction)
             room = layout.doors[room][direction]
             found = room == layout.treasure

@@ -26,18 +26,17 @@ _new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
 class TutoringEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0`.
 
-    The teacher opens; then student and teacher alternate, and the teacher has the last word: after the
-    student's final action nothing terminates until the teacher has spoken.
+    The teacher opens; then student and teacher alternate, and the teacher has the last word: after the student's final
+    action nothing terminates until the teacher has spoken.
 
     Student:
-        Observation: Dict of `state` (the world's space; `Prose` with `text=True`), `instruction` and
-        `feedback` (`Prose`), what the teacher last said. Of an opening utterance with atoms the advice for
-        the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
-        `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world
-        does not step, the turn counts.
-        Info: what the world tells, with `success`, and `atoms`, what was said last.
-        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
-        `pz_envs.numbers`, and `fields` for what is where. The action is the world's, the info has no `atoms`.
+        Observation: Dict of `state` (the world's space; `Prose` with `text=True`), `instruction` and `feedback`
+        (`Prose`), what the teacher last said. Of an opening utterance with atoms the advice for the first action is
+        feedback and the rest is the instruction. Action: the world's space; `Prose` with `text=True`. A text that is no
+        action is a `ParseFailure` (in the info as `parse_failure`): the world does not step, the turn counts.
+        Info: what the world tells, with `success`, and `atoms`, what was said last. With `numbers=True` the observation
+        is one flat Box, float32, of the state and of what was said; see `pz_envs.numbers`, and `fields` for what is
+        where. The action is the world's, the info has no `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
@@ -52,9 +51,9 @@ class TutoringEnv(SeatsEnv):
             1 without a budget; 1 if the episode is over, else 0;
             `action_mask`, int8 (32,).
         The claims are those of the seat's own teacher after its personality: true, if that does not err.
-        Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to
-        say are not said. `reset` says the instruction itself. Info: the privileged `moment`, and `trimmed`, the kinds
-        of its last action of which nothing could be said, as a subset's number.
+        Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to say are
+        not said. `reset` says the instruction itself. Info: the privileged `moment`, and `trimmed`, the kinds of its
+        last action of which nothing could be said, as a subset's number.
 
     Teacher, `speech="claims"`:
         Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim that
@@ -163,8 +162,6 @@ class TutoringEnv(SeatsEnv):
         """What the student was told last."""
         self.seeds = Seeds()
         """The streams of this environment's episodes, beside the world's."""
-        self.state_now: Any = None
-        """The world's observation as the student sees it; made anew by each action, and handed out as it is."""
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
@@ -212,7 +209,6 @@ class TutoringEnv(SeatsEnv):
             self._state = world.observe()
 
     def _open_lesson(self) -> None:
-        self._see()
         self._open()
         self.turn = 0
         self.ended = (False, False)
@@ -220,17 +216,24 @@ class TutoringEnv(SeatsEnv):
         self.instruction: str = SILENCE
         self.feedback: str = SILENCE
         self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
-        self._tell(self._told.copy(), ())
+        self.infos[STUDENT], self.said = self._told.copy(), ()
         self.teacher.begin(self.seeds)
         if self.speech != "message":
             opening = self.instruction = self.teacher.open(self.moment)
-            self._tell(self.infos[STUDENT], opening.atoms)
+            self.said = opening.atoms
+        if self._numbers is None:
+            self.infos[STUDENT]["atoms"] = self.said
         self._pass_to_teacher()
 
     @property
     def fields(self) -> tuple[Field, ...]:
         """What the numbers are that the student observes; none without `numbers=True`."""
         return () if self._numbers is None else self._numbers.fields
+
+    @property
+    def state_now(self) -> Any:
+        """The world's observation as the student sees it; made anew by each action, and handed out as it is."""
+        return self.world.describe(self._state) if self.text else self._state
 
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""
@@ -247,15 +250,12 @@ class TutoringEnv(SeatsEnv):
     def describe(self) -> dict[str, str]:
         """The world and the student's last action as text."""
         action = self.moment.action
-        if type(action) is ParseFailure:
-            action = action.got
+        action = action.got if type(action) is ParseFailure else action
         return {"state": self.world.describe(self._state), "action": "" if action is None else f"{action}"}
 
     def _act(self, agent: str, action: Any) -> None:
-        if agent == STUDENT:
-            self.student_turn(action)
-        else:
-            self.teacher_turn(action)
+        turn = self.student_turn if agent == STUDENT else self.teacher_turn
+        turn(action)
 
     def student_turn(self, action: Any) -> None:
         """The student acts, or asks.
@@ -280,11 +280,9 @@ class TutoringEnv(SeatsEnv):
             success = self.moment.success and not self.repeated
             self.moment = Moment.unread(before, action, reward, success, turn, late)
             self._state = copy.deepcopy(self._state)  # each observation is new, also if nothing happened
-            self._see()
             info: dict[str, Any] = {"success": success, "parse_failure": action}
         else:
             self._state, reward, terminated, truncated, info = world.advance(action)
-            self._see()
             if self.until_success and info["success"]:
                 terminated = True
             late = not terminated and (truncated or turn >= self.max_turns)
@@ -294,17 +292,16 @@ class TutoringEnv(SeatsEnv):
         self.infos[STUDENT], self.said = info, ()
         self._asked = False
         own = self.teacher_reward(self.moment, self.teacher.oracle) if self._own_reward else reward
-        self._pay(STUDENT, own, reward)
+        self._pay(own, reward)
         self._pass_to_teacher()
 
     def _ask(self, cost: float) -> None:
         """The student asks for advice on what it sees; nothing else happens."""
         self._asked = True
         self._state = copy.deepcopy(self._state)
-        self._see()
         told = {key: value for key, value in self.infos[STUDENT].items() if key not in ("atoms", "parse_failure")}
         self.infos[STUDENT], self.said = told, ()
-        self._pay(STUDENT, 0.0, -cost)
+        self._pay(0.0, -cost)
         self._pass_to_teacher()
 
     def teacher_turn(self, action: Any) -> None:
@@ -314,18 +311,23 @@ class TutoringEnv(SeatsEnv):
             ValueError: the action is outside the action space; nothing has changed.
         """
         seat = self.seat
-        if self.speech == "message":
-            self._pay(TEACHER, self.purse.pay(self.hear(seat.allow(action))), 0.0)
-        elif self.speech == "kinds":
-            self._pay(TEACHER, self.purse.pay(self.hear(seat.say(action))), 0.0)
+        if self.speech == "kinds":
+            self._charge(self.hear(seat.say(action)))
             if seat.trimmed != self.infos[TEACHER]["trimmed"]:
                 self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": seat.trimmed}
+        elif self.speech == "message":
+            self._charge(self.hear(seat.allow(action)))
         else:
             chosen = len(seat.choosing)
             done = seat.choose(action)
-            self._pay(TEACHER, self.purse.pay(len(seat.choosing) - chosen), 0.0)
+            self._charge(len(seat.choosing) - chosen)
             if done:
                 self.hear(seat.chosen())
+
+    def take_suggestion(self) -> None:
+        """The teacher says what its seat suggests: all of it, but for what an instruction or the budget may not say."""
+        said = self.infos[TEACHER]["suggestion"]
+        self._charge(self.hear(said if self.turn and self.purse.budget is None else self.seat.allow(said)))
 
     def hear(self, said: str) -> int:
         """Let the student hear the teacher's words, which ends a finished episode; the number of atoms to pay for."""
@@ -340,20 +342,13 @@ class TutoringEnv(SeatsEnv):
             cost = len(atoms) if atoms and self.moment.before is not None else price(said)
             if self.turn == 0 and not self._asked:
                 atoms = self.said + atoms
-        self._tell(self.infos[STUDENT], atoms)
-        terminated, truncated = self.ended
-        if terminated or truncated:
-            self.terminations = {TEACHER: terminated, STUDENT: terminated}
-            self.truncations = {TEACHER: truncated, STUDENT: truncated}
+        self.said = atoms
+        if self._numbers is None:  # of learners from numbers few know what to do with an info of objects
+            self.infos[STUDENT]["atoms"] = atoms
+        if True in self.ended:
+            self.terminations, self.truncations = (dict.fromkeys(self.agents, ended) for ended in self.ended)
         self.agent_selection = STUDENT
         return cost
-
-    def _tell(self, info: dict[str, Any], atoms: tuple[Atom, ...]) -> None:
-        """Let the student know what was said; of learners from numbers few know what to do with an info of objects."""
-        self.said = atoms
-        if self._numbers is None:
-            info["atoms"] = atoms
-        self.infos[STUDENT] = info
 
     def moment_of(self, student: str) -> Moment[Any]:
         """The student's last turn."""
@@ -366,9 +361,6 @@ class TutoringEnv(SeatsEnv):
     def close(self) -> None:
         """Close the world."""
         self.world.close()
-
-    def _see(self) -> None:
-        self.state_now = self.world.describe(self._state) if self.text else self._state
 
     def understand(self, action: Any) -> Any:
         """The student's action in canonical form, or a `ParseFailure`."""
@@ -392,9 +384,16 @@ class TutoringEnv(SeatsEnv):
         self.infos[TEACHER] = info
         self.agent_selection = TEACHER
 
-    def _pay(self, actor: str, teacher: float, student: float) -> None:
+    # What is paid between two turns of an agent adds up; a sum is never -0.0.
+
+    def _pay(self, teacher: float, student: float) -> None:
+        """Rewards of the student's turn."""
         self.rewards = {TEACHER: teacher, STUDENT: student}
-        cumulative = self._cumulative_rewards
-        cumulative[actor] = 0.0
-        cumulative[TEACHER] += teacher
-        cumulative[STUDENT] += student
+        self._cumulative_rewards[TEACHER] += teacher
+        self._cumulative_rewards[STUDENT] = 0.0 + student
+
+    def _charge(self, atoms: int) -> None:
+        """Rewards of the teacher's turn."""
+        cost = self.purse.pay(atoms)
+        self.rewards = {TEACHER: cost, STUDENT: 0.0}
+        self._cumulative_rewards[TEACHER] = 0.0 + cost
