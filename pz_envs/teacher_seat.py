@@ -44,6 +44,7 @@ LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in
 """Per subset of what is true the subsets that can be said, shape (32, 32); silence always can."""
 ACTIONS = ("all", "compact")
 """Which subsets a teacher chooses from: all, or those that its feedback type and its oracle leave; see `choices_of`."""
+_FLOAT = np.dtype(np.float32)
 _BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
 
 
@@ -214,7 +215,7 @@ class TeacherSeat:
         available = self.available()
         observation: dict[str, Any] = {
             "available": _BITS[available].copy(),
-            "features": np.array(self.features(), np.float32),
+            "features": np.fromiter(self.features(), _FLOAT, len(FEATURES)),
         }
         if self.asks:
             observation["asked"] = np.array([self.asked], np.int8)

@@ -371,14 +371,15 @@ class TutoringEnv(SeatsEnv):
         return parse_action(action, self.world) if self.text else legal_text(action, self.world)
 
     def _pass_to_teacher(self) -> None:
-        self.seat.see(self.moment, self._asked)
-        info: dict[str, Any] = {"moment": self.moment}
-        if self.speech == "message":
-            info["suggestion"] = self.seat.suggestion(brief=not self.turn and not self._asked)
-        elif self.speech == "kinds":
-            info["trimmed"] = self.seat.trimmed
-        elif self.speech == "claims":
-            info["claims"] = tuple(self.seat.listed())
+        seat, moment = self.seat, self.moment
+        seat.see(moment, self._asked)
+        info: dict[str, Any] = {"moment": moment}
+        if self.speech == "kinds":
+            info["trimmed"] = seat.trimmed
+        elif self.speech == "message":
+            info["suggestion"] = seat.suggestion(brief=not self.turn and not self._asked)
+        else:
+            info["claims"] = tuple(seat.listed())
         if self._asked:
             info["asked"] = True
         self.infos[TEACHER] = info
