@@ -118,11 +118,11 @@ class Watch:
         """The turn, what the student did, and the world, in text."""
         moment = self.moments[-1]
         status = f"Turn {moment.turn} of {self.max_turns}; reward {self._paid():.4g} in all\n"
-        did = "" if not moment.turn else f"The student: {_told(moment.action)} (reward {moment.reward:.4g})\n"
+        did = "" if not moment.turn else f"The student: {_told(moment.action)} (reward {moment.reward + 0.0:.4g})\n"
         return (status, "muted"), (did, "action"), *self.picture.text(self.sight(seen))
 
     def _paid(self) -> float:
-        return sum(moment.reward for moment in self.moments)
+        return sum(moment.reward for moment in self.moments) + 0.0  # and not -0.0
 
     def frame(self, seen: str) -> Frame:
         """The episode now, uint8 (480, 640, 3)."""
@@ -154,7 +154,7 @@ class Watch:
         theme, moment, y = self.theme, self.moments[-1], 10.0
         if moment.turn:
             canvas.text((0, y), "The student", 12, theme.muted, anchor="lt")
-            canvas.text((canvas.width, y), f"reward {moment.reward:.4g}", 12, theme.muted, anchor="rt")
+            canvas.text((canvas.width, y), f"reward {moment.reward + 0.0:.4g}", 12, theme.muted, anchor="rt")
             y = canvas.paragraph((0, y + 17), _told(moment.action), canvas.width, 44, 15) + _ROOM_BELOW
             canvas.line([(0, y), (canvas.width, y)], theme.faint)
             y += _ROOM_BELOW

@@ -1,6 +1,7 @@
 """Pictures of a few episodes: for the tests, by a hash that small differences leave as it is, and for the documents."""
 
 import contextlib
+import time
 import tomllib
 from collections.abc import Collection
 from pathlib import Path
@@ -13,7 +14,7 @@ from llf_teacher.registry import PREFIX
 from pz_envs.family import all_families
 from worlds.pictures.canvas import Frame
 
-__all__ = ["GOLDEN", "dhash", "sample", "write"]
+__all__ = ["GOLDEN", "contact_sheet", "dhash", "frame_rate", "sample", "write"]
 
 GOLDEN = "pictures.toml"
 _SEED, _TURNS = 7, 5
@@ -59,3 +60,38 @@ def write(folder: Path, which: Collection[str] = ()) -> Path:
     lines = [f'"{environment}" = "{hashes[environment]}"\n' for environment in shown if environment in hashes]
     path.write_text("".join(lines), encoding="utf-8")
     return path
+
+
+def contact_sheet(path: Path | str, columns: int = 2, share: float = 0.75) -> None:
+    """Write a frame of each family's first showcase, light and dark by turns, at a share of its size.
+
+    Raises:
+        RuntimeError: a simulator has no OpenGL.
+    """
+    tiles = []
+    for i, family in enumerate(all_families()):
+        theme = ("light", "dark")[(i + i // columns) % 2]
+        frame = Image.fromarray(sample(family.showcase[0], theme=theme))
+        tiles.append(frame.resize((round(frame.width * share), round(frame.height * share)), Image.Resampling.LANCZOS))
+    width, height = tiles[0].size
+    sheet = Image.new("RGB", (width * columns, height * -(-len(tiles) // columns)))
+    for i, tile in enumerate(tiles):
+        sheet.paste(tile, (i % columns * width, i // columns * height))
+    sheet.save(path, optimize=True)
+
+
+def frame_rate(environment: str, frames: int = 40) -> float:
+    """Privileged frames a second of a processor's time, each of another turn; the middle one of so many."""
+    env = StudentEnv(f"{PREFIX}{environment}", render_mode="rgb_array", privileged_info=True)
+    env.reset(seed=_SEED)
+    rng = np.random.default_rng(_SEED)
+    spent = []
+    for _ in range(frames):
+        _, _, terminated, truncated, _ = env.step(env.aec.world.sample_action(rng))
+        begun = time.process_time()
+        env.render()
+        spent.append(time.process_time() - begun)
+        if terminated or truncated:
+            env.reset()
+    env.close()
+    return 1 / float(np.median(spent))

@@ -15,13 +15,14 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
-__all__ = ["THEMES", "Canvas", "Frame", "Point", "Theme", "height_of", "measure", "wrap"]
+__all__ = ["SCALE", "THEMES", "Canvas", "Frame", "Point", "Theme", "height_of", "measure", "wrap"]
 
 Frame = npt.NDArray[np.uint8]
 """Rows of pixels, (height, width, 3)."""
 Point = tuple[float, float]
 """To the right and down, in pixels of the finished picture."""
-_SCALE = 2
+SCALE = 2
+"""Pixels of a canvas, along each axis, of which one of the finished picture is made."""
 _LEADING = 1.32  # of a line of text, in sizes of its font
 
 
@@ -69,7 +70,7 @@ class Canvas:
 
     def __init__(self, width: int, height: int, theme: Theme) -> None:
         self.width, self.height, self.theme = width, height, theme
-        self._image = Image.new("RGB", (width * _SCALE, height * _SCALE), theme.ground)
+        self._image = Image.new("RGB", (width * SCALE, height * SCALE), theme.ground)
         self._pen = ImageDraw.Draw(self._image)
         self._x, self._y = 0.0, 0.0
 
@@ -82,11 +83,11 @@ class Canvas:
 
     def pixels(self) -> Frame:
         """What has been drawn."""
-        return np.array(self._image.reduce(_SCALE))
+        return np.array(self._image.reduce(SCALE))
 
     def _at(self, points: Sequence[Point]) -> list[Point]:
         x, y = self._x, self._y
-        return [((px + x) * _SCALE, (py + y) * _SCALE) for px, py in points]
+        return [((px + x) * SCALE, (py + y) * SCALE) for px, py in points]
 
     def box(
         self,
@@ -100,12 +101,12 @@ class Canvas:
         """A rectangle, with round corners if there is a radius."""
         (x, y), (w, h) = corner, size
         self._pen.rounded_rectangle(
-            self._at([(x, y), (x + w, y + h)]), radius * _SCALE, fill, outline, round(width * _SCALE)
+            self._at([(x, y), (x + w, y + h)]), radius * SCALE, fill, outline, round(width * SCALE)
         )
 
     def line(self, points: Sequence[Point], colour: str, width: float = 1) -> None:
         """A line through points."""
-        self._pen.line(self._at(points), colour, round(width * _SCALE), joint="curve")
+        self._pen.line(self._at(points), colour, round(width * SCALE), joint="curve")
 
     def dashes(self, points: Sequence[Point], colour: str, width: float = 1, dash: float = 5, gap: float = 4) -> None:
         """A dashed line through points."""
@@ -114,7 +115,7 @@ class Canvas:
             for start in np.arange(0, length, dash + gap).tolist():
                 a, b = start / length, min(start + dash, length) / length
                 ends = [(x1 + (x2 - x1) * at, y1 + (y2 - y1) * at) for at in (a, b)]
-                self._pen.line(self._at(ends), colour, round(width * _SCALE))
+                self._pen.line(self._at(ends), colour, round(width * SCALE))
 
     def disc(
         self, centre: Point, radius: float, fill: str | None = None, outline: str | None = None, width: float = 1
@@ -122,13 +123,13 @@ class Canvas:
         """A circle."""
         x, y = centre
         corners = self._at([(x - radius, y - radius), (x + radius, y + radius)])
-        self._pen.ellipse(corners, fill, outline, round(width * _SCALE))
+        self._pen.ellipse(corners, fill, outline, round(width * SCALE))
 
     def polygon(
         self, points: Sequence[Point], fill: str | None = None, outline: str | None = None, width: float = 1
     ) -> None:
         """A closed shape."""
-        self._pen.polygon(self._at(points), fill, outline, round(width * _SCALE))
+        self._pen.polygon(self._at(points), fill, outline, round(width * SCALE))
 
     def star(self, centre: Point, radius: float, fill: str, outline: str | None = None) -> None:
         """A star of five points."""
@@ -148,7 +149,7 @@ class Canvas:
     def paste(self, image: Frame, corner: Point, size: Point) -> None:
         """An image, stretched to a size."""
         (x, y), (w, h) = self._at([corner])[0], size
-        stretched = Image.fromarray(image).resize((round(w * _SCALE), round(h * _SCALE)), Image.Resampling.BICUBIC)
+        stretched = Image.fromarray(image).resize((round(w * SCALE), round(h * SCALE)), Image.Resampling.BICUBIC)
         self._image.paste(stretched, (round(x), round(y)))
 
     def text(
@@ -179,8 +180,8 @@ class Canvas:
         mask, (left, top), ascent = _mask(text, size, bold)
         width = measure(text, size, bold)
         (x, y) = self._at([at])[0]
-        x -= {"l": 0.0, "m": width / 2, "r": width}[anchor[0]] * _SCALE
-        y -= {"t": 0.0, "m": ascent - 0.36 * size * _SCALE, "b": ascent}[anchor[1]]
+        x -= {"l": 0.0, "m": width / 2, "r": width}[anchor[0]] * SCALE
+        y -= {"t": 0.0, "m": ascent - 0.36 * size * SCALE, "b": ascent}[anchor[1]]
         self._image.paste(colour or self.theme.ink, (round(x + left), round(y + top)), mask)
         return width
 
@@ -220,18 +221,23 @@ def height_of(text: str, size: float, width: float) -> float:
 
 @lru_cache(maxsize=512)
 def wrap(text: str, size: float, width: float) -> tuple[str, ...]:
-    """The lines of a text, none wider than `width`."""
-    lines = []
+    """The lines of a text, none wider than `width`. Words are measured one by one: most have been before."""
+    lines, space = [], measure(" ", size)
     for line in text.splitlines() or [""]:
-        now = ""
+        now: list[str] = []
+        taken = 0.0
         for word in line.split():
-            longer = f"{now} {word}" if now else word
-            if now and measure(longer, size) > width:
-                lines.append(now)
-                longer = word
-            *full, now = _pieces(longer, size, width)
-            lines += full
-        lines.append(now)
+            if now and taken + space + measure(word, size) > width:
+                lines.append(" ".join(now))
+                now = []
+            if now:
+                now.append(word)
+                taken += space + measure(word, size)
+            else:
+                *full, rest = _pieces(word, size, width)
+                lines += full
+                now, taken = [rest], measure(rest, size)
+        lines.append(" ".join(now))
     return tuple(lines)
 
 
@@ -255,10 +261,10 @@ def cut(text: str, size: float, most: float, bold: bool = False) -> str:
     return f"{text.rstrip()}…" if text else ""
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=16_384)
 def measure(text: str, size: float, bold: bool = False) -> float:
     """The width of a line of text."""
-    return _font(size, bold).getlength(text) / _SCALE
+    return _font(size, bold).getlength(text) / SCALE
 
 
 @lru_cache(maxsize=1024)
@@ -281,7 +287,7 @@ def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
     folder = Path(found.submodule_search_locations[0], "mpl-data", "fonts", "ttf")
     # The basic layout is the same wherever Pillow was built.
     basic = ImageFont.Layout.BASIC
-    return ImageFont.truetype(folder / f"DejaVuSans{'-Bold' * bold}.ttf", round(size * _SCALE), layout_engine=basic)
+    return ImageFont.truetype(folder / f"DejaVuSans{'-Bold' * bold}.ttf", round(size * SCALE), layout_engine=basic)
 
 
 @lru_cache(maxsize=64)

@@ -15,7 +15,7 @@ Cell = tuple[int, int]
 _STEPS = ((0, -1), (1, 0), (-1, 0), (0, 1))  # north, east, west, south, on a screen
 _MOST = 9  # cells a side that are drawn, around where one is
 _LEAST = 4
-_MARGIN = 18
+_MARGIN = 8
 
 
 class GridworldPicture(Picture[Truth, Gridworld]):
@@ -44,7 +44,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
             for room in sorted(known)
             if room in places and 0 <= places[room][0] - left < columns and 0 <= places[room][1] - top < rows
         ]
-        half = side * 0.41
+        half = side * 0.43
         for room in shown:  # the doors first, so that the rooms lie upon them
             x, y = middle(room)
             for direction, behind in enumerate(layout.doors[room]):
@@ -70,9 +70,8 @@ class GridworldPicture(Picture[Truth, Gridworld]):
             _furnish(canvas, layout, room, middle(room), side, room in been)
         if sight.now.found or sight.privileged:
             x, y = middle(layout.treasure)
-            canvas.star((x, y), side * 0.17, theme.orange, theme.ink)
-        x, y = middle(now)
-        canvas.disc((x, y), side * 0.1, theme.blue, theme.card, 2)
+            canvas.star((x, y), side * (0.24 if now == layout.treasure else 0.17), theme.orange, theme.ink)
+        canvas.disc(middle(now), side * 0.1, theme.blue, theme.card, 2)
 
     def text(self, sight: Sight[Truth]) -> Text:
         """A map of the rooms that one knows, the present one in brackets, above the world's own words."""
@@ -159,7 +158,7 @@ def _furnish(canvas: Canvas, layout: Layout, room: int, at: Point, side: float, 
 
 def _label(canvas: Canvas, text: str, at: Point, side: float, colour: str, entered: bool) -> None:
     """Words in a room, in letters that fit, and over the trail."""
-    most, (x, y) = side * 0.76, at
+    most, (x, y) = side * 0.83, at
     size = next((size for size in range(min(int(side * 0.15), 13), 8, -1) if measure(text, size) <= most), 8)
     width = min(measure(text, size), most)
     ground = canvas.theme.card if entered else canvas.theme.ground

@@ -8,13 +8,12 @@ import numpy as np
 from worlds.optimization.loss import Landscape, Loss, Point
 from worlds.optimization.world import Optimization, Truth
 from worlds.pictures import Picture, Sight, Turn
-from worlds.pictures.canvas import Canvas, Frame
+from worlds.pictures.canvas import SCALE, Canvas, Frame
 
 __all__ = ["OptimizationPicture"]
 
 _GRID = 56  # points a side at which the loss is asked
 _BANDS = 12
-_FINE = 4  # pixels of the map between two of them
 
 
 class OptimizationPicture(Picture[Truth, Optimization]):
@@ -30,7 +29,8 @@ class OptimizationPicture(Picture[Truth, Optimization]):
             return left + (x[0] - low1) / (high1 - low1) * side, top + (high2 - x[1]) / (high2 - low2) * side
 
         if sight.privileged:
-            canvas.paste(_map(world.loss, sight.now.shift, (theme.card, theme.blue)), (left, top), (side, side))
+            image = _map(world.loss, sight.now.shift, (theme.card, theme.blue), round(side * SCALE))
+            canvas.paste(image, (left, top), (side, side))
         else:
             canvas.box((left, top), (side, side), theme.card)
         for i in range(5):
@@ -71,18 +71,18 @@ class OptimizationPicture(Picture[Truth, Optimization]):
 
 
 @lru_cache(maxsize=16)
-def _map(loss: Loss, shift: Point, colours: tuple[str, str]) -> Frame:
+def _map(loss: Loss, shift: Point, colours: tuple[str, str], pixels: int) -> Frame:
     """The loss in bands, the least one darkest; a band is as wide in the logarithm as each other."""
     value, (low1, low2), (high1, high2) = Landscape(loss, shift).value, loss.lows, loss.highs
     firsts, seconds = np.linspace(low1, high1, _GRID).tolist(), np.linspace(high2, low2, _GRID).tolist()
     heights = np.array([[value(x1, x2) for x1 in firsts] for x2 in seconds]) - loss.minimum
     heights = np.log(np.maximum(heights, 0) + 0.01 * max(float(np.median(heights)), 1e-9))
-    fine = np.linspace(0, _GRID - 1, _GRID * _FINE)
+    fine = np.linspace(0, _GRID - 1, pixels)
     whole = np.arange(_GRID)
     heights = np.array([np.interp(fine, whole, row) for row in heights])
     heights = np.array([np.interp(fine, whole, column) for column in heights.T]).T
     low, high = float(heights.min()), float(heights.max())
     bands = np.floor((heights - low) / max(high - low, 1e-12) * (_BANDS - 1e-9)) / (_BANDS - 1)
     light, dark = (np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) for colour in colours)
-    mixed: Frame = (dark + (light - dark) * (0.25 + 0.75 * bands[..., None])).astype(np.uint8)
-    return mixed
+    mixed = dark + (light - dark) * (0.25 + 0.75 * bands[..., None])
+    return np.ascontiguousarray(mixed, np.uint8)

@@ -1,0 +1,83 @@
+"""`llf film`: an episode as an animation."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from llf_teacher.tools.film import check_path, film, save
+
+ID = "llf-gridworld-v0"
+
+
+def llf(*arguments, cwd):
+    return subprocess.run(
+        [sys.executable, "-m", "llf_teacher", "film", *arguments], capture_output=True, text=True, cwd=cwd, check=False
+    )
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return film(ID, student="obedient", teacher="oracle", seed=7, privileged_info=True)
+
+
+def test_the_command(tmp_path):
+    result = llf(ID, "out.gif", "--seed", "7", "--seconds", "0.2", "--max-turns", "3", "--theme", "dark", cwd=tmp_path)
+    assert result.stdout.startswith("out.gif: 4 frames, "), result.stderr
+    with Image.open(tmp_path / "out.gif") as image:
+        assert (image.size, image.n_frames, image.info["loop"]) == ((640, 480), 4, 0)
+        assert image.convert("L").resize((1, 1)).getpixel((0, 0)) < 80
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".webp"])
+def test_animations_show_the_frames(frames, tmp_path, suffix):
+    path = tmp_path / f"film{suffix}"
+    save(frames, path, 0.5)
+    with Image.open(path) as image:
+        assert image.n_frames == len(frames)
+        times = []
+        for i, frame in enumerate(frames):
+            image.seek(i)
+            image.load()
+            times.append(image.info["duration"])
+            assert abs(np.array(image.convert("RGB"), int) - frame).mean() < 4
+    assert times == [500] * (len(frames) - 1) + [1000]
+
+
+def test_it_ends_with_the_treasure_and_shows_the_truth_unless_it_is_plain(frames):
+    plain = film(ID, student="obedient", teacher="oracle", seed=7)
+    assert len(plain) == len(frames) == 7
+    assert not any(np.array_equal(one, other) for one, other in zip(plain, frames, strict=True))
+
+
+def test_students_of_words_can_be_filmed():
+    assert len(film("llf-poem-Haiku-v0", student="obedient", seed=1, max_turns=2)) == 3
+
+
+def test_an_unknown_ending_is_refused(tmp_path):
+    result = llf(ID, "out.avi", cwd=tmp_path)
+    assert result.returncode == 2
+    assert result.stderr == "llf: a film is named as one of *.gif, *.webp, *.mp4, got 'out.avi'\n"
+
+
+def test_mp4_says_what_it_needs(monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(ModuleNotFoundError, match=r"pip install 'llf-teacher\[film\]', or write a .gif"):
+        check_path(tmp_path / "out.mp4")
+
+
+def test_mp4_is_written_where_the_extra_is_installed(frames, tmp_path):
+    path = tmp_path / "out.mp4"
+    if find_spec("imageio_ffmpeg") is None:
+        with pytest.raises(ModuleNotFoundError, match="pip install"):
+            save(frames, path)
+        return
+    import imageio_ffmpeg
+
+    save(frames, path, 0.5)
+    count, seconds = imageio_ffmpeg.count_frames_and_secs(f"{path}")
+    assert count == 5 * (len(frames) + 1)
+    assert seconds == pytest.approx(0.5 * (len(frames) + 1), abs=0.2)
