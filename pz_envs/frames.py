@@ -117,7 +117,8 @@ class Watch:
     def text(self, seen: str) -> Text:
         """The turn, what the student did, and the world, in text."""
         moment = self.moments[-1]
-        status = f"Turn {moment.turn} of {self.max_turns}; reward {self._paid():.4g} in all\n"
+        left = self.max_turns - moment.turn
+        status = f"Turn {moment.turn} of {self.max_turns}, {left} left; reward {self._paid():.4g} in all\n"
         did = "" if not moment.turn else f"The student: {_told(moment.action)} (reward {moment.reward + 0.0:.4g})\n"
         return (status, "muted"), (did, "action"), *self.picture.text(self.sight(seen))
 

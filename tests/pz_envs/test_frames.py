@@ -242,7 +242,7 @@ def test_text_shows_turn_action_and_map():
     env.reset(seed=7)
     env.step(3)
     text = env.render()
-    assert text.startswith("Turn 1 of 20; reward 0 in all\nThe student: south (reward 0)\n")
+    assert text.startswith("Turn 1 of 20, 19 left; reward 0 in all\nThe student: south (reward 0)\n")
     room = env.aec.world.truth.layout.names[env.aec.world.truth.room]
     assert f"[{room}]" in text
     assert f"Room: {room}\n" in text

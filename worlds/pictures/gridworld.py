@@ -74,14 +74,18 @@ class GridworldPicture(Picture[Truth, Gridworld]):
         canvas.disc(middle(now), side * 0.1, theme.blue, theme.card, 2)
 
     def text(self, sight: Sight[Truth]) -> Text:
-        """A map of the rooms that one knows, the present one in brackets, above the world's own words."""
+        """A map of the rooms that one knows, the present one in brackets, above the world's own words.
+
+        Where privileged, of the whole house, with stars around the treasure.
+        """
         layout, now = sight.now.layout, sight.now.room
         places = _places(layout.doors, sight.turns[0].truth.room)
         been = {turn.truth.room for turn in sight.turns}
-        known = _known(layout, been)
+        known = set(range(len(layout.doors))) if sight.privileged else _known(layout, been)
         at = {places[room]: room for room in sorted(known) if room in places}
         (left, top), (columns, rows) = _window(list(at), places[now])
-        width = max(len(layout.names[room]) for room in known) + 2
+        width = max(len(layout.names[room]) for room in known) + 4
+        open_doors = known if sight.privileged else been
         pieces: list[tuple[str, str]] = []
         for row in range(top, top + rows):
             below = ""
@@ -91,12 +95,12 @@ class GridworldPicture(Picture[Truth, Gridworld]):
                 if room >= 0:
                     name = f"[{layout.names[room]}]" if room == now else layout.names[room]
                     role = "here" if room == now else "" if room in been else "muted"
-                    if room == layout.treasure and sight.now.found:
-                        role = "goal"
+                    if room == layout.treasure and (sight.now.found or sight.privileged):
+                        name, role = f"*{name}*", "goal"
                 pieces.append((name.center(width), role))
                 beside, under = at.get((column + 1, row), -1), at.get((column, row + 1), -1)
-                pieces.append((" -- " if _joined(layout, been, room, beside, 1) else "    ", "muted"))
-                below += ("|" if _joined(layout, been, room, under, 3) else " ").center(width) + "    "
+                pieces.append((" -- " if _joined(layout, open_doors, room, beside, 1) else "    ", "muted"))
+                below += ("|" if _joined(layout, open_doors, room, under, 3) else " ").center(width) + "    "
             pieces.append(("\n", ""))
             pieces.append((f"{below.rstrip()}\n", "muted"))
         return (*_trimmed(pieces), (sight.seen, ""))
@@ -190,5 +194,5 @@ def _trimmed(pieces: list[tuple[str, str]]) -> Text:
             while lines[-1] and not lines[-1][-1][0].strip():
                 lines[-1].pop()
             lines.append([])
-    full = [line for line in lines if line]
+    full = [(*line[:-1], (line[-1][0].rstrip(), line[-1][1])) for line in lines if line]
     return tuple(piece for line in full for piece in (*line, ("\n", "")))

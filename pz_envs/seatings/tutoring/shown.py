@@ -7,6 +7,7 @@ from pz_envs.seatings.tutoring.env import TutoringEnv
 from pz_envs.seats import SeatsEnv
 from teachers.atoms import Moment
 from teachers.teacher import Teacher
+from worlds.pictures import Text
 from worlds.pictures.canvas import Frame
 from worlds.world import World
 
@@ -48,9 +49,13 @@ class ShownTutoring(TutoringEnv):
         """The episode now, uint8 (480, 640, 3)."""
         return self.watch.frame(self._seen())
 
+    def pieces(self) -> Text:
+        """The turn, the student's action and the world in text, each piece with its role."""
+        return self.watch.text(self._seen())
+
     def as_text(self) -> str:
         """The turn, the student's action, the world, and the teacher's last words."""
-        text = "".join(piece for piece, _ in self.watch.text(self._seen()))
+        text = "".join(piece for piece, _ in self.pieces())
         return f"{text}\nTeacher: {self.feedback or self.instruction}"
 
     def close(self) -> None:

@@ -1,0 +1,78 @@
+"""`llf play`: what a person sees in the terminal, in both seats."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+GRID = "llf-gridworld-v0"
+COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-9][0-9;]*m")
+
+
+def play(*arguments, text, **environment):
+    kept = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
+    return subprocess.run(
+        [sys.executable, "-m", "llf_teacher", "play", *arguments],
+        input=text,
+        capture_output=True,
+        text=True,
+        env=kept | environment,
+        check=True,
+    ).stdout
+
+
+def test_the_student_sees_turns_rewards_and_a_map():
+    out = play(GRID, "--seed", "7", "--max-turns", "2", text="west\nsouth\n")
+    assert "Turn 0 of 2, 2 left; reward 0 in all\n" in out
+    assert "Turn 1 of 2, 1 left; reward 0 in all\nThe student: west (reward 0)\n" in out
+    assert "[cellar-1]" in out
+    assert re.search(r"^fp \w", out, re.MULTILINE)
+
+
+def test_an_empty_line_repeats_nothing():
+    quick, slow = (play(GRID, "--seed", "7", "--max-turns", "1", text=text) for text in ("west\n", "\n  \n\nwest\n"))
+    assert slow == quick.replace("Turn 1> ", "Turn 1> " * 4)
+
+
+@pytest.mark.parametrize(
+    ("id", "turn"), [(GRID, "west\n"), ("llf-poem-Haiku-v0", "one\ntwo\n\n"), ("llf-alfworld-v0", "look\n")]
+)
+def test_a_turn_is_taken_back(id, turn):
+    """What is seen then is what was seen before it; and what comes of the same turn is the same again."""
+    once = play(id, "--seed", "7", "--max-turns", "2", text=turn + turn)
+    again = play(id, "--seed", "7", "--max-turns", "2", text=f"{turn}undo\n{turn}{turn}")
+    head, _, tail = again.partition("The last turn is taken back.\n\n")
+    assert tail
+    greeting, _, rest = once.partition("\n\n")
+    assert head.startswith(greeting)
+    assert rest == tail
+    assert "There is no turn to take back" in play(id, "--seed", "7", text="undo\n")
+
+
+def test_the_teacher_sees_the_truth_and_takes_a_turn_back():
+    command = (GRID, "--seat", "teacher", "--seed", "3", "--max-turns", "2", "--student", "q_learning")
+    once = play(*command, text="fp\na\na\n")
+    again = play(*command, text="fp\nundo\nfp\na\na\n")
+    assert re.search(r"\*[a-z]+-\d+\*", once)  # the treasure
+    assert "Over after 2 turns" in again
+    assert again.partition("The last turn is taken back.\n\n")[2] == once[once.index("Turn 0 of 2") :]
+
+
+def test_with_and_without_colours():
+    plain = play(GRID, "--seed", "7", "--max-turns", "1", text="west\n")
+    assert "\x1b" not in plain
+    coloured = play(GRID, "--seed", "7", "--max-turns", "1", text="west\n", FORCE_COLOR="1", TERM="xterm-256color")
+    assert COLOUR.search(coloured)
+    assert re.sub(r"\x1b\[[0-9;]*m", "", coloured) == plain
+    without = play(
+        GRID, "--seed", "7", "--max-turns", "1", text="west\n", FORCE_COLOR="1", NO_COLOR="1", TERM="xterm-256color"
+    )
+    assert not COLOUR.search(without)
+
+
+def test_a_seed_that_is_drawn_is_told():
+    first = play(GRID, "--max-turns", "1", text="west\n")
+    seed = re.match(r"Seed (\d+)\. ", first)[1]
+    assert play(GRID, "--max-turns", "1", "--seed", seed, text="west\n") == first
