@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from PIL import Image
 
 from teachers.atoms import FN, FP, HN, HP, Atom, FeedbackType, Label, Moment, ParseFailure, R, Utterance
 from teachers.oracle import Oracle
-from worlds.pictures import Picture, Sight, Text, Turn
+from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import THEMES, Canvas, Frame, height_of
 from worlds.world import World
 
@@ -76,12 +77,14 @@ class Watch:
         self.moments: list[Moment[Any]] = []
         self.sentences: tuple[Spoken, ...] = ()
         """What was said last."""
+        self.turns: list[Step[Any]] = []
+        """The same moments, as a picture has them."""
         self.heard = False
         """Whether that was said of the last turn."""
 
     def begin(self, moment: Moment[Any], atoms: Sequence[Atom] = ()) -> None:
         """An episode begins, or goes on from elsewhere; `atoms` is what has been said of it already."""
-        self.moments, self._turns = [moment], [Turn(None, 0.0, moment.after, moment.success)]
+        self.moments, self.turns = [moment], [Step(None, 0.0, moment.after, moment.success)]
         self.oracle.start(moment.after)
         self.sentences, self.heard = self._checked(atoms), bool(atoms)
 
@@ -89,7 +92,7 @@ class Watch:
         """The student has acted."""
         self.moments.append(moment)
         action = None if moment.before is None else moment.action
-        self._turns.append(Turn(action, moment.reward, moment.after, moment.success))
+        self.turns.append(Step(action, moment.reward, moment.after, moment.success))
         self.heard = False
 
     def said(self, words: str, atoms: Sequence[Atom]) -> None:
@@ -112,7 +115,7 @@ class Watch:
         """The episode as a picture has it; `seen` is what the student observes now."""
         reach = self.picture.reach if self.privileged else 0
         plan = self.oracle.plan(self.moments[-1].after, reach) if reach else ()
-        return Sight(tuple(self._turns), seen, self.privileged, tuple(plan))
+        return Sight(tuple(self.turns), seen, self.privileged, tuple(plan))
 
     def text(self, seen: str) -> Text:
         """The turn, what the student did, and the world, in text."""
@@ -207,7 +210,7 @@ def _told(action: Any) -> str:
 def tiled(frames: Sequence[Frame]) -> Frame:
     """Frames side by side, in rows; many of them at half their size."""
     if len(frames) > _TILES:
-        shrunk = [frame.reshape(HEIGHT // 2, 2, WIDTH // 2, 2, 3).mean((1, 3)).astype(np.uint8) for frame in frames]
+        shrunk = [np.asarray(Image.fromarray(frame).reduce(2)) for frame in frames]
     else:
         shrunk = list(frames)
     columns = int(np.ceil(np.sqrt(len(shrunk))))

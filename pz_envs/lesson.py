@@ -13,8 +13,10 @@ from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
 from teachers.reward_oracle import RewardOracle
 from teachers.voice import Voice
+from worlds.pictures import Picture
 from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld
+from worlds.wrapped.rendered import RenderedPicture
 
 _MAX_TURNS = 100  # where the environment does not say
 _LIMITS = ("_max_episode_steps", "max_episode_steps", "max_steps")  # Gymnasium's TimeLimit, and what others call it
@@ -96,6 +98,10 @@ class Lesson(Subject):
         other = self.make_world(**options)
         world, self._world = self._world, None
         return world or other
+
+    def make_picture(self, world: World[Any]) -> Picture[Any]:
+        """What draws such a world: where all may be seen, the environment itself, if it was made to render."""
+        return RenderedPicture(world) if isinstance(world, GymWorld) else super().make_picture(world)
 
     def oracle_class(self) -> Callable[[Callable[[], World[Any]]], Oracle]:
         """What makes oracles."""

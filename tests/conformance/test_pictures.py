@@ -14,6 +14,7 @@ import pytest
 from design import sampled
 from sampling import ENTRIES
 
+from llf_teacher import make
 from llf_teacher.registry import entries, family
 from llf_teacher.tools.pictures import GOLDEN, dhash, frame_rate, sample
 from pz_envs.family import all_families
@@ -57,11 +58,13 @@ def with_opengl(code):
     return run.stdout
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("name", RENDERED)
 def test_pictures_of_simulators(name):
     code = f"""
 import json
 from functools import partial
+from llf_teacher import make
 from llf_teacher.registry import family
 from llf_teacher.tools.pictures import dhash, sample
 from worlds.pictures.testing import check_picture
@@ -109,6 +112,20 @@ def test_the_privileged_see_what_is_hidden(environment):
 @pytest.mark.parametrize("name", LIGHT)
 def test_thirty_frames_a_second(name):
     assert frame_rate(family(name).showcase[0], 9) > 30
+
+
+@pytest.mark.parametrize("entry", [each for each in ENTRIES if not each.values[0].family.slow])
+def test_frames_hide_what_is_hidden(entry):
+    """Whole ones, of seats whose teacher is silent; and each environment can be seen."""
+    env = make(entry.id, feedback_type="n", render_mode="rgb_array")
+    env.reset(seed=4)
+    rng = np.random.default_rng(4)
+    for _ in range(4):
+        if any(env.step(env.aec.world.sample_action(rng))[2:4]):
+            break
+    frame, watch = env.render(), env.aec.watch
+    watch.turns = list(watch.picture.alike(watch.turns, rng))
+    assert np.array_equal(env.render(), frame)
 
 
 def test_a_family_without_a_picture_is_shown_in_its_own_words():

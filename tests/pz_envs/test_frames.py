@@ -1,7 +1,7 @@
 """Frames: what they show, to whom, and that looking changes nothing."""
 
 import sys
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import gymnasium
 import numpy as np
@@ -39,7 +39,8 @@ def wrong(env):
 
 
 @pytest.mark.parametrize("seating", ["tutoring", "classroom", "panel"])
-def test_pettingzoo_renders(seating):
+def test_pettingzoo_renders(seating, monkeypatch):
+    monkeypatch.setattr("pygame.time.Clock", lambda: SimpleNamespace(tick=lambda fps: None))  # nobody looks: no waiting
     render_test(lambda render_mode: GRID.env(seating=seating, speech="kinds", render_mode=render_mode))
     env = GRID.parallel_env(seating=seating, speech="kinds", render_mode="rgb_array")
     env.reset(seed=0)
@@ -197,6 +198,24 @@ def test_in_a_panel_each_sentence_has_its_speaker():
         env.step(31)
     speakers = [each.speaker for each in env.desk.watch.sentences if each.kind is not None]
     assert speakers == ["teacher_0", "teacher_1"]
+    assert env.render().shape == SIZE
+
+
+def test_an_environment_of_ones_own_is_drawn_by_itself_for_the_privileged():
+    lake = gymnasium.make("FrozenLake-v1", render_mode="rgb_array")
+    frames = []
+    for privileged in (False, True):
+        env = llf_teacher.teach(lake, render_mode="rgb_array", privileged_info=privileged)
+        env.reset(seed=0)
+        env.step(1)
+        frames.append(env.render())
+    assert frames[0][240:, : WIDTH // 2].std() < 10 < frames[1][240:, : WIDTH // 2].std()
+
+
+def test_long_descriptions_are_cut():
+    lake = gymnasium.make("FrozenLake-v1")
+    env = llf_teacher.teach(lake, describe=lambda seen: "word " * 100_000, render_mode="rgb_array")
+    env.reset(seed=0)
     assert env.render().shape == SIZE
 
 

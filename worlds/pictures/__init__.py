@@ -14,7 +14,7 @@ from typing_extensions import TypeVar
 from worlds.pictures.canvas import Canvas, height_of
 from worlds.world import TruthT, World
 
-__all__ = ["Picture", "Sight", "Text", "TextPicture", "Turn", "WorldT"]
+__all__ = ["Picture", "Sight", "Step", "Text", "TextPicture", "WorldT"]
 
 WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of the world."""
@@ -22,7 +22,10 @@ Text = tuple[tuple[str, str], ...]
 """Pieces of text, each with its role: `here`, `goal`, `good`, `bad`, `muted`, or none."""
 
 
-class Turn(NamedTuple, Generic[TruthT]):
+_SEEN = 3000  # characters; no more can be read on a canvas
+
+
+class Step(NamedTuple, Generic[TruthT]):
     """One turn of the student."""
 
     action: Any
@@ -36,7 +39,7 @@ class Turn(NamedTuple, Generic[TruthT]):
 class Sight(NamedTuple, Generic[TruthT]):
     """An episode up to now."""
 
-    turns: tuple[Turn[TruthT], ...]
+    turns: tuple[Step[TruthT], ...]
     """The first is the opening."""
     seen: str
     """What the student observes now, as the world describes it."""
@@ -72,7 +75,7 @@ class Picture(ABC, Generic[TruthT, WorldT]):
         """A sight in text; by default as the world describes it."""
         return ((sight.seen, ""),)
 
-    def alike(self, turns: Sequence[Turn[TruthT]], rng: np.random.Generator) -> Sequence[Turn[TruthT]]:
+    def alike(self, turns: Sequence[Step[TruthT]], rng: np.random.Generator) -> Sequence[Step[TruthT]]:
         """The same turns in another world, which a student could not tell from this one.
 
         For checks: pictures of both have to be equal unless they are privileged. As it stands, nothing is hidden.
@@ -86,6 +89,6 @@ class TextPicture(Picture[Any]):
     def draw(self, canvas: Canvas, sight: Sight[Any]) -> None:
         """Write it down, in letters as large as fit."""
         width, height = canvas.width - 32, canvas.height - 32
-        text = sight.seen or "There is nothing to see."
+        text = sight.seen[:_SEEN] or "There is nothing to see."
         size = next((size for size in (18, 16, 14) if height_of(text, size, width) <= height), 13)
         canvas.paragraph((16, 16), text, width, height, size)

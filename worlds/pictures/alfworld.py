@@ -8,7 +8,7 @@ from worlds.alfworld.exact import AGENT
 from worlds.alfworld.games import Fact
 from worlds.alfworld.house import House, house_of
 from worlds.alfworld.world import Alfworld, Truth
-from worlds.pictures import Picture, Sight, Text, Turn
+from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import Canvas, wrap
 
 __all__ = ["AlfworldPicture"]
@@ -77,7 +77,7 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
         ]
         return (*lines, (sight.seen, ""))
 
-    def alike(self, turns: Sequence[Turn[Truth]], rng: np.random.Generator) -> Sequence[Turn[Truth]]:
+    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
         """Places at which nobody has been are empty."""
         house = house_of(turns[0].truth.game)
         been = {_location(turn.truth.facts) for turn in turns}
@@ -124,7 +124,7 @@ def _inside(facts: Iterable[Fact], house: House) -> dict[str, list[str]]:
     return inside
 
 
-def _remembered(turns: Sequence[Turn[Truth]], house: House) -> dict[str, list[str]]:
+def _remembered(turns: Sequence[Step[Truth]], house: House) -> dict[str, list[str]]:
     """Per place into which one has looked what is in it: by what was done there, and what could be seen then.
 
     A place is looked into by going there or examining it, unless it is closed, and by opening it. Nothing changes

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from worlds.bandits import Bandit, Truth
-from worlds.pictures import Picture, Sight, Text, Turn
+from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import Canvas
 
 __all__ = ["BanditPicture"]
@@ -61,12 +61,12 @@ class BanditPicture(Picture[Truth, Bandit]):
         """A line an arm that was pulled."""
         last = sight.turns[-1].action
         return tuple(
-            (f"arm {arm}: pulled {len(each)} times, mean payout {sum(each) / len(each):.3g}\n", "here" * (arm == last))
+            (f"arm {arm}: pulls {len(each)}, mean payout {sum(each) / len(each):.3g}\n", "here" * (arm == last))
             for arm, each in enumerate(_paid(self.lab.arms, sight.turns))
             if each
         )
 
-    def alike(self, turns: Sequence[Turn[Truth]], rng: np.random.Generator) -> Sequence[Turn[Truth]]:
+    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
         """Arms of which those that are not the best pay less, so that they have paid so much by chance."""
         truth = turns[0].truth
         less = [0.0 if arm in truth.best else float(rng.uniform(0.1, 1)) for arm in range(self.lab.arms)]
@@ -76,7 +76,7 @@ class BanditPicture(Picture[Truth, Bandit]):
         return [turn._replace(truth=other) for turn in turns]
 
 
-def _paid(arms: int, turns: Sequence[Turn[Truth]]) -> list[list[float]]:
+def _paid(arms: int, turns: Sequence[Step[Truth]]) -> list[list[float]]:
     """Per arm what it has paid."""
     paid: list[list[float]] = [[] for _ in range(arms)]
     for turn in turns:

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from worlds.gridworld import NO_DOOR, Gridworld, Layout, Truth
-from worlds.pictures import Picture, Sight, Text, Turn
+from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import Canvas, Point, measure
 
 __all__ = ["GridworldPicture"]
@@ -105,7 +105,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
             pieces.append((f"{below.rstrip()}\n", "muted"))
         return (*_trimmed(pieces), (sight.seen, ""))
 
-    def alike(self, turns: Sequence[Turn[Truth]], rng: np.random.Generator) -> Sequence[Turn[Truth]]:
+    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
         """The treasure in another room that one has not entered, and other names of rooms that one does not know."""
         layout = turns[-1].truth.layout
         been = {turn.truth.room for turn in turns}

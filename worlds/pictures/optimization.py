@@ -7,7 +7,7 @@ import numpy as np
 
 from worlds.optimization.loss import Landscape, Loss, Point
 from worlds.optimization.world import Optimization, Truth
-from worlds.pictures import Picture, Sight, Turn
+from worlds.pictures import Picture, Sight, Step
 from worlds.pictures.canvas import SCALE, Canvas, Frame
 
 __all__ = ["OptimizationPicture"]
@@ -62,7 +62,7 @@ class OptimizationPicture(Picture[Truth, Optimization]):
             (x1, x2), loss = each.x, each.y
             canvas.text((left + 18, below + 20 * i), f"{name}: y = {loss:.4g} at [{x1:.3g}, {x2:.3g}]", 13)
 
-    def alike(self, turns: Sequence[Turn[Truth]], rng: np.random.Generator) -> Sequence[Turn[Truth]]:
+    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
         """A loss that is moved otherwise, and equal at the points that were proposed: nobody has asked elsewhere."""
         if not self.lab.options["shift"]:
             return turns

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from worlds.parking import LENGTH, WALL_X, WALL_Y, WIDTH, Action, Car, Parking, Truth
-from worlds.pictures import Picture, Sight, Turn
+from worlds.pictures import Picture, Sight, Step
 from worlds.pictures.canvas import Canvas, Point
 
 __all__ = ["ParkingPicture"]
@@ -61,7 +61,7 @@ class ParkingPicture(Picture[Truth, Parking]):
                 break
         return way
 
-    def alike(self, turns: Sequence[Turn[Truth]], rng: np.random.Generator) -> Sequence[Turn[Truth]]:
+    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
         """At another time, with other walls and spots touched, and other collisions foreseen."""
         later, impact = float(rng.uniform(1, 9)), tuple(rng.uniform(-1, 1, 2).tolist())
         return [

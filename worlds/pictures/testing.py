@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from worlds.pictures import Picture, Sight, Turn
+from worlds.pictures import Picture, Sight, Step
 from worlds.pictures.canvas import THEMES, Canvas, Frame
 from worlds.testing import plain, require, some_actions, started
 from worlds.world import World
@@ -29,19 +29,19 @@ def check_picture(make: Make, make_picture: MakePicture) -> None:
         check(make, make_picture)
 
 
-def episode(world: World[Any], turns: int = _TURNS, seed: int = 0) -> list[Turn[Any]]:
+def episode(world: World[Any], turns: int = _TURNS, seed: int = 0) -> list[Step[Any]]:
     """Some turns of a student who knows nothing of the task, in a world that was reset."""
-    played: list[Turn[Any]] = [Turn(None, 0.0, world.truth)]
+    played: list[Step[Any]] = [Step(None, 0.0, world.truth)]
     for action in some_actions(world, turns, seed):
         legal = world.legal(action)
         _, reward, terminated, truncated, info = world.advance(legal)
-        played.append(Turn(legal, reward, world.truth, info["success"]))
+        played.append(Step(legal, reward, world.truth, info["success"]))
         if terminated or truncated:
             break
     return played
 
 
-def sight_of(world: World[Any], turns: Sequence[Turn[Any]], privileged: bool = False) -> Sight[Any]:
+def sight_of(world: World[Any], turns: Sequence[Step[Any]], privileged: bool = False) -> Sight[Any]:
     """The turns as they are drawn; the world is left in the state of the last one."""
     world.restore(turns[-1].truth)
     return Sight(tuple(turns), world.describe(world.observe()), privileged)
@@ -110,7 +110,7 @@ def check_hidden(make: Make, make_picture: MakePicture) -> None:
         require(picture.text(one) == picture.text(two), "the text shows what nobody may know")
 
 
-def _seen(world: World[Any], turn: Turn[Any]) -> Any:
+def _seen(world: World[Any], turn: Step[Any]) -> Any:
     """What a student sees after a turn."""
     world.restore(turn.truth)
     observation = world.observe()
