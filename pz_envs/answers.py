@@ -6,14 +6,18 @@ from typing import NamedTuple
 __all__ = ["Parted", "split_thought"]
 
 _NAMES = r"(?:seed:)?(?:think(?:ing)?|thoughts?|reasoning|reason|reflection|scratchpad|analysis|internal_monologue)"
-_MARK = re.compile(
+_MARK = re.compile(  # all begin with a bracket, which makes the search fast
     rf"""
-    (?P<open> <{_NAMES}\s?> | \[think\] | \u25c1think\u25b7 | <\|begin_of_thought\|> | <\|channel>thought\b
-        | (?:<\|start\|>assistant)?<\|channel\|>(?:analysis|commentary)[^<]{{0,80}}<\|message\|> )
-    | (?P<close> </{_NAMES}\s?> | \[/think\] | \u25c1/think\u25b7 | <\|end_of_thought\|> | <channel\|> )
-    | (?P<end> <\|end\|> )
-    | (?P<say> (?:<\|start\|>assistant)?<\|channel\|>final[^<]{{0,80}}<\|message\|>
-        | <\|begin_of_solution\|> | <\|end_of_solution\|> )
+    [<\[\u25c1] (?:
+      (?P<open> (?<=<){_NAMES}\s?> | (?<=\[)think\] | (?<=\u25c1)think\u25b7
+        | (?<=<)\|(?:begin_of_thought\|> | channel>thought\b)
+        | (?<=<)(?:\|start\|>assistant<)?\|channel\|>(?:analysis|commentary)[^<]{{0,80}}<\|message\|> )
+    | (?P<close> (?<=<)/{_NAMES}\s?> | (?<=\[)/think\] | (?<=\u25c1)/think\u25b7
+        | (?<=<)(?:\|end_of_thought\|> | channel\|>) )
+    | (?P<end> (?<=<)\|end\|> )
+    | (?P<say> (?<=<)(?: (?:\|start\|>assistant<)?\|channel\|>final[^<]{{0,80}}<\|message\|>
+        | \|(?:begin|end)_of_solution\|> ) )
+    )
     """,
     re.IGNORECASE | re.VERBOSE,
 )

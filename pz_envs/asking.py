@@ -5,6 +5,7 @@ from typing import Any
 
 from gymnasium import spaces
 
+from pz_envs.answers import split_thought
 from worlds.spaces import Prose
 
 ASK = "ask"
@@ -39,7 +40,8 @@ def read_question(action: Any, space: spaces.Space[Any]) -> tuple[bool, Any]:
         last = int(space.start) + int(space.n) - 1
         return bool(isinstance(action, str) is False and space.contains(action) and int(action) == last), action
     if isinstance(space, Prose | spaces.Text):
-        return isinstance(action, str) and len(action) < 1000 and _ASK.fullmatch(action) is not None, action
+        said = split_thought(action).answer if isinstance(action, str) else ""
+        return 0 < len(said) < 1000 and _ASK.fullmatch(said) is not None, action
     if not isinstance(action, dict) or action.keys() != {"action", ASK} or action[ASK] not in (0, 1):
         raise ValueError(
             f"the action of a student who may ask must be a dict of `action` and `{ASK}` (0 or 1), got {action!r:.80}; "

@@ -21,7 +21,7 @@ from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 from pz_envs.family import Family
 from pz_envs.seats import SPEECHES, STUDENT, TEACHER
 from pz_envs.teacher_seat import SUBSETS
-from pz_envs.text_mode import parse_action
+from pz_envs.text_mode import read_exactly
 from teachers.atoms import ActionClaim, Atom, EditClaim, PlanClaim
 from teachers.oracle import Oracle
 from worlds.testing import plain, require
@@ -199,7 +199,7 @@ def require_role(atom: Atom, world: World[Any]) -> None:
             text in atom.text, f"{where}: it is not there; phrase it, or declare that there is none by an empty slot"
         )
         parts = text.split(separator) if separator else [text]
-        read = [parse_action(part.strip('"'), world) for part in parts]
+        read = [read_exactly(part.strip('"'), world) for part in parts]
         require(plain(read) == plain(list(actions)), f"{where}: a student reads {read}, not {list(actions)}")
     if isinstance(claim, EditClaim):
         edit: list[tuple[str, Any]] = [(claim.line_slot, claim.line)]

@@ -56,6 +56,8 @@ class ParseFailure(NamedTuple):
     """What was received: an excerpt of at most 80 printable characters."""
     expected: str
     """What an answer has to look like."""
+    why: str = "it names no action that there is"
+    """What was wrong, as a clause."""
 
 
 class Moment(NamedTuple, Generic[TruthT]):

@@ -246,17 +246,18 @@ class Example(Grounded[Any], PlanClaim[Any]):
 
 @claim
 class NotUnderstood(Claim[Any]):
-    """True if the student's text was no action, and `expected` is what the world understands.
+    """True if the student's text was no action, and `expected` is what the world understands; `why` says what is wrong.
 
     A notice of the environment, not feedback of the teacher: no personality and no feedback type withholds it.
     """
 
     got: str
     expected: str
+    why: str
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the turn's parse failure."""
-        return moment.action == (self.got, self.expected) and self.expected == lab.action_syntax
+        return moment.action == (self.got, self.expected, self.why) and self.expected == lab.action_syntax
 
 
 @claim

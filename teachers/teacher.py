@@ -159,7 +159,7 @@ class Teacher:
             brief = self.oracle.brief(moment.after, self._instruction_type, rng)
             return brief if moment.ask_cost is None else (*brief, MayAsk(cost=float(moment.ask_cost)))
         if type(action) is ParseFailure:
-            return (NotUnderstood(got=action.got, expected=action.expected),)
+            return (NotUnderstood(got=action.got, expected=action.expected, why=action.why),)
         return ()
 
     def judge(self, moment: Moment) -> tuple[Claim, ...]:

@@ -88,6 +88,7 @@ class Bandit(World[Truth, int, int]):
     """
 
     reward_range = (-100.0, 100.0)
+    action_fillers = ("arm", "pull")
     _truth: Truth
 
     def __init__(

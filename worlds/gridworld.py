@@ -123,6 +123,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     _found: bool
     _layout: Layout
     action_words = MappingProxyType(dict(zip(_NAMES, DIRECTIONS, strict=True)))
+    action_fillers = ("head", "move", "walk", "step", "way", "door", "side", "direction")
     action_syntax = "one of north, east, west, south, or its number (0, 1, 2, 3)"
 
     def __init__(

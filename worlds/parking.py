@@ -84,6 +84,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
     """
 
     reward_range = (-6.0, 0.0)
+    action_parts = ("acceleration", "steering")
     action_syntax = "[acceleration, steering], two numbers from -1 to 1"
     failure_reward = _FAILURE
 

@@ -80,6 +80,7 @@ class Poem(World[Truth, int, str]):
     reward_range = (-1.0, 0.0)
     failure_reward = -1.0
     several_lines = True
+    answer_names = ("poem", "haiku", "tanka", "verse")
     reset_options = tuple(_OPTIONS.values())
     _truth: Truth
     action_syntax = (

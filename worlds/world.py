@@ -56,6 +56,14 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     """Least and greatest reward of one step."""
     action_words: Mapping[str, Any] = MappingProxyType({})
     """Lower-case words that name an action in text mode, each with its action."""
+    action_fillers: tuple[str, ...] = ()
+    """Further lower-case words that may stand around an action in a sentence that says nothing else, such as `go`."""
+    action_parts: tuple[str, ...] = ()
+    """Lower-case names of the numbers of which an action is a list, by which an answer may give them."""
+    answer_names: tuple[str, ...] = ()
+    """What an answer may be called beside `answer`, `action` and the like, in lower case: labels, and keys of JSON."""
+    verbatim: bool = True
+    """Whether a text that is an action is taken word for word; else `read` finds it in what is written around it."""
     several_lines: bool = False
     """Whether a text that is an action may have several lines; people who type it then end it with an empty one."""
     failure_reward: float = 0.0

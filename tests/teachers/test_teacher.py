@@ -112,10 +112,11 @@ def test_a_text_that_is_no_action_is_always_answered(name, settings):
     moment = failure(moments[0], expected)
     said = teacher.speak(moment)
     notice, *rest = said.atoms
-    assert notice.claim == NotUnderstood(got="jump!", expected=expected)
+    assert notice.claim == NotUnderstood(got="jump!", expected=expected, why=moment.action.why)
     assert notice.claim.holds(moment, teacher.oracle.lab)
     assert "jump!" in notice.text
     assert expected in notice.text
+    assert moment.action.why in notice.text
     assert {atom.kind for atom in rest} <= {FP, FN}
     assert rest or settings
 

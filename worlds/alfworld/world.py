@@ -22,6 +22,11 @@ ORACLES = ("planner", "explorer")
 SOURCES = ("auto", "generated", "official")
 MAX_LENGTH = 500
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1f\x7f-\x9f]").search  # all but white space
+_THING = "[a-z]+ [0-9]+"
+_COMMAND = re.compile(
+    rf"look|inventory|help|(?:go to|open|close|examine|use) {_THING}|take {_THING} from {_THING}"
+    rf"|move {_THING} to {_THING}|(?:heat|clean|cool|slice) {_THING} with {_THING}"
+)
 _LISTED = "\n\nAdmissible commands: "
 _THINGS = ("apple", "bowl", "book", "creditcard", "cup", "egg", "knife", "mug", "pen", "pillow", "plate", "soapbar")
 _PLACES = ("bed", "cabinet", "countertop", "desk", "drawer", "fridge", "garbagecan", "microwave", "shelf", "sinkbasin")
@@ -70,6 +75,7 @@ class Alfworld(World[Truth, str, str]):
     reward_range = (0.0, 1.0)
     actions_key = "admissible_commands"
     reset_options = ("game",)
+    verbatim = False
     action_syntax = f"one command such as `go to desk 1`, of at most {MAX_LENGTH} characters without control characters"
 
     _feedback: str
@@ -133,6 +139,11 @@ class Alfworld(World[Truth, str, str]):
         if not self.action_space.contains(action) or _CONTROL(action):
             raise illegal(action, f"a text of at most {MAX_LENGTH} characters without control characters")
         return " ".join(action.lower().split())
+
+    def read(self, text: str) -> str | None:
+        """A command of one of the forms that there are, whether it can be carried out now or not."""
+        command = " ".join(text.lower().split()) if len(text) <= MAX_LENGTH else ""
+        return command if _COMMAND.fullmatch(command) else None
 
     def advance(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
         """Carry out a command."""

@@ -51,6 +51,8 @@ class Movies(World[Truth, dict[str, Any], str]):
 
     reward_range = (-1.0, 0.0)
     failure_reward = -1.0
+    verbatim = False
+    answer_names = ("titles", "recommendations", "movies", "films", "series")
     _truth: Truth
     action_syntax = (
         f'a JSON list of at most {MAX_TITLES} titles, such as ["Title", "Title (1999)"] or [{{"title": "Title"}}]'
@@ -100,6 +102,10 @@ class Movies(World[Truth, dict[str, Any], str]):
     def truth(self) -> Truth:
         """The user, and what was recommended last."""
         return self._truth
+
+    def read(self, text: str) -> str | None:
+        """The list of titles in canonical form."""
+        return canonical(text) if len(text) <= MAX_LENGTH else None
 
     def legal(self, action: Any) -> str:
         """The list of titles in canonical form."""

@@ -50,6 +50,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         minimiser: for a function of your own, the point where it is least; otherwise scipy looks for it.
     """
 
+    action_parts = ("x1", "x2")
     _truth: Truth
 
     def __init__(
@@ -150,7 +151,8 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         pairs = {(float(pair[1] or pair[3]), float(pair[2] or pair[4])) for pair in _PAIR.finditer(text)}
         if len(pairs) == 1:
             return pairs.pop()
-        stays = hasattr(self, "_truth") and "[" not in text and not pairs and _STAY.search(text)
+        named = pairs or "[" in text or _NAMED.search(text)
+        stays = hasattr(self, "_truth") and not named and _STAY.search(text)
         return self._truth.x if stays else None
 
     def _load(self, truth: Truth) -> None:
@@ -172,6 +174,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
 _NUMBER = r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
 _TWO = rf"\s*{_NUMBER}\s*,\s*{_NUMBER}\s*"
 _PAIR = re.compile(rf"(?<![\w\[(])(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])])")
+_NAMED = re.compile(r"\bx[12][\"']?\s*[:=]")
 _STAY = re.compile(r"\b(?:stop|stay|reach)(?:ped|ping|ed|ing|es|s)?\b", re.IGNORECASE)
 
 

@@ -9,7 +9,7 @@ from gymnasium import spaces
 
 from llf_teacher.students.advice import AdviceTaker, Believer
 from llf_teacher.students.reading import Reader
-from pz_envs.text_mode import parse_action
+from pz_envs.text_mode import read_exactly
 from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailure, PlanClaim
 from teachers.voice import voice_names
 
@@ -53,12 +53,12 @@ class _Policy(AdviceTaker["TextOnly"]):
 
     def _hear(self, claim: type[Claim[Any]], words: Sequence[str], turn: int, endless: bool = False) -> None:
         """Take actions to heart that are named, if all of them are actions."""
-        actions = [parse_action(word, self.world) for word in words]
+        actions = [read_exactly(word, self.world) for word in words]
         if not any(type(action) is ParseFailure for action in actions):
             self.hear(claim.kind, actions, turn, endless)
 
     def _is_action(self, text: str) -> bool:
-        return type(parse_action(text, self.world)) is not ParseFailure
+        return type(read_exactly(text, self.world)) is not ParseFailure
 
     def _correct(self, number: int, words: str | None) -> str:
         """The last text with one line replaced; or, without words, up to this line."""

@@ -1,0 +1,235 @@
+"""Forms in which chat models put an answer: labels, fences, boxes, tags, quotes, remarks. No meaning is read here.
+
+Each function takes time in proportion to the text's length.
+"""
+
+import operator
+import re
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import islice
+from typing import NamedTuple
+
+__all__ = [
+    "behind_marker",
+    "fenced",
+    "labelled",
+    "paragraphs",
+    "peeled",
+    "spans",
+    "tagged",
+    "unlabelled",
+    "without_stops",
+]
+
+_STOP = re.compile(
+    r"</s>|<\|(?:im_end|endoftext|eot_id|eom_id|end_of_text|end|return|call|eos|user|assistant)\|>"
+    r"|<eos>|<end_of_turn>|<\uff5cend\u2581of\u2581sentence\uff5c>|\[/INST\]",
+    re.IGNORECASE,
+)
+_START = re.compile(
+    r"\s*(?:<s>|<bos>|<\|im_start\|>(?:assistant)?|<start_of_turn>(?:model)?|<\|start\|>(?:assistant)?"
+    r"|<\|start_header_id\|>assistant<\|end_header_id\|>|\[INST\])\s*",
+    re.IGNORECASE,
+)
+_DECORATION = r"[*_`\"'\[(<#>$\u201c\u2018\u00ab-]"
+_CLOSING = r"[*_`\"'\])>$\u201d\u2019\u00bb]"
+_NOUNS = "response|answer|action|move|choice|command|decision|output|proposal"
+_WORDS = "my|the|your|final|next|chosen|selected|best|first|last|assistant"
+_ANYWHERE = re.compile(rf"(?P<open>)response(?P<shut>{_CLOSING}*+)[ \t]*:(?P<close>{_CLOSING}*+)", re.IGNORECASE)
+_BEGINNING = operator.methodcaller("start")
+_RESPONSE = re.compile(rf"response{_CLOSING}*+[ \t]*:(?:\*\*|__|`(?!`))?", re.IGNORECASE)
+_MIRROR = str.maketrans("[(<\u201c\u2018\u00ab", "])>\u201d\u2019\u00bb")
+_NO_BRACKETS = str.maketrans("", "", "#>-")
+_FENCE = re.compile(r"^[ \t]*(?P<mark>`{3,}|~{3,})(?P<rest>[^\n]*)$", re.MULTILINE)
+_LINE = re.compile(r"^[^:=\n]{0,80}[:=]", re.MULTILINE)
+_TAG = re.compile(
+    r"<(?P<end>/?)(?P<name>answer|final_answer|action|response|output|move|command|tool_call)>", re.IGNORECASE
+)
+_BRACE = re.compile(r"\\(?:boxed|fbox)\s*\{|[{}\[\]]")
+_OBJECT = re.compile(r"[\[{]\s*[\"'{]")
+_PAIRS = (
+    *(
+        ("***", "***"),
+        ("**", "**"),
+        ("__", "__"),
+        ("```", "```"),
+        ("``", "``"),
+        ("$$", "$$"),
+        ("\\(", "\\)"),
+        ("\\[", "\\]"),
+    ),
+    *(("*", "*"), ("_", "_"), ("`", "`"), ('"', '"'), ("'", "'"), ("$", "$"), ("(", ")"), ("[", "]"), ("{", "}")),
+    *(("<", ">"), ("\u201c", "\u201d"), ("\u2018", "\u2019"), ("\u00ab", "\u00bb")),
+    *((f"\\{name}{{", "}") for name in ("boxed", "fbox", "text", "textbf", "mathrm", "mathbf", "texttt")),
+)
+_AROUND = {begin[0]: tuple(pair for pair in _PAIRS if pair[0][0] == begin[0]) for begin, _ in _PAIRS}
+_BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+(?=[A-Za-z])")
+_REMARK = re.compile(r"(?P<said>[^()]*[^()\s])\s+\((?P<remark>[^()]*)\)[.!]?")
+_DEPTH = 12  # layers around an answer
+_BRACES = 2000  # brackets of a text that are looked at
+
+
+class Labelled(NamedTuple):
+    """What follows a label, up to the next one."""
+
+    body: str
+    """Without what closes the label."""
+    begin: int
+    """Where the label stands in the text."""
+
+
+def without_stops(text: str) -> str:
+    """The text up to the first token at which a model stops, without the tokens with which a chat template begins."""
+    while begin := _START.match(text):
+        text = text[begin.end() :]
+    stop = _STOP.search(text)
+    return text[: stop.start()] if stop else text
+
+
+@cache
+def _heading(nouns: tuple[str, ...]) -> re.Pattern[str]:
+    own = "".join(f"|{re.escape(noun)}" for noun in nouns)
+    name = rf"(?:(?:{_WORDS})[ \t]+)*+(?:{_NOUNS}{own})"
+    return re.compile(
+        rf"\s*+(?:\#+[ \t]*{name}[ \t]*:?[ \t]*(?:\n|$)"
+        rf"|(?P<bold>\*\*|__){name}[ \t]*(?::[ \t]*(?P=bold)|(?P=bold)[ \t]*:?)"
+        rf"|{name}[ \t]*:[ \t]*(?:\n|$))",
+        re.IGNORECASE,
+    )
+
+
+@cache
+def _label(nouns: tuple[str, ...]) -> re.Pattern[str]:
+    own = "".join(f"|{re.escape(noun)}" for noun in nouns)
+    return re.compile(
+        rf"[ \t]*(?P<open>(?:{_DECORATION}[ \t]*)*+)(?:(?:{_WORDS})[ \t]+)*+(?:{_NOUNS}{own})(?:[ \t]+is)?"
+        rf"(?P<shut>{_CLOSING}*+)[ \t]*[:=](?P<close>{_CLOSING}*+)",
+        re.IGNORECASE,
+    )
+
+
+def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
+    """What stands behind labels such as `**Response:**` or `Final answer:`, in their order.
+
+    A label begins a line, but for `Response:`, which may stand anywhere.
+
+    Args:
+        text: an answer.
+        nouns: further names of labels.
+    """
+    at_line = _label(tuple(nouns))
+    labels = [found for line in _LINE.finditer(text) if (found := at_line.match(text, line.start()))]
+    known = {found.end("shut") for found in labels}
+    labels += [found for found in _ANYWHERE.finditer(text) if found.end("shut") not in known]
+    labels.sort(key=_BEGINNING)
+    ends = [*(label.start() for label in labels[1:]), len(text)][: len(labels)]
+    for label, end in zip(labels, ends, strict=True):
+        body = text[label.end() : end].strip()
+        before = text[max(0, label.start() - 2) : label.start()]
+        opened = label["open"].translate(_NO_BRACKETS).strip() or (before if before in ("**", "__") else "")
+        closing = opened[::-1].translate(_MIRROR)
+        if opened and not label["shut"] and not label["close"] and body.endswith(closing):
+            body = body.removesuffix(closing).strip()
+        elif not opened and label["close"]:  # what opens the answer, not what closes the label
+            body = text[label.start("close") : end].strip()
+        yield Labelled(body, label.start())
+
+
+def behind_marker(text: str) -> str | None:
+    """What follows the last `Response:`, which may be in bold or the like; None if there is none."""
+    ends = [marker.end() for marker in _RESPONSE.finditer(text)]
+    return text[ends[-1] :].strip() if ends else None
+
+
+def unlabelled(text: str, nouns: Sequence[str] = ()) -> str:
+    """A text whose lines all count, without the label above it: one that is in bold, or alone on its line."""
+    found = _heading(tuple(nouns)).match(text)
+    return text[found.end() :].strip() if found else text
+
+
+def fenced(text: str) -> Iterator[str]:
+    """What stands in fences of three backticks or tildes; one that is not closed holds all the rest."""
+    begin, mark = 0, ""
+    for fence in _FENCE.finditer(text):
+        if not mark and fence["mark"][0] not in fence["rest"]:
+            begin, mark = fence.end(), fence["mark"]
+        elif mark and fence["mark"].startswith(mark) and not fence["rest"].strip():
+            yield text[begin : fence.start()].strip()
+            mark = ""
+    if mark:
+        yield text[begin:].strip()
+
+
+def tagged(text: str) -> list[str]:
+    """What stands in tags such as `<answer>`; one that is not closed holds all the rest."""
+    found = []
+    opened: tuple[str, int] | None = None
+    for tag in _TAG.finditer(text):
+        name = tag["name"].lower()
+        if not tag["end"]:
+            opened = name, tag.end()
+        elif opened and opened[0] == name:
+            found.append(text[opened[1] : tag.start()].strip())
+            opened = None
+    return [*found, text[opened[1] :].strip()] if opened else found
+
+
+def spans(text: str) -> Iterator[str]:
+    """What is marked as the answer within a text: by a fence, a tag, a box of TeX, or as JSON of texts."""
+    yield from fenced(text)
+    yield from tagged(text)
+    braces: list[tuple[int, int]] = []
+    for brace in islice(_BRACE.finditer(text), _BRACES):
+        if brace[0] not in "]}":
+            braces.append((brace.start(), brace.end()))
+        elif braces:
+            begin, inside = braces.pop()
+            if inside - begin > 1:
+                yield text[inside : brace.start()].strip()
+            elif not braces and _OBJECT.match(text, begin):
+                yield text[begin : brace.end()]
+
+
+def paragraphs(text: str) -> list[str]:
+    """The parts of a text between blank lines."""
+    return [part for part in map(str.strip, re.split(r"\n[ \t\r]*\n", text)) if part]
+
+
+def peeled(text: str) -> Iterator[tuple[str, str]]:
+    """An answer, then what is left of it as layer after layer is taken off: quotes, brackets, bold, bullets, remarks.
+
+    With each goes what a remark in brackets behind it says.
+    """
+    remark = ""
+    for _ in range(_DEPTH):
+        text = text.strip()
+        yield text, remark
+        inner = _inner(text)
+        if inner == text and (said := _REMARK.fullmatch(text)):
+            inner, remark = said["said"], said["remark"]
+        if inner == text:
+            return
+        text = inner
+
+
+def _inner(text: str) -> str:
+    for begin, end in _AROUND.get(text[:1], ()):
+        if len(text) > len(begin) + len(end) and text.startswith(begin) and text.endswith(end):
+            inner = text[len(begin) : -len(end)]
+            if (begin[-1] not in inner and end not in inner) or _balanced(inner, begin[-1], end):
+                return inner
+    bullet = _BULLET.match(text)
+    if bullet and bullet.end() < len(text):
+        return text[bullet.end() :]
+    return text[:-1].rstrip() if text[-1:] in (".", ",", ";", "!") else text
+
+
+def _balanced(inner: str, begin: str, end: str) -> bool:
+    """Whether brackets close in a text in which they open; what opens and closes alike does not say which it does."""
+    depth = 0 if begin != end else -1
+    for character in inner:
+        depth += (character == begin) - (character == end)
+        if depth < 0:
+            return False
+    return depth == 0

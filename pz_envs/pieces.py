@@ -1,0 +1,270 @@
+"""The meaning of a piece of text: the one action that it is, in one of a world's words or as a value."""
+
+import json
+import math
+import re
+from collections.abc import Iterable
+from typing import Any, NoReturn
+
+from gymnasium import spaces
+
+from pz_envs.forms import peeled
+from worlds.world import World
+
+__all__ = ["LONGEST", "TwoActions", "read_piece", "strict_value", "the_one"]
+
+LONGEST = 1000
+"""Greatest length of an answer that is not itself a text."""
+_KEYS = ("action", "answer", "response", "final_answer", "move", "choice", "command", "output")
+_TOOL = ("arguments", "parameters", "args")
+_FILLERS = frozenset(
+    (
+        *("i", "i'll", "i'd", "we", "we'll", "will", "let", "let's", "me", "us", "my", "the", "a", "is", "be", "to"),
+        *("answer", "action", "response", "choice", "move", "number", "option", "final", "now", "next", "then", "so"),
+        *("choose", "pick", "select", "take", "try", "use", "go", "going", "therefore", "please"),
+    )
+)
+_LEADING = re.compile(r"([A-Za-z]+(?:['\u2019][A-Za-z]+)?)[,:]?\s+")
+_TRAILING = re.compile(r"\s([A-Za-z]+)$")
+_NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,5})?"
+_NUMBERS = re.compile(rf"{_NUMBER}(?:(?:[ \t]*[,;]\s*|\s+){_NUMBER})*+(?:\s*,)?")
+_PART = re.compile(rf"[\"']?([A-Za-z][A-Za-z0-9_]{{0,20}})[\"']?[ \t]*[:=][ \t]*({_NUMBER})(?=[\s,;&]|$)")
+_BETWEEN = re.compile(r"(?:[\s,;&]|\band\b)*")
+_NUMBERED = re.compile(r"([0-9]{1,4})[ \t]*[:.)=\u2013-][ \t]+(\S.*)|(\S.*?)[ \t]*[:=\u2013-][ \t]*([0-9]{1,4})")
+_QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*+(?:\"|$)|'(?:[^'\\]|\\.)*+(?:'|$)", re.DOTALL)
+_SHORT = 200  # characters of a sentence that may hold an action
+_WORDS = 8  # that may stand before it, and behind it
+_DEPTH = 3  # texts within texts
+
+
+class TwoActions(Exception):  # noqa: N818 (it is no error of the program)
+    """An answer names different actions; the message says which."""
+
+
+def read_piece(piece: str, world: World[Any], depth: int = 0, sentences: bool = True) -> Any:
+    """The action in canonical form; None if the piece is none.
+
+    Raises:
+        TwoActions: the piece names two.
+    """
+    longest = max(LONGEST, getattr(world.action_space, "max_length", 0))
+    if depth > _DEPTH or len(piece) > 2 * longest:
+        return None
+    for form, remark in peeled(piece):
+        action = _meaning(form, world, depth, sentences) if 0 < len(form) <= longest else None
+        if action is not None:
+            return the_one([action, _in_sentence(remark, world) if remark else None])
+    return None
+
+
+def the_one(actions: Iterable[Any], whence: str = "") -> Any:
+    """The one action of several readings, of which some may be None.
+
+    Raises:
+        TwoActions: they differ.
+    """
+    found = [action for action in actions if action is not None]
+    for other in found[1:]:
+        if other != found[0]:
+            raise TwoActions(f"it names different actions{whence}, {found[0]!s:.40} and {other!s:.40}")
+    return found[0] if found else None
+
+
+def strict_value(answer: str, world: World[Any]) -> Any:
+    """The value that a text is in JSON, or in round brackets; an object has the one key `action`.
+
+    Raises:
+        ValueError, RecursionError: it is none.
+    """
+    if answer.startswith("(") and answer.endswith(")"):
+        answer = f"[{answer[1:-1]}]"
+    value = _json(answer)
+    space = world.action_space
+    keys = space.spaces.keys() if isinstance(space, spaces.Dict) else ()
+    if isinstance(value, dict) and list(value) == ["action"] and "action" not in keys:
+        value = value["action"]
+    if isinstance(value, dict) and not keys:
+        raise ValueError("the only key of an object must be `action`")
+    if isinstance(value, str):
+        action = world.read(value)
+        return value if action is None else action
+    if _has_truth_value(value):
+        raise ValueError("a truth value is no action")
+    return value
+
+
+def _meaning(form: str, world: World[Any], depth: int, sentences: bool) -> Any:
+    """The action that a bare form is; None if it is none."""
+    for read in (_word, _values, _numbers, _numbered):
+        action = read(form, world)
+        if action is not None:
+            return action
+    action = _from_value(_decoded(form), world, depth)
+    return _in_sentence(form, world) if action is None and sentences else action
+
+
+def _legal(action: Any, world: World[Any]) -> Any:
+    try:
+        return world.legal(action)
+    except (ValueError, TypeError, OverflowError, RecursionError):
+        return None
+
+
+def _word(form: str, world: World[Any]) -> Any:
+    """One of the world's own words, or a number where there are numbers."""
+    try:
+        action = world.read(form)
+    except (ValueError, TypeError, OverflowError, RecursionError):
+        return None
+    if action is None and isinstance(world.action_space, spaces.Discrete) and form.isascii():
+        try:
+            action = _json(form)
+        except (ValueError, RecursionError):
+            return None
+        return _legal(action, world) if type(action) is int else None
+    return None if action is None else _legal(action, world)
+
+
+def _numbers(form: str, world: World[Any]) -> Any:
+    """A list of numbers without brackets, or with spaces between them."""
+    shape = getattr(world.action_space, "shape", None)
+    if isinstance(world.action_space, spaces.Discrete) or shape is None or len(shape) > 1:
+        return None
+    form = form.replace("\u2212", "-")
+    if not _NUMBERS.fullmatch(form):
+        return None
+    numbers = [_number(each) for each in re.findall(_NUMBER, form)]
+    return _legal(numbers if shape else numbers[0] if len(numbers) == 1 else None, world)
+
+
+def _values(form: str, world: World[Any]) -> Any:
+    """Numbers by their names, as in `x1 = 1, x2 = 2`."""
+    names = world.action_parts
+    if not names or len(form) > LONGEST:
+        return None
+    named: dict[str, Any] = {}
+    at = 0
+    form = form.replace("\u2212", "-")
+    while part := _PART.match(form, at):
+        if part[1].lower() in named:
+            return None
+        named[part[1].lower()] = _number(part[2])
+        between = _BETWEEN.match(form, part.end())
+        at = between.end() if between else part.end()
+    if at < len(form) or named.keys() != set(names):
+        return None
+    return _legal([named[name] for name in names], world)
+
+
+def _numbered(form: str, world: World[Any]) -> Any:
+    """A word with its number, as in `2: west`, which must be one action."""
+    found = _NUMBERED.fullmatch(form) if world.action_words and len(form) <= _SHORT else None
+    if not found:
+        return None
+    number, word = _word(found[1] or found[4], world), _word(found[2] or found[3], world)
+    return None if number is None or word is None else the_one([number, word])
+
+
+def _in_sentence(form: str, world: World[Any]) -> Any:
+    """The action in a sentence that says nothing else, as in `I choose arm 3`."""
+    if len(form) > _SHORT:
+        return None
+    own = {part for word in world.action_words for part in word.split()}
+    fillers = (_FILLERS | set(world.action_fillers)) - own
+    for _ in range(_WORDS):
+        trailing = _TRAILING.search(form)
+        if not trailing or trailing[1].lower() not in fillers:
+            break
+        form = form[: trailing.start()].rstrip(" ,")
+    for _ in range(_WORDS):
+        action = read_piece(form, world, _DEPTH, sentences=False)
+        leading = _LEADING.match(form)
+        if action is not None or not leading or leading[1].replace("\u2019", "'").lower() not in fillers:
+            return action
+        form = form[leading.end() :]
+    return None
+
+
+def _from_value(value: Any, world: World[Any], depth: int) -> Any:
+    """The action that a value of JSON is."""
+    if isinstance(value, str):
+        return read_piece(value, world, depth + 1)
+    if isinstance(value, dict):
+        return _from_object(value, world, depth)
+    if value is None or _has_truth_value(value):
+        return None
+    action = _word(json.dumps(value), world) if isinstance(world.action_space, spaces.Text) else _legal(value, world)
+    if action is None and isinstance(value, list) and len(value) == 1 and depth < _DEPTH:
+        return _from_value(value[0], world, depth + 1)
+    return action
+
+
+def _from_object(value: dict[str, Any], world: World[Any], depth: int) -> Any:
+    """The action that an object is, or that one of its keys has."""
+    space = world.action_space
+    keys = set(space.spaces) if isinstance(space, spaces.Dict) else set()
+    if keys and value.keys() == keys:
+        return None if _has_truth_value(value) else _legal(value, world)
+    lower = {key.lower(): each for key, each in value.items()}
+    wanted = [key for key in (*_KEYS, *world.answer_names) if key in lower and key not in keys]
+    if not wanted:
+        wanted = [key for key in _TOOL if isinstance(lower.get(key), dict)]
+    if not wanted and (names := world.action_parts) and lower.keys() >= set(names):
+        return _from_value([lower[name] for name in names], world, depth)
+    if depth >= _DEPTH:
+        return None
+    actions = [_from_value(lower[key], world, depth + 1) for key in wanted]
+    action = the_one(actions, f" by {' and '.join(map(repr, wanted))}")
+    return action if actions and actions[0] is not None else None
+
+
+def _decoded(form: str) -> Any:
+    """The value that a text is in JSON, single quotes allowed; None if it is none."""
+    if form[:1] not in ("{", "[", '"', "("):
+        return None
+    for text in (form, _double_quoted(form)):
+        try:
+            return _json(f"[{text[1:-1]}]" if text.startswith("(") and text.endswith(")") else text)
+        except (ValueError, RecursionError):
+            continue
+    return None
+
+
+def _double_quoted(text: str) -> str:
+    return _QUOTED.sub(lambda found: _requoted(found[0]), text)
+
+
+def _requoted(quoted: str) -> str:
+    if quoted[0] == '"':
+        return quoted
+    inner = quoted[1:-1] if len(quoted) > 1 and quoted[-1] == "'" else quoted[1:]
+    return '"' + inner.replace("\\'", "'").replace('"', '\\"') + '"'
+
+
+def _json(text: str) -> Any:
+    return json.loads(text, object_pairs_hook=_object, parse_float=_finite, parse_constant=_refuse)
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    value = dict(pairs)
+    if len(value) < len(pairs):
+        raise ValueError("a key comes twice")
+    return value
+
+
+def _number(digits: str) -> int | float:
+    return int(digits) if digits.lstrip("+-").isdigit() else float(digits)
+
+
+def _finite(digits: str) -> float:
+    number = float(digits)
+    return number if math.isfinite(number) else _refuse(digits)
+
+
+def _refuse(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no finite number")
+
+
+def _has_truth_value(value: Any) -> bool:
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return isinstance(value, bool) or any(map(_has_truth_value, parts))

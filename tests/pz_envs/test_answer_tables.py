@@ -1,0 +1,73 @@
+"""The tables of forms in which chat models answer: each is understood as it should be, or refused with a reason."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from pz_envs.family import own_families
+from pz_envs.text_mode import EMPTY, UNENDED, parse_action
+from teachers.atoms import ParseFailure
+
+TABLES = Path(__file__).with_name("answers")
+COMMON = tomllib.loads((TABLES / "common.toml").read_text(encoding="utf-8"))
+TWO = "it names different actions"
+
+
+def _table(name):
+    table = tomllib.loads((TABLES / f"{name}.toml").read_text(encoding="utf-8"))
+    refused = [(why, text) for why, texts in table.get("refused", {}).items() for text in texts]
+    if "B" in table:
+        understood = [*COMMON["understood"], *table["understood"]]
+        for why, key in ((TWO, "two"), (EMPTY, "empty"), (UNENDED, "unended")):
+            refused += [(why, text) for text in COMMON[key]]
+    else:
+        understood = table["understood"]
+    return table, [_filled(text, table) for text in understood], [(why, _filled(text, table)) for why, text in refused]
+
+
+def _filled(text, table):
+    for key in "ABJ":
+        text = text.replace(f"{{{key}}}", table.get(key, ""))
+    return text
+
+
+FAMILIES = {family.name: family for family in own_families()}
+READ = {name: _table(name) for name in FAMILIES if (TABLES / f"{name}.toml").exists()}
+WORLDS = {name: FAMILIES[name].make_world(**FAMILIES[name].environments[FAMILIES[name].showcase[0]]) for name in READ}
+for world in WORLDS.values():
+    world.reset(seed=0)
+UNDERSTOOD = [(name, text) for name, (_, understood, _) in READ.items() for text in understood]
+REFUSED = [(name, why, text) for name, (_, _, refused) in READ.items() for why, text in refused]
+SAME = [(name, text) for name, (table, _, _) in READ.items() for text in table.get("same", ())]
+
+
+def _plain(action):
+    return list(action) if isinstance(action, tuple) else action
+
+
+@pytest.mark.parametrize(("name", "text"), UNDERSTOOD)
+def test_it_is_understood(name, text):
+    read = parse_action(text, WORLDS[name])
+    assert type(read) is not ParseFailure, read.why
+    assert _plain(read) == READ[name][0]["value"]
+
+
+@pytest.mark.parametrize(("name", "text"), SAME)
+def test_what_is_taken_word_for_word_stays_as_it_is(name, text):
+    assert parse_action(text, WORLDS[name]) == text
+
+
+@pytest.mark.parametrize(("name", "why", "text"), REFUSED)
+def test_it_is_refused_for_a_reason(name, why, text):
+    read = parse_action(text, WORLDS[name])
+    assert type(read) is ParseFailure, f"understood as {read}"
+    assert read.why.startswith(why)
+    assert read.expected == WORLDS[name].action_syntax
+
+
+def test_every_family_that_ships_has_a_table_of_sixty_forms():
+    counts = dict.fromkeys(FAMILIES, 0) | {
+        name: len({*a, *(text for _, text in b)}) for name, (_, a, b) in READ.items()
+    }
+    assert {name: count for name, count in counts.items() if count < 60} == {}
