@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 
+from pz_envs.teacher_seat import check_cost
 from teachers.atoms import Moment
 from teachers.oracle import Oracle
 from teachers.spec import unknown
+from worlds.world import is_number
 
 TeacherReward = Callable[[Moment, Oracle], float]
 """The teacher's reward of a student's turn; what the teacher says is charged apart, by `cost`."""
@@ -42,3 +44,19 @@ def parse_teacher_reward(reward: str | TeacherReward) -> TeacherReward:
     if reward not in TEACHER_REWARDS:
         raise ValueError(unknown("teacher_reward", reward, (*TEACHER_REWARDS, "a function of moment and oracle")))
     return TEACHER_REWARDS[reward]
+
+
+def check_prices(ask_cost: float | None, failure_reward: float | None, reward_range: tuple[float, float]) -> None:
+    """Check what the student pays for asking, and what it gets for a text that is no action; None is in order.
+
+    Raises:
+        ValueError: one of them is not allowed.
+    """
+    if ask_cost is not None:
+        check_cost("ask_cost", ask_cost)
+    low, high = reward_range
+    if failure_reward is not None and not (is_number(failure_reward) and low <= failure_reward <= high):
+        raise ValueError(
+            f"failure_reward must be None (the world's own) or a number of its reward range, {low:g} to {high:g}, got "
+            f"{failure_reward!r}"
+        )

@@ -155,15 +155,32 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return (values.index(max(values)),)
 
     def regret(self, moment: Moment[TruthT]) -> float:
-        """Value lost by the executed action against the best one; an action that was not executed loses all.
+        """Value lost by the executed action against the best one, or, if none was executed, by the turn; see `idle`.
 
         Raises:
             RefusalError: the oracle does not know.
         """
-        values = self.values(moment.after if moment.before is None else moment.before)
+        if moment.before is None:
+            return self.idle(moment.after)
+        values = self._known(moment.before)
+        lost: float = max(values) - values[moment.action]
+        return lost
+
+    def idle(self, truth: TruthT) -> float:
+        """Value lost by a turn in which nothing moved, for the text that was given was no action.
+
+        As it stands what the worst action loses; who knows better what a turn is worth says it here.
+
+        Raises:
+            RefusalError: the oracle does not know.
+        """
+        return max(values := self._known(truth)) - min(values)
+
+    def _known(self, truth: TruthT) -> tuple[float, ...]:
+        values = self.values(truth)
         if values is None:
             raise RefusalError(f"{type(self).__name__} gives no values; it must implement regret(moment)")
-        return max(values) - (min(values) if moment.before is None else values[moment.action])
+        return values
 
     def falsehoods(self, claim: Claim, moment: Moment[TruthT]) -> list[Claim]:
         """Every plausible claim in place of `claim` that is false, checked to be so."""

@@ -124,6 +124,11 @@ class Bandit(World[Truth, int, int]):
         """The arms."""
         return self._truth
 
+    @property
+    def failure_reward(self) -> float:
+        """What the worst arm pays on average, and at most 0."""
+        return min(0.0, *self._truth.means) if hasattr(self, "_truth") else 0.0
+
     def legal(self, action: Any) -> int:
         """The arm as a Python integer."""
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.

@@ -66,8 +66,6 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     """Whether a text that is an action is taken word for word; else `read` finds it in what is written around it."""
     several_lines: bool = False
     """Whether a text that is an action may have several lines; people who type it then end it with an empty one."""
-    failure_reward: float = 0.0
-    """Reward of a turn in which the text that was given was no action; the world did not step."""
     actions_key: str = ""
     """Key of the info under which it lists the actions that come to something now; empty if it lists none."""
     options: dict[str, Any]
@@ -102,6 +100,14 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         known = self.reset_options
         if known is not None and (strange := [name for name in options or () if name not in known]):
             raise ValueError(f"reset knows no option {strange[0]!r}; allowed: {', '.join(known) or 'none here'}")
+
+    @property
+    def failure_reward(self) -> float:
+        """Reward of a turn, now, in which the text that was given was no action; the world did not step.
+
+        A world has one that no student can live on: in every state some action pays as much.
+        """
+        return 0.0
 
     @property
     @abstractmethod

@@ -66,7 +66,7 @@ class LLFEnv(LLFWrapper):
     """
 
     failure_reward: ClassVar[float] = 0.0
-    """Reward of a turn in which a text was no action."""
+    """Reward of a turn in which a text was no action, as LLF-Bench pays it, unless `make` is told another one."""
 
     def __init__(self, env: StudentEnv) -> None:
         Forwarding.__init__(self, env)
@@ -164,7 +164,7 @@ class LLFEnv(LLFWrapper):
         An action that is none costs a turn, and the feedback says what was expected.
         """
         observation, reward, terminated, truncated, info = self.env.step(as_text(action))
-        if "parse_failure" in info:
+        if "parse_failure" in info and self._student.aec.failure_reward is None:
             reward = self.failure_reward
         seen = self._observe(observation["observation"])
         told = {"observation": seen, "instruction": None, "feedback": observation["feedback"]}

@@ -36,7 +36,8 @@ def make(
             rewrites a sentence.
         paraphrase: `"random"`, an index or a callable `(templates, **slots) -> str`.
         visual: ask for images where the family has them.
-        options: `text`, `max_turns`, `privileged_info`, `render_mode` of `StudentEnv`, and the world's options.
+        options: `text`, `max_turns`, `privileged_info`, `render_mode` of `StudentEnv`, `failure_reward`, of a text that
+            is no action (None: one that no student can live on), and the world's options.
 
     Raises:
         ValueError: an unknown id, or an argument that is not supported.

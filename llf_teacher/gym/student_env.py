@@ -40,7 +40,8 @@ class StudentEnv(SeatEnv):
         privileged_info: put the teacher's `moment` into the info, and `changes`, what a rewriting voice did to
             numbers and names, if it did anything; and show the truth in frames.
         render_mode: None, `ansi`, `rgb_array` or `human`, a window; `theme="dark"` among the options makes it dark.
-        options: `ask_cost`, with which the student may ask for advice (see `pz_envs.asking`), and the world's.
+        options: `ask_cost`, with which the student may ask for advice (see `pz_envs.asking`), `failure_reward`, what a
+            text earns that is no action (None: the world's own, which is less than some action's), and the world's.
 
     Raises:
         ValueError: an argument is not supported.

@@ -27,6 +27,7 @@ FAMILY = Family(
     showcase=("bandits-BanditTenArmedRandomFixed-v0",),
     max_turns=30,
     repeated=True,
+    rules=2,
     regret_unit="expected reward lost",
     learning=ActionValues(),
 )

@@ -14,6 +14,7 @@ FAMILY = Family(
     environments={"gridworld-v0": {}},
     showcase=("gridworld-v0",),
     max_turns=20,
+    rules=2,
     regret_unit="moves wasted",
     learning=StateValues(),
 )

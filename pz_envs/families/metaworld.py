@@ -26,6 +26,7 @@ FAMILY = Family(
     max_turns=30,
     slow=True,
     sampled=tuple(f"metaworld-{task}-v3" for task in ("door-lock", "drawer-open", "pick-place", "reach", "stick-push")),
+    rules=2,
     regret_unit="metres off the advised target",
     learning=Smooth(size=0.03),
 )

@@ -26,6 +26,7 @@ FAMILY = Family(
     },
     showcase=("optimization-Booth-v0",),
     max_turns=10,
+    rules=2,
     regret_unit="reward lost",
     learning=Smooth(),
 )

@@ -12,6 +12,7 @@ FAMILY = Family(
     environments={"highway-parking-v0": {}},
     showcase=("highway-parking-v0",),
     max_turns=100,
+    rules=2,
     regret_unit="turns lost",
     learning=Trend(),
 )

@@ -226,6 +226,10 @@ class BanditOracle(Oracle[Truth, Bandit]):
         """Expected reward per arm."""
         return truth.means
 
+    def idle(self, truth: Truth) -> float:
+        """The best expected reward less what is paid where no arm is pulled."""
+        return max(truth.means) - min(0.0, *truth.means)
+
     def importance(self, truth: Truth) -> float:
         """Best expected reward less the worst."""
         return max(truth.means) - min(truth.means)

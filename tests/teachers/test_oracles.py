@@ -106,14 +106,18 @@ def test_regret_is_zero_exactly_if_the_action_was_good(name):
 
 
 @on_every_environment
-def test_an_action_that_was_not_executed_loses_all(name):
+def test_a_turn_without_an_action_loses_what_is_lost_where_nothing_moves(name):
     world = pupil(name).make_world()
     world.reset(seed=0)
     oracle = ENVIRONMENTS[name][0].make_teacher(world).oracle
     oracle.start(world.truth)
     failure = Moment(None, ParseFailure("?", ""), world.failure_reward, world.truth, False, 1, False)
-    assert oracle.regret(failure) >= oracle.importance(world.truth) - 1e-9
-    assert oracle.importance(world.truth) > 0 or "importance" not in oracle.abilities()
+    assert oracle.regret(failure) == oracle.idle(world.truth) > 0
+    best = world.legal(oracle.plan(world.truth, 1)[0])
+    before = world.truth
+    _, reward, _, _, info = world.advance(best)
+    played = Moment(before, best, reward, world.truth, info["success"], 1, False)
+    assert oracle.regret(played) < oracle.regret(failure)
 
 
 @on_every_environment

@@ -16,7 +16,7 @@ TOLERANCE = 1e-2
 """A loss that exceeds the minimum by no more than this is a success."""
 SCALE = 100.0
 """Rewards are losses divided by it, as in LLF-Bench."""
-_FAILURE = -0.01
+_FEE = 0.01  # of a text that is no action
 _REACH = 0.2  # greatest shift, as a share of the domain's width
 
 
@@ -34,7 +34,8 @@ class Optimization(World[Truth, dict[str, Any], Point]):
     Observation: Dict of `x` (Box(2)), the last proposal, at first a random point, and `y` (Box(1)), its loss.
     Action: Box(2), the next proposal; a text such as `x = [1, 2]`, or one with `stop`, `stay` or `reach`
     (propose the same point again), is understood, too. Reward: the negated loss, clipped to lie between the
-    negated largest corner loss and the negated minimum, divided by 100. A text that is no action gets -0.01.
+    negated largest corner loss and the negated minimum, divided by 100. A text that is no action
+    gets what the same point would again, less 0.01.
     Success: the loss of this proposal is within 0.01 of the minimum. Nothing terminates.
 
     LLF-Bench's `reward_range` is not divided by 100; this one is, so that rewards lie in it.
@@ -80,7 +81,6 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         self.lows, self.highs = self.loss.lows, self.loss.highs
         self.minimum, self.corner = self.loss.minimum, self.loss.corner
         self.reward_range = (-self.corner / SCALE, -self.minimum / SCALE)
-        self.failure_reward = min(max(_FAILURE, self.reward_range[0]), self.reward_range[1])
         box = spaces.Box(np.array(self.lows), np.array(self.highs), dtype=np.float64)
         self.observation_space = spaces.Dict({"x": box, "y": spaces.Box(-np.inf, np.inf, (1,), np.float64)})
         self.action_space = spaces.Box(np.array(self.lows), np.array(self.highs), dtype=np.float64)
@@ -105,6 +105,12 @@ class Optimization(World[Truth, dict[str, Any], Point]):
     def truth(self) -> Truth:
         """The last proposal, its loss and the shift."""
         return self._truth
+
+    @property
+    def failure_reward(self) -> float:
+        """What proposing the same point again would pay, less 0.01: the word `stay` does better."""
+        low, high = self.reward_range
+        return max(min(-self._truth.y / SCALE, high) - _FEE, low) if hasattr(self, "_truth") else low
 
     def legal(self, action: Any) -> Point:
         """The proposal as two Python floats."""

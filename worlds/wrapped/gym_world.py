@@ -101,7 +101,6 @@ class GymWorld(World[Position, Any, Any]):
             self._least, self._count = int(self.action_space.start), int(self.action_space.n)
         self._sampler = copy.deepcopy(self.action_space)
         self.reward_range = _reward_range(given, reward_range)
-        self.failure_reward = min(max(0.0, self.reward_range[0]), self.reward_range[1])
         self.action_syntax = syntax(self.action_space)
         self.action_words = {str(word).lower(): self.legal(action) for word, action in (action_words or {}).items()}
         if self.action_words:
@@ -109,6 +108,12 @@ class GymWorld(World[Position, Any, Any]):
         self._at: tuple[Episode, int] | None = None
         self._kept: tuple[Episode, int, _Env, Any] | None = None
         self._shared = False
+
+    @property
+    def failure_reward(self) -> float:
+        """The least reward of a step, at most 0; 0 where it is not known. A seat may be told another one."""
+        low = self.reward_range[0]
+        return min(0.0, low) if self.reward_range != _REWARD_RANGE else 0.0
 
     @property
     def env(self) -> _Env:

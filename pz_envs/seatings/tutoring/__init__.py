@@ -43,6 +43,7 @@ class Tutoring(Seating):
         teacher_reward: str | TeacherReward = "student_reward",
         until_success: bool = False,
         ask_cost: float | None = None,
+        failure_reward: float | None = None,
         **options: Any,
     ) -> TutoringEnv:
         """The bare AEC environment; see `TutoringEnv`. Other arguments are the world's options.
@@ -86,6 +87,7 @@ class Tutoring(Seating):
             "teacher_reward": teacher_reward,
             "until_success": until_success,
             "ask_cost": ask_cost,
+            "failure_reward": failure_reward,
         }
         if render_mode is None:
             return TutoringEnv(world, teacher, **seated)

@@ -7,10 +7,10 @@ from gymnasium import spaces
 
 from pz_envs.asking import ASK, asking_space, read_question
 from pz_envs.numbers import Embed, Field, Numbers
-from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
+from pz_envs.rewards import TeacherReward, check_prices, parse_teacher_reward, student_reward
 from pz_envs.seatings.tutoring.words import split, words_space
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
-from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, check_cost, is_count, message_space, price
+from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, is_count, message_space, price
 from pz_envs.text_mode import failure, legal_text, parse_action
 from teachers.atoms import SILENCE, Atom, Moment, ParseFailure, Utterance
 from teachers.seeds import Seeds
@@ -91,6 +91,7 @@ class TutoringEnv(SeatsEnv):
             `success_minus_cost`, or a function of the `Moment` and the `Oracle`; see `pz_envs.rewards`.
         until_success: whether success ends the episode; it does not where the task is `repeated`.
         ask_cost: what the student pays for asking, at least 0; None: it cannot ask.
+        failure_reward: of a text that is no action, in the world's `reward_range`; None: the world's own.
         render_mode: see `SeatsEnv`.
 
     Raises:
@@ -117,6 +118,7 @@ class TutoringEnv(SeatsEnv):
         teacher_reward: str | TeacherReward = student_reward,
         until_success: bool = False,
         ask_cost: float | None = None,
+        failure_reward: float | None = None,
         render_mode: str | None = None,
     ) -> None:
         super().__init__(name, speech, render_mode)
@@ -127,12 +129,11 @@ class TutoringEnv(SeatsEnv):
             raise ValueError("embed= makes numbers of words; it needs numbers=True")
         if not is_count(max_cycles):
             raise ValueError(f"max_cycles (or max_turns) must be an integer of at least 1, got {max_cycles!r}")
-        if ask_cost is not None:
-            check_cost("ask_cost", ask_cost)
+        check_prices(ask_cost, failure_reward, world.reward_range)
         self.name, self.world, self.teacher = name, world, teacher
         self.max_turns, self.text, self.ask_cost = max_cycles, text, ask_cost
         self.repeated, self.until_success = repeated, until_success and not repeated
-        self.purse = purse or Purse(cost, budget)
+        self.purse, self.failure_reward = purse or Purse(cost, budget), failure_reward
         self.seat = TeacherSeat(teacher, self.purse, max_cycles, world.reward_range, ask_cost is not None)
         self.teacher_reward = parse_teacher_reward(teacher_reward)
         self._own_reward = self.teacher_reward is not student_reward
@@ -276,7 +277,7 @@ class TutoringEnv(SeatsEnv):
         if type(action) is ParseFailure:
             late = turn >= self.max_turns
             self.ended = (False, late)
-            reward = world.failure_reward
+            reward = world.failure_reward if self.failure_reward is None else self.failure_reward
             success = self.moment.success and not self.repeated
             self.moment = Moment.unread(before, action, reward, success, turn, late)
             self._state = copy.deepcopy(self._state)  # each observation is new, also if nothing happened

@@ -192,10 +192,14 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         # Looking around, which is always possible, gains nothing: one command is lost.
         return min(1.0 - min([0, *(gain for gain in gains if gain is not None)]), self.max_importance)
 
+    def idle(self, truth: Truth) -> float:
+        """A command."""
+        return 1.0
+
     def regret(self, moment: Moment[Truth]) -> float:
-        """Commands wasted by the last one: none if it began a shortest plan; one if it was not executed."""
+        """Commands wasted by the last one: none if it began a shortest plan."""
         if moment.before is None:
-            return 1.0
+            return self.idle(moment.after)
         if moment.before.won:
             return 0.0
         if self._explores:

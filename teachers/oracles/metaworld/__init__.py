@@ -179,14 +179,18 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
             truth = lab.truth
         return tuple(actions), truth.solved
 
-    def regret(self, moment: Moment[Truth]) -> float:
-        """How far the target was from the advised one, in metres, and a tenth of how much the grip was off.
+    def idle(self, truth: Truth) -> float:
+        """How far the advised target is from the hand, which stays, and a tenth of how much a grip of 0 is off."""
+        if truth.solved:
+            return 0.0
+        advised = action_for(self._aim(truth), truth, self.lab)
+        return math.dist(hand_of(truth), self.lab.target(truth, advised)) + float(abs(advised[3])) / 10
 
-        A turn without an action loses all that is at stake.
-        """
+    def regret(self, moment: Moment[Truth]) -> float:
+        """How far the target was from the advised one, in metres, and a tenth of how much the grip was off."""
         truth = moment.before
         if truth is None:
-            return self.importance(moment.after)
+            return self.idle(moment.after)
         if truth.solved:
             return 0.0
         advised = action_for(self._aim(truth), truth, self.lab)

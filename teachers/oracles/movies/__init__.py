@@ -193,8 +193,12 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return (answer_of(self._fitting[:_SHOWN]),) * n if self._fitting else ()
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """The reward of a list that fits less the action's: 0 to 1; a turn without an action loses 1."""
-        return 1.0 if moment.before is None else 0.0 - moment.reward
+        """The reward of a list that fits less the action's: 0 to 1."""
+        return self.idle(moment.after) if moment.before is None else 0.0 - moment.reward
+
+    def idle(self, truth: Truth) -> float:
+        """1: no part of what is not there is right."""
+        return 1.0
 
 
 _LONGEST = MAX_TITLES + 1

@@ -213,6 +213,11 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return (self._nearest(truth.x),) * n
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """The greatest reward less the action's; a turn without an action loses all that can be lost."""
-        low, high = self.lab.reward_range
-        return high - (low if moment.before is None else moment.reward)
+        """The greatest reward less the action's."""
+        if moment.before is None:
+            return self.idle(moment.after)
+        return self.lab.reward_range[1] - moment.reward
+
+    def idle(self, truth: Truth) -> float:
+        """What is lost by the point that stands."""
+        return self.importance(truth)

@@ -199,11 +199,15 @@ class ParkingOracle(Oracle[Truth, Parking]):
         """The way, or its beginning."""
         return self._way(truth)[:n]
 
+    def idle(self, truth: Truth) -> float:
+        """A turn, for the car does not roll on; none when it is over."""
+        return float(not truth.car.crashed and not self._is_parked(truth))
+
     def regret(self, moment: Moment[Truth]) -> float:
         """Turns by which the way has grown, the turn included; a crash costs 100."""
         before = moment.before
         if before is None:
-            return self.importance(moment.after)
+            return self.idle(moment.after)
         if before.car.crashed or self._is_parked(before):
             return 0.0
         turns = self._turns(before)  # first, so that a way that was followed is known after it

@@ -127,5 +127,9 @@ class PoemOracle(Oracle[Truth, Poem]):
         return ("\n".join(example_of(truth)),) * n
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """The reward of a right poem less the action's: 0 to 1; a turn without an action loses 1."""
-        return 1.0 if moment.before is None else 0.0 - moment.reward
+        """The reward of a right poem less the action's: 0 to 1."""
+        return self.idle(moment.after) if moment.before is None else 0.0 - moment.reward
+
+    def idle(self, truth: Truth) -> float:
+        """1: no part of what is not there is right."""
+        return 1.0
