@@ -3,6 +3,7 @@
 import contextlib
 import hashlib
 import json
+import os
 import sqlite3
 import threading
 import time
@@ -10,7 +11,7 @@ import weakref
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from llf_teacher.models.replies import Answer, Usage
 
@@ -177,9 +178,9 @@ class Cache:
 
 
 @cache
-def _lock_file(path: str) -> IO[bytes]:
+def _lock_file(path: str) -> int:
     """Of a cache, open as long as the process lives."""
-    return open(f"{path}-lock", "ab")
+    return os.open(f"{path}-lock", os.O_RDWR | os.O_CREAT, 0o666)
 
 
 def spending(path: str) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 from urllib.parse import urlsplit
 
-from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read
@@ -25,6 +25,7 @@ _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
 _SECRET = 8  # a shorter key is no secret, and may stand in a text by chance
 _WAITS = 300.0  # seconds, more than the client waits between its attempts
+_OF_ALL = (401, 403, 404, 408, 409, 429)  # statuses that have to do with key, address or time, not with a request
 _PAUSE = 0.1  # seconds between looks at what others have under way
 
 
@@ -74,6 +75,7 @@ class Endpoint:
 
         Raises:
             LLMError: there is none, and trying again has not helped.
+            NoAnswerError: there is none to this request; to others there may be.
             SpendingLimitError: there is no money left for asking.
         """
         whole = {"base_url": self.base_url, **request}
@@ -85,7 +87,7 @@ class Endpoint:
                 if answer is None:
                     answer = self._pay(key, whole, request, None if prices is None else Prices(*prices))
         if answer.finish == FILTERED:
-            raise LLMError(f"the content filter of {self.base_url} withholds what {request['model']} says")
+            raise NoAnswerError(f"the content filter of {self.base_url} withholds what {request['model']} says")
         return answer
 
     def _pay(self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None) -> Answer:
@@ -153,10 +155,12 @@ class Endpoint:
         except (TimeoutError, LLMError):
             raise
         except Exception as error:  # not only its own errors: any may quote the key
-            refusal = refused(getattr(error, "status_code", None), getattr(error, "body", None) or f"{error}", body)
+            refusal = refused(
+                status := getattr(error, "status_code", None), getattr(error, "body", None) or f"{error}", body
+            )
             problem = self._describe(error)
         if refusal is None:  # raised outside of `except`: the client's own exception holds the request, and so the key
-            raise LLMError(problem)
+            raise (NoAnswerError if status in range(400, 500) and status not in _OF_ALL else LLMError)(problem)
         return "", refusal
 
     def _describe(self, error: Exception) -> str:

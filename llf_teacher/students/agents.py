@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from llf_teacher.students.student import READS, Policy, Student, state_of
+from llf_teacher.students.student import READS, Policy, Said, Student, state_of
 from teachers.spec import read_call, read_expression, unknown
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
@@ -60,6 +60,15 @@ class _Policy(Policy["Agent"]):
         else:
             action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
         return as_text(action) if self.spec.text else action
+
+    def record(self) -> Said:
+        """What the agent says of its last action, if it has a method of this name."""
+        if not callable(tell := getattr(self.spec.agent, "record", None)):
+            return {}
+        said: Said = tell()
+        if strange := [name for name in said if name not in Said.__annotations__]:
+            raise ValueError(f"student {self.spec}: {unknown('key of its record', strange[0], Said.__annotations__)}")
+        return said
 
 
 @dataclass(frozen=True)

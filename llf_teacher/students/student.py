@@ -6,7 +6,7 @@ plays. A policy knows the rules of the world (spaces, words), never its state, a
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -20,6 +20,22 @@ from worlds.world import World
 READS = ("nothing", "reward", "words", "atoms", "atoms and reward", "truth")
 TAUGHT = ("words", "atoms", "atoms and reward")
 """What a student reads whom a teacher can reach."""
+
+
+class Said(TypedDict, total=False):
+    """What a model said in a turn and what that cost, as a record keeps it; all of it may be lacking."""
+
+    answer: str
+    """Its words, without thoughts."""
+    thought: str
+    """What it thought before, where that was marked or given apart."""
+    finish: str
+    """Why it ended: `length` if it had not come to its end."""
+    input_tokens: int
+    output_tokens: int
+    usd: float
+    seconds: float
+    """From asking to having the answer."""
 
 
 S_co = TypeVar("S_co", bound="Student", covariant=True)
@@ -75,6 +91,10 @@ class Policy(ABC, Generic[S_co]):
 
         It is called where a student has more than one episode.
         """
+
+    def record(self) -> Said:
+        """What the last action cost, of a student that asks a model; of others nothing."""
+        return {}
 
     @abstractmethod
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:

@@ -5,13 +5,14 @@ import json
 import math
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.gym import StudentEnv, make
+from llf_teacher.models.replies import LENGTH
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.design import TEST_TYPE, TESTER
 from llf_teacher.studies.lessons import attend
@@ -43,6 +44,19 @@ class TurnRow(NamedTuple):
     feedback: str
     atoms: str
     """JSON: what was said, a list of objects as `as_dict` makes them."""
+    answer: str | None = None
+    """What a model answered, without thoughts; this and the rest is null of students that ask none."""
+    thought: str | None = None
+    """What it thought before, where that was marked or given apart."""
+    finish: str | None = None
+    """Why it ended; `length` if it was cut."""
+    input_tokens: int | None = None
+    """Null if the endpoint does not say, as is the next."""
+    output_tokens: int | None = None
+    usd: float | None = None
+    """Null if tokens or prices are unknown."""
+    seconds: float | None = None
+    """From asking to having the answer, when it was paid for."""
 
 
 class EpisodeRow(NamedTuple):
@@ -80,6 +94,15 @@ class EpisodeRow(NamedTuple):
     """Turns before which the teacher advised actions."""
     followed: int
     """Those of them in which the student took one."""
+    answers: int | None
+    """Answers of a model; this and the rest is null of students that ask none."""
+    truncated: int | None
+    """Those of them that were cut for their length."""
+    input_tokens: int | None
+    """Sum over the answers, as are the next; null if one is unknown."""
+    output_tokens: int | None
+    usd: float | None
+    seconds: float | None
     regrets: bytes
     """Of each turn, as `pack_regrets` makes them."""
 
@@ -148,7 +171,8 @@ def play(spec: EpisodeSpec) -> Record:
     for scene in scenes(env, student, spec.seed):
         moment = scene.moment
         regret = oracle.regret(moment) if moment.turn else 0.0
-        rows.append(_row(scene, regret, _seen(env.aec), env.family.name))
+        said = student.record() if moment.turn else {}
+        rows.append(_row(scene, regret, _seen(env.aec), env.family.name)._replace(**said))
     env.close()
     return Record(spec, summary(env.family.name, student.reads, rows), tuple(rows))
 
@@ -230,8 +254,28 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
         distorted=labels[Label.DISTORTED],
         advised=sum(map(bool, advice[:-1])),
         followed=sum(action in actions for actions, action in zip(advice[:-1], taken, strict=True)),
+        **_costs([row for row in rows if row.answer is not None]),
         regrets=pack_regrets([row.regret for row in rows[1:]]),
     )
+
+
+def _costs(rows: Sequence[TurnRow]) -> dict[str, Any]:
+    """What the answers of a model cost in all."""
+    sums: dict[str, Any] = dict.fromkeys(("answers", "truncated", *_SUMMED))
+    if rows:
+        sums |= {"answers": len(rows), "truncated": sum(row.finish == LENGTH for row in rows)}
+        for name, add in _SUMMED.items():
+            values = [getattr(row, name) for row in rows]
+            sums[name] = None if None in values else add(values)
+    return sums
+
+
+_SUMMED: dict[str, Callable[[list[Any]], float]] = {
+    "input_tokens": sum,
+    "output_tokens": sum,
+    "usd": math.fsum,
+    "seconds": math.fsum,
+}
 
 
 def _advises(atom: Mapping[str, Any], turn: int) -> bool:

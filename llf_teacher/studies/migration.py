@@ -52,7 +52,7 @@ def migrate(old: Path, new: Path, progress: Callable[[int, int], object] = max) 
 def _record(db: sqlite3.Connection, row: sqlite3.Row) -> Record:
     spec = EpisodeSpec(**{name: row[name] for name in EpisodeSpec._fields if name in row.keys()})  # noqa: SIM118
     found = db.execute("SELECT * FROM turn WHERE episode = ? ORDER BY turn", (row["key"],))
-    turns = tuple(TurnRow._make(turn)._replace(success=bool(turn[_SUCCESS])) for _, *turn in found)
+    turns = tuple(TurnRow(*turn)._replace(success=bool(turn[_SUCCESS])) for _, *turn in found)
     if spec.key != row["key"] or len(turns) != row["turns"] + 1:
         raise StoreError(f"of the episode {row['key']} only parts are there, or it is another one than it says: {spec}")
     told = summary(row["family"], row["reads"], turns)

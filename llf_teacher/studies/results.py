@@ -191,7 +191,7 @@ def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:
         float: pyarrow.float64(),
         bool: pyarrow.bool_(),
     }
-    kinds |= {bytes: pyarrow.list_(pyarrow.float64()), int | None: pyarrow.int64()}
+    kinds |= {bytes: pyarrow.list_(pyarrow.float64()), int | None: pyarrow.int64(), float | None: pyarrow.float64()}
     schema = pyarrow.schema([(name, kinds.get(kind, pyarrow.string())) for name, kind in columns.items()])
     count = 0
     with parquet.ParquetWriter(path, schema, compression="zstd") as writer:

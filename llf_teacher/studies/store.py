@@ -25,6 +25,7 @@ _TYPES = {
     bool: "INTEGER NOT NULL",
     bytes: "BLOB NOT NULL",
     int | None: "INTEGER",
+    float | None: "REAL",
 }
 _FIELDS = EpisodeSpec.__annotations__ | EpisodeRow.__annotations__
 _ONES_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))

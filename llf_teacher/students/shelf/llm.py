@@ -4,7 +4,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 from urllib.parse import urlsplit
 
 from llf_teacher.models import settings
@@ -13,7 +13,7 @@ from llf_teacher.models.client import check_extra, connect
 from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import Settings
 from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, check_manner, digest_of, texts_of
-from llf_teacher.students.student import Policy, Student
+from llf_teacher.students.student import Policy, Said, Student
 from teachers.spec import check_range
 
 _OURS = ("model", "messages", "stream", "n", "tools", "tool_choice", "response_format")
@@ -58,6 +58,17 @@ class _Policy(Policy["LLM"]):
         request = {"model": spec.model, "messages": messages, **talk.options, **self._sampling, **(spec.extra or {})}
         self._last = answer = self._endpoint.answer(request, spec.prices)
         return talk.answer(answer.raw, call=answer.call, input_tokens=answer.usage.input_tokens)
+
+    def record(self) -> Said:
+        """The last answer and its cost."""
+        answer = self._last
+        if answer is None or self._talk is None:
+            return {}
+        usage = answer.usage
+        thought = "\n\n".join(dict.fromkeys(filter(None, (answer.thought, self._talk.thought))))
+        said = Said(answer=answer.text, thought=thought, finish=answer.finish, seconds=answer.seconds)
+        known = {"input_tokens": usage.input_tokens, "output_tokens": usage.output_tokens, "usd": usage.usd}
+        return cast(Said, {**said, **known})
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """Remember the episode in the next one."""
