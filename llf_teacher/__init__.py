@@ -10,8 +10,8 @@ from llf_teacher.registry import ids, register_all, supported_types
 
 __version__ = "0.2.0.dev0"
 __all__ = [
-    "Lesson", "OldGym", "StudentEnv", "TeacherEnv", "TeacherVectorEnv",
-    "ids", "make", "prompt", "supported_types", "teach",
+    "Conversation", "Lesson", "OldGym", "StudentEnv", "TeacherEnv", "TeacherVectorEnv",
+    "chat_student", "ids", "make", "prompt", "supported_types", "teach",
 ]  # fmt: skip
 
 register_all()
@@ -20,8 +20,9 @@ register_all()
 def __getattr__(name: str) -> object:  # `__init__.pyi` has the types
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    room = {"Lesson": "pz_envs.lesson", "OldGym": "worlds.wrapped.old_gym"}.get(name, "llf_teacher.gym")
-    return getattr(import_module(room), name)
+    rooms = {"Lesson": "pz_envs.lesson", "OldGym": "worlds.wrapped.old_gym"}
+    rooms |= {"Conversation": "llf_teacher.students.conversation", "chat_student": "llf_teacher.students.chat"}
+    return getattr(import_module(rooms.get(name, "llf_teacher.gym")), name)
 
 
 def __dir__() -> list[str]:

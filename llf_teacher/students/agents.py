@@ -20,7 +20,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from llf_teacher.students.student import READS, Policy, Said, Student, state_of
+from llf_teacher.students.chat import can_answer
+from llf_teacher.students.student import READS, Policy, Student, Telling, state_of
 from teachers.spec import read_call, read_expression, unknown
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
@@ -61,13 +62,15 @@ class _Policy(Policy["Agent"]):
             action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
         return as_text(action) if self.spec.text else action
 
-    def record(self) -> Said:
+    def record(self) -> Telling:
         """What the agent says of its last action, if it has a method of this name."""
         if not callable(tell := getattr(self.spec.agent, "record", None)):
             return {}
-        said: Said = tell()
-        if strange := [name for name in said if name not in Said.__annotations__]:
-            raise ValueError(f"student {self.spec}: {unknown('key of its record', strange[0], Said.__annotations__)}")
+        said: Telling = tell()
+        if strange := [name for name in said if name not in Telling.__annotations__]:
+            raise ValueError(
+                f"student {self.spec}: {unknown('key of its record', strange[0], Telling.__annotations__)}"
+            )
         return said
 
 
@@ -156,7 +159,11 @@ def parse_agent(spec: str) -> Agent:
     try:
         inspect.signature(make).bind(**options)
     except TypeError as error:
-        raise ValueError(f"student {spec!r}: {factory}{inspect.signature(make)} cannot be called so: {error}") from None
+        hint = ""
+        if not options and not isinstance(make, type) and can_answer(make):
+            hint = f"; if it answers prompts, name it as 'chat:{spec.strip()}'"
+        shown = f"{factory}{inspect.signature(make)}"
+        raise ValueError(f"student {spec!r}: {shown} cannot be called so: {error}{hint}") from None
     except ValueError:  # a builtin without a signature
         pass
     agent = Agent(module, factory, tuple(options.items()))

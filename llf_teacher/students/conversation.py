@@ -24,7 +24,7 @@ _TOKENS_PER_BYTE = 1 / 3  # until an endpoint has counted
 _SPAN = (1 / 16, 1.0)  # of what a count can be
 
 
-class Turn(NamedTuple):
+class Exchange(NamedTuple):
     """A past turn."""
 
     asked: str
@@ -80,7 +80,7 @@ class Conversation:
         self.instruction = ""
         self.thought = ""
         """What was thought before the last answer, if that was marked."""
-        self._turns: list[Turn] = []
+        self._turns: list[Exchange] = []
         self._start = 0  # the first turn that is sent along
         self._asked = ""
         self._number = 0  # of the turn within the episode
@@ -130,7 +130,7 @@ class Conversation:
             input_tokens: what the endpoint counted of the messages.
         """
         parted = split_thought(text)
-        self._turns.append(Turn(self._asked, parted.answer, call))
+        self._turns.append(Exchange(self._asked, parted.answer, call))
         if input_tokens:
             self._per_byte = min(max(input_tokens / self._bytes, _SPAN[0]), _SPAN[1])
         action, thought = action_in(self.form, parted.answer)
@@ -166,6 +166,14 @@ class Conversation:
                 asked, result = "", turn.call
         messages.append(_question("\n\n".join(filter(None, (asked, self._asked))), result))
         return messages
+
+
+def as_prompt(messages: Iterable[Message]) -> str:
+    """The same as one text, for who takes no messages."""
+    return "\n\n".join(
+        f"Your answer: {message['content']}" if message["role"] == "assistant" else message["content"].strip()
+        for message in messages
+    )
 
 
 def check_manner(history: int, max_prompt_tokens: int | None, answer: str) -> None:
@@ -221,7 +229,7 @@ def _question(text: str, result: str) -> Message:
     return {"role": "tool", "tool_call_id": result, "content": text} if result else {"role": "user", "content": text}
 
 
-def _reply(turn: Turn) -> Message:
+def _reply(turn: Exchange) -> Message:
     if not turn.call:
         return {"role": "assistant", "content": turn.answered}
     called = {"name": "act", "arguments": turn.answered}

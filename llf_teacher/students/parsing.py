@@ -4,6 +4,7 @@ from dataclasses import asdict
 
 from llf_teacher.students import shelf
 from llf_teacher.students.agents import is_agent, parse_agent
+from llf_teacher.students.chat import is_chat, parse_chat
 from llf_teacher.students.student import Student
 from pz_envs.learning import Learning
 from teachers.spec import Shelf
@@ -13,13 +14,17 @@ STUDENTS = Shelf[Student]("student", Student, shelf)  # type: ignore[type-abstra
 
 
 def parse_student(spec: str | Student) -> Student:
-    """The student that a spec string describes; `package.module:factory` is an agent of the user's own.
+    """The student that a spec string describes.
+
+    `package.module:factory` is an agent of the user's own, `chat:package.module:function` a function that answers.
 
     Raises:
         ValueError: an unknown name or parameter, or bad syntax; the message says what is allowed.
     """
     if isinstance(spec, Student):
         return spec
+    if is_chat(spec):
+        return parse_chat(spec)
     if is_agent(spec):
         return parse_agent(spec)
     parsed = STUDENTS.parse(spec)

@@ -22,7 +22,7 @@ TAUGHT = ("words", "atoms", "atoms and reward")
 """What a student reads whom a teacher can reach."""
 
 
-class Said(TypedDict, total=False):
+class Telling(TypedDict, total=False):
     """What a model said in a turn and what that cost, as a record keeps it; all of it may be lacking."""
 
     answer: str
@@ -92,7 +92,7 @@ class Policy(ABC, Generic[S_co]):
         It is called where a student has more than one episode.
         """
 
-    def record(self) -> Said:
+    def record(self) -> Telling:
         """What the last action cost, of a student that asks a model; of others nothing."""
         return {}
 

@@ -12,19 +12,17 @@ from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import check_extra, connect
 from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import Settings
-from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, check_manner, digest_of, texts_of
-from llf_teacher.students.student import Policy, Said, Student
+from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, Message, check_manner, digest_of, texts_of
+from llf_teacher.students.student import Student, Telling
+from llf_teacher.students.talking import TalkingPolicy
 from teachers.spec import check_range
 
 _OURS = ("model", "messages", "stream", "n", "tools", "tool_choice", "response_format")
 _APART = "#"  # between a folder of prompts and what tells them from others
 
 
-class _Policy(Policy["LLM"]):
-    """Keeps the conversation of an episode, or of a lifetime of episodes."""
-
-    _talk: Conversation | None = None
-    _goes_on = False
+class _Policy(TalkingPolicy["LLM"]):
+    """Asks the endpoint."""
 
     def begin(self) -> None:
         """Have said nothing, unless the episode before was the same student's."""
@@ -36,45 +34,39 @@ class _Policy(Policy["LLM"]):
             "seed": int(self.rng.integers(2**31)) if spec.seed else None,
         }
         self._sampling = {name: value for name, value in sampling.items() if value is not None}
-        if self._talk is None or not self._goes_on:
-            self._talk = Conversation(
-                self.world,
-                history=spec.history,
-                max_prompt_tokens=spec.max_prompt_tokens,
-                answer=spec.answer,
-                prompts=spec.folder,
-                rng=self.rng,
-            )
-        self._opening, self._goes_on = True, False
         self._last: Answer | None = None
+        super().begin()
 
-    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
-        """What the model answers; the seat finds the action in it."""
-        spec, talk = self.spec, self._talk
-        assert talk is not None  # noqa: S101 (there is one after `begin`)
-        seen = observation if self._opening else {**observation, "instruction": ""}
-        self._opening = False
-        messages = talk.ask(seen, info.get("turns_left"))
-        request = {"model": spec.model, "messages": messages, **talk.options, **self._sampling, **(spec.extra or {})}
+    def converse(self) -> Conversation:
+        """As the spec says."""
+        spec = self.spec
+        return Conversation(
+            self.world,
+            history=spec.history,
+            max_prompt_tokens=spec.max_prompt_tokens,
+            answer=spec.answer,
+            prompts=spec.folder,
+            rng=self.rng,
+        )
+
+    def reply(self, messages: list[Message]) -> str:
+        """The action in what the model answers."""
+        spec = self.spec
+        form, more = self.talk.options, spec.extra or {}
+        request = {"model": spec.model, "messages": messages, **form, **self._sampling, **more}
         self._last = answer = self._endpoint.answer(request, spec.prices)
-        return talk.answer(answer.raw, call=answer.call, input_tokens=answer.usage.input_tokens)
+        return self.talk.answer(answer.raw, call=answer.call, input_tokens=answer.usage.input_tokens)
 
-    def record(self) -> Said:
+    def record(self) -> Telling:
         """The last answer and its cost."""
         answer = self._last
-        if answer is None or self._talk is None:
+        if answer is None:
             return {}
         usage = answer.usage
-        thought = "\n\n".join(dict.fromkeys(filter(None, (answer.thought, self._talk.thought))))
-        said = Said(answer=answer.text, thought=thought, finish=answer.finish, seconds=answer.seconds)
+        thought = "\n\n".join(dict.fromkeys(filter(None, (answer.thought, self.talk.thought))))
+        said = Telling(answer=answer.text, thought=thought, finish=answer.finish, seconds=answer.seconds)
         known = {"input_tokens": usage.input_tokens, "output_tokens": usage.output_tokens, "usd": usage.usd}
-        return cast(Said, {**said, **known})
-
-    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Remember the episode in the next one."""
-        if self._talk is not None:
-            self._talk.next_episode(f"{observation['feedback']!s}")
-            self._goes_on = True
+        return cast(Telling, {**said, **known})
 
 
 @dataclass(frozen=True)
@@ -113,6 +105,7 @@ class LLM(Student):
 
     reads = "words"
     text = True
+    remembers = True
     policy = _Policy
 
     def __post_init__(self) -> None:
