@@ -17,7 +17,7 @@ from urllib.parse import urlsplit
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.refusals import adapted, refused
-from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read
+from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
 from llf_teacher.models.settings import KEY, TIMEOUT, Settings
 from llf_teacher.models.waiting import loop, wait_for
 
@@ -26,6 +26,7 @@ _EXCERPT = 300
 _SECRET = 8  # a shorter key is no secret, and may stand in a text by chance
 _WAITS = 300.0  # seconds, more than the client waits between its attempts
 _OF_ALL = (401, 403, 404, 408, 409, 429)  # statuses that have to do with key, address or time, not with a request
+_LOOK = 5.0  # seconds to ask an endpoint what it serves
 _PAUSE = 0.1  # seconds between looks at what others have under way
 
 
@@ -35,19 +36,21 @@ class Endpoint:
     Args:
         base_url: as in `https://api.openai.com/v1`.
         settings: how to ask.
+        name: what identifies it, with the model that it serves, in place of its address; empty: the address does.
 
     Raises:
         ModuleNotFoundError: the extra is not installed.
         ValueError: the cache cannot be used.
     """
 
-    def __init__(self, base_url: str, settings: Settings) -> None:
+    def __init__(self, base_url: str, settings: Settings, name: str = "") -> None:
         check_extra()
         import openai
 
         from llf_teacher.models.http import BoundedClient
 
-        self.base_url, self._settings = base_url, settings
+        self.base_url, self._settings, self._name = base_url, settings, name
+        self._served: dict[str, str] = {}
         if settings.key and _is_open(base_url):
             warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
         self._cache = Cache(settings.cache)
@@ -78,7 +81,7 @@ class Endpoint:
             NoAnswerError: there is none to this request; to others there may be.
             SpendingLimitError: there is no money left for asking.
         """
-        whole = {"base_url": self.base_url, **request}
+        whole = {**self._identity(request["model"]), **request}
         key = Cache.key(whole)
         answer = self._cache.get(key)
         if answer is None:
@@ -89,6 +92,38 @@ class Endpoint:
         if answer.finish == FILTERED:
             raise NoAnswerError(f"the content filter of {self.base_url} withholds what {request['model']} says")
         return answer
+
+    def _identity(self, model: str) -> dict[str, str]:
+        """What tells a request to this endpoint from one to another: its address, or its name and what it serves."""
+        if not self._name:
+            return {"base_url": self.base_url}
+        if model not in self._served:
+            self._served[model] = self._cache.served(self._name, model, wait_for(self._serves(model)))
+        return {"endpoint": self._name, "served": self._served[model]}
+
+    async def _serves(self, model: str) -> str | None:
+        """What the endpoint itself says that it serves under a model's name; None if it does not say."""
+        try:
+            client = self._client.with_options(max_retries=0, timeout=_LOOK)
+            async with asyncio.timeout(_LOOK):
+                reply = await client.models.with_raw_response.list()
+            return served(reply.content.decode("utf-8", "replace"), model)
+        except Exception:  # it need not know such questions: then it is as it was
+            return None
+
+    def _compare(self, whole: dict[str, Any], model: str) -> None:
+        """Make sure that answers of two models do not come under one name."""
+        if not self._name or not model:
+            return
+        place = f"{whole['model']} as {whole['served']}"
+        known = self._cache.served(self._name, place, None)
+        if known and known != model:
+            raise LLMError(
+                f"the endpoint {self._name!r} answers as {model!r} now, and did so as {known!r} when asked for "
+                f"{whole['model']!r} before; give it another name, or use another file as LLF_LLM_CACHE"
+            )
+        if not known:
+            self._cache.served(self._name, place, model)
 
     def _pay(self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None) -> Answer:
         problem = ""
@@ -115,6 +150,7 @@ class Endpoint:
             started = time.monotonic()
             reply, unsent = self._reply(request)
             answer, usage = read(reply, prices)
+            self._compare(whole, "" if answer is None else answer.model)
             if answer is not None:
                 answer = answer._replace(
                     raw=self._clean(answer.raw),
@@ -233,18 +269,18 @@ def _is_open(base_url: str) -> bool:
     return address.scheme == "http" and not own
 
 
-def connect(base_url: str, settings: Settings) -> Endpoint:
+def connect(base_url: str, settings: Settings, name: str = "") -> Endpoint:
     """An endpoint, the same for the same settings in the same process."""
     with _connecting:
-        return _connect(base_url, settings, os.getpid())
+        return _connect(base_url, settings, name, os.getpid())
 
 
 _connecting = threading.Lock()
 
 
 @cache
-def _connect(base_url: str, settings: Settings, process: int) -> Endpoint:
-    return Endpoint(base_url, settings)
+def _connect(base_url: str, settings: Settings, name: str, process: int) -> Endpoint:
+    return Endpoint(base_url, settings, name)
 
 
 def check_extra() -> None:

@@ -92,6 +92,19 @@ def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:
     return answer, usage
 
 
+def served(reply: str, model: str) -> str | None:
+    """What a list of models says that is served under a model's name, as `root` or otherwise; None if nothing."""
+    try:
+        models = _part(json.loads(reply), "data")
+    except (ValueError, RecursionError):
+        return None
+    for each in models if isinstance(models, list) else ():
+        if _part(each, "id") == model:
+            size = _part(each, "meta", "n_params")
+            return f"{_part(each, 'root') or model}{f' of {size} parameters' if size else ''}"
+    return None
+
+
 def _part(data: Any, *path: str | int) -> Any:
     """What is there in JSON values; None if nothing is."""
     for step in path:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 MODEL, BASE_URL, KEY = "LLF_LLM_MODEL", "LLF_LLM_BASE_URL", "LLF_LLM_API_KEY"
 CACHE, BUDGET, TIMEOUT, RETRIES = "LLF_LLM_CACHE", "LLF_LLM_BUDGET", "LLF_LLM_TIMEOUT", "LLF_LLM_RETRIES"
+ENDPOINT, ENDPOINTS = "LLF_LLM_ENDPOINT", "LLF_LLM_ENDPOINTS"
 OPENAI = "https://api.openai.com/v1"
 
 
@@ -25,20 +26,21 @@ class Settings:
     """How often to try again."""
 
     @classmethod
-    def read(cls, base_url: str, environment: Mapping[str, str] = os.environ) -> "Settings":
+    def read(cls, base_url: str, environment: Mapping[str, str] = os.environ, key_in: str = KEY) -> "Settings":
         """The settings for an endpoint.
 
-        `OPENAI_API_KEY` goes to OpenAI or to `OPENAI_BASE_URL` only, `LLF_LLM_API_KEY` to any endpoint.
+        `OPENAI_API_KEY` goes to OpenAI or to `OPENAI_BASE_URL` only, `LLF_LLM_API_KEY` to any endpoint for which no
+        other variable is given.
 
         Raises:
             ValueError: a number is missing where one is expected, or the key has characters that no key has.
         """
-        key = environment.get(KEY, "")
-        if not key and base_url in (OPENAI, environment.get("OPENAI_BASE_URL", "").rstrip("/")):
+        key = environment.get(key_in, "")
+        if not key and key_in == KEY and base_url in (OPENAI, environment.get("OPENAI_BASE_URL", "").rstrip("/")):
             key = environment.get("OPENAI_API_KEY", "")
         key = key.strip()
         if not key.isascii() or not key.isprintable() or " " in key:
-            raise ValueError(f"the key in {KEY} or OPENAI_API_KEY must be of printable ASCII without spaces")
+            raise ValueError(f"the key in {key_in} or OPENAI_API_KEY must be of printable ASCII without spaces")
         budget = environment.get(BUDGET)
         return cls(
             key=key,

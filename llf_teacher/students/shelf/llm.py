@@ -2,14 +2,15 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
-from urllib.parse import urlsplit
 
 from llf_teacher.models import settings
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import check_extra, connect
+from llf_teacher.models.endpoints import Place, check_name, checked_url, place_of
 from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import Settings
 from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, Message, check_manner, digest_of, texts_of
@@ -27,7 +28,9 @@ class _Policy(TalkingPolicy["LLM"]):
     def begin(self) -> None:
         """Have said nothing, unless the episode before was the same student's."""
         spec = self.spec
-        self._endpoint = connect(spec.base_url, Settings.read(spec.base_url))
+        place = spec.place()
+        settings = Settings.read(place.base_url, key_in=place.key)
+        self._endpoint = connect(place.base_url, settings, spec.endpoint)
         sampling = {
             "temperature": spec.temperature,
             "max_tokens": spec.max_tokens,
@@ -79,7 +82,7 @@ class LLM(Student):
     model: str = ""
     """Name of the model; by default `LLF_LLM_MODEL`, else `OPENAI_MODEL`."""
     base_url: str = ""
-    """The endpoint; by default `LLF_LLM_BASE_URL`, else `OPENAI_BASE_URL`, else OpenAI's."""
+    """The endpoint; by default `LLF_LLM_BASE_URL`, else `OPENAI_BASE_URL`, else OpenAI's; none beside `endpoint`."""
     temperature: float | None = 0.0
     """None: the endpoint's own."""
     max_tokens: int | None = 1000
@@ -100,6 +103,8 @@ class LLM(Student):
     """USD per million tokens; None: unknown."""
     cached_price: float | None = None
     """Of input that the endpoint had in its cache; None: as other input."""
+    endpoint: str = ""
+    """The endpoint by a name, which is said elsewhere where it is; by default `LLF_LLM_ENDPOINT`."""
     extra: dict[str, Any] | None = None
     """More of the request's body, such as `{'reasoning_effort': 'low'}`."""
 
@@ -109,11 +114,16 @@ class LLM(Student):
     policy = _Policy
 
     def __post_init__(self) -> None:
-        base_url = self.base_url or settings.default(settings.BASE_URL) or settings.OPENAI
+        endpoint = self.endpoint or ("" if self.base_url else os.environ.get(settings.ENDPOINT, ""))
+        if endpoint and self.base_url:
+            raise ValueError(f"give base_url or endpoint, not both, got base_url and endpoint={endpoint!r}")
+        object.__setattr__(self, "endpoint", endpoint and check_name(endpoint))
         object.__setattr__(self, "model", self.model or settings.default(settings.MODEL))
         if not isinstance(self.model, str) or not self.model:
             raise ValueError(f"model must be the name of a model, got {self.model!r}; or set {settings.MODEL}")
-        object.__setattr__(self, "base_url", _checked_url(base_url))
+        if not endpoint:
+            base_url = self.base_url or settings.default(settings.BASE_URL) or settings.OPENAI
+            object.__setattr__(self, "base_url", checked_url(base_url))
         if self.temperature is not None:
             check_range("temperature", self.temperature, 0, 10)
         if self.max_tokens is not None:
@@ -141,10 +151,19 @@ class LLM(Student):
         """Where its templates are; None: where ours are."""
         return None if self.prompts is None else self.prompts.rpartition(_APART)[0]
 
+    def place(self, environment: Mapping[str, str] = os.environ) -> Place:
+        """Where its endpoint is.
+
+        Raises:
+            ValueError: nobody says so.
+        """
+        return place_of(self.endpoint, environment) if self.endpoint else Place(self.base_url)
+
     def check(self, environment: Mapping[str, str]) -> None:
         """Make sure that the client is there, and that a spending limit can be kept."""
         check_extra()
-        found = Settings.read(self.base_url, environment)
+        place = self.place(environment)
+        found = Settings.read(place.base_url, environment, place.key)
         if found.budget is not None and self.prices is None:
             raise ValueError(f"a spending limit needs prices: add input_price=..., output_price=... to {str(self)!r}")
         if found.budget is not None and self.max_tokens is None:
@@ -174,19 +193,6 @@ def _told_apart(prompts: Any) -> str:
             f"the prompts in {folder} are not those of {prompts!r}; leave out {_APART + was!r} to use them"
         )
     return f"{folder}{_APART}{now}"
-
-
-def _checked_url(url: Any) -> str:
-    """An endpoint's address without a slash at its end. The message does not repeat it: it may hold a secret."""
-    try:
-        parts = urlsplit(url) if isinstance(url, str) else None
-    except ValueError:
-        parts = None
-    if parts is None or parts.scheme not in ("http", "https") or not parts.netloc:
-        raise ValueError("base_url must be an address such as http://localhost:8000/v1")
-    if "@" in parts.netloc or parts.query or parts.fragment:
-        raise ValueError(f"base_url must hold no user, password or query: a key goes into {settings.KEY}")
-    return f"{url}".rstrip("/")
 
 
 def _check_extra_body(extra: Any) -> None:
