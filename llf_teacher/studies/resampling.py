@@ -28,9 +28,8 @@ def bca(table: NDArray[np.float64], resamples: int, level: float) -> tuple[NDArr
         resamples: number of bootstrap samples.
         level: confidence level, 0 to 1.
     """
-    n = len(table)
     mean = table.mean(axis=0)
-    means = np.concatenate([block @ table for block in _blocks(_counts, n, resamples)]) / n
+    means = bootstrap_means(table, resamples)
     tied = _TIED * np.abs(table).max(axis=0)
     below = ((means < mean - tied).mean(axis=0) + (means <= mean + tied).mean(axis=0)) / 2
     bias = ndtri(below)
@@ -45,6 +44,17 @@ def bca(table: NDArray[np.float64], resamples: int, level: float) -> tuple[NDArr
         columns = np.arange(table.shape[1])
         ends.append(ranked[floor, columns] + (place - floor) * (ranked[floor + 1, columns] - ranked[floor, columns]))
     return ends[0], ends[1]
+
+
+def bootstrap_means(table: NDArray[np.float64], resamples: int, stratum: int = 0) -> NDArray[np.float64]:
+    """Means of bootstrap samples of each column, shape (resamples, m); rows are drawn whole.
+
+    Args:
+        table: shape (n, m), one row a unit.
+        resamples: number of bootstrap samples.
+        stratum: tables of other strata are drawn independently.
+    """
+    return np.concatenate([block @ table for block in _blocks(_counts, len(table), resamples, stratum)]) / len(table)
 
 
 def sign_flips(table: NDArray[np.float64], resamples: int) -> NDArray[np.float64]:
@@ -85,18 +95,18 @@ def _signs(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
     return 2 * rng.integers(0, 2, (rows, n), dtype=np.int8) - 1
 
 
-def _blocks(draw: Draw, n: int, resamples: int) -> Iterator[NDArray[np.float64]]:
+def _blocks(draw: Draw, n: int, resamples: int, stratum: int = 0) -> Iterator[NDArray[np.float64]]:
     """Rows of draws, a few at a time, the same for the same arguments."""
-    drawn = _kept(draw, n, resamples) if n * resamples <= _KEPT else _drawn(draw, n, resamples)
+    drawn = (_kept if n * resamples <= _KEPT else _drawn)(draw, n, resamples, stratum)
     return (block.astype(float) for block in drawn)
 
 
 @lru_cache(maxsize=4)
-def _kept(draw: Draw, n: int, resamples: int) -> tuple[NDArray[np.int8], ...]:
-    return tuple(_drawn(draw, n, resamples))
+def _kept(draw: Draw, n: int, resamples: int, stratum: int) -> tuple[NDArray[np.int8], ...]:
+    return tuple(_drawn(draw, n, resamples, stratum))
 
 
-def _drawn(draw: Draw, n: int, resamples: int) -> Iterator[NDArray[np.int8]]:
-    rng = np.random.default_rng(_SEED)
+def _drawn(draw: Draw, n: int, resamples: int, stratum: int) -> Iterator[NDArray[np.int8]]:
+    rng = np.random.default_rng([_SEED, stratum] if stratum else _SEED)
     rows = max(1, _BATCH // n)
     return (draw(rng, min(rows, resamples - start), n) for start in range(0, resamples, rows))

@@ -14,6 +14,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX, entry, supported_types
 from llf_teacher.studies.design import BASELINE, SUBSETS, Transfer, check_looks, check_transfer
 from llf_teacher.studies.own import parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.shown import check_transcripts
 from pz_envs.family import all_families
 from pz_envs.teacher_seat import is_count
 from teachers.feedback import format_kinds
@@ -96,6 +97,10 @@ class Study:
     """Tests without a teacher after so many `lessons`, beside the other episodes. See
     `llf_teacher.studies.design.Transfer`. Whom `fewer` leaves out of an environment is left out there, too.
     """
+    transcripts: Sequence[Mapping[str, Any]] = ()
+    """The episodes that the report shows turn by turn: tables of patterns of `id`, `teacher` and `student`, and of
+    `seeds`, a list; without seeds, the first. Without any table, a few of each family.
+    """
 
     def __post_init__(self) -> None:
         problems: list[str] = []
@@ -112,6 +117,7 @@ class Study:
         set_(self, "looks", looks._asdict() if looks else {})
         if not problems:
             set_(self, "transfer", check_transfer(self.transfer, self, problems))
+        set_(self, "transcripts", check_transcripts(self.transcripts, problems))
         if not problems:
             unsupported: dict[tuple[str, tuple[str, ...]], list[str]] = {}
             for id, type_ in itertools.product(self.ids, self.instruction_types):

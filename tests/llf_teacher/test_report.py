@@ -61,7 +61,7 @@ class Checker(HTMLParser):
         for name, value in attrs:
             if name == "id":
                 self.ids.append(value)
-            elif name in ("href", "xlink:href", "aria-labelledby"):
+            elif name in ("href", "xlink:href", "aria-labelledby") and not value.startswith("data:text/csv"):
                 self.used.add(value.removeprefix("#"))
             self.used |= set(re.findall(r"url\(#([^)]*)\)", value or ""))
         if tag not in VOID:
@@ -137,11 +137,11 @@ def test_page_is_sound_and_needs_nothing_else(html):
         "http://www.w3.org/1999/xlink",
         "http://www.w3.org/2000/svg",
     }
-    assert not {tag for tag, _ in page.tags} & {"script", "link", "img", "iframe", "image"}
+    assert not {tag for tag, _ in page.tags} & {"link", "img", "iframe", "image"}
     assert not re.search(r"@import|url\((?!#)", html)
     assert all("scope" in attributes for tag, attributes in page.tags if tag == "th")
     images = [attributes for _, attributes in page.tags if attributes.get("role") == "img"]
-    assert len(images) == 2
+    assert len(images) == 3
     assert all(attributes["aria-label"] for attributes in images)
 
 
@@ -172,7 +172,7 @@ def test_text_of_others_is_escaped(store, records):
     html = render(store, STUDY)
     page = parsed(html)
     assert "No action could be read from:" in html
-    assert "script" not in {tag for tag, _ in page.tags}
+    assert [tag for tag, _ in page.tags].count("script") == 1
     assert html.count("&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt; $x_1$ &amp;") >= 4
 
 

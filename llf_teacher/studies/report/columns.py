@@ -54,11 +54,11 @@ class Curves(NamedTuple):
 
 def plan(study: Study) -> Plan:
     """The settings of a study with their seeds."""
-    found: dict[EpisodeSpec, tuple[int, ...]] = {}
+    found: dict[EpisodeSpec, list[int]] = {}
     for _, alike in itertools.groupby(study.episodes(), lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
         specs = list(alike)
-        found[specs[0]._replace(seed=0)] = tuple(spec.seed for spec in specs)
-    return found
+        found.setdefault(specs[0]._replace(seed=0), []).extend(spec.seed for spec in specs)
+    return {setting: tuple(seeds) for setting, seeds in found.items()}
 
 
 class Columns:
@@ -83,6 +83,11 @@ class Columns:
             if spec in planned:
                 self._there[number] = spec
                 db.execute("INSERT INTO wanted VALUES (?, ?, 0)", (number, lists[planned[spec]]))
+
+    def has(self, spec: EpisodeSpec) -> bool:
+        """Whether an episode is there."""
+        query = "SELECT 1 FROM result WHERE key = ?"
+        return self._db.execute(query, (bytes.fromhex(spec.key),)).fetchone() is not None
 
     def sums(self) -> dict[EpisodeSpec, Sums]:
         """By setting; those without an episode are left out."""

@@ -9,6 +9,7 @@ from typing import Any
 from llf_teacher.registry import entry
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
 from llf_teacher.studies.report.section import Cell, Section, cell
+from llf_teacher.studies.shown import fits
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import EpisodeSpec, Study
 from pz_envs.family import all_families
@@ -36,6 +37,11 @@ class Data:
     def present(self) -> int:
         """Those that the store holds."""
         return sum(each.episodes for each in self.sums.values())
+
+    @property
+    def final(self) -> bool:
+        """Whether all of the study has been played."""
+        return self.present == self.expected
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
@@ -71,7 +77,19 @@ def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) ->
             cells[number][pair[0], pair[1]] = made
     for outline, mine in zip(outlines, cells, strict=True):
         pairs = product(outline["grid"].teachers, outline["grid"].students)
-        yield Section(**outline, cells={pair: mine[pair] for pair in pairs if pair in mine})
+        chosen = _chosen(study, there, outline["sums"]) if study.transcripts else None
+        yield Section(**outline, cells={pair: mine[pair] for pair in pairs if pair in mine}, chosen=chosen)
+
+
+def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> tuple[EpisodeSpec, ...]:
+    """The episodes that a study wants to be shown, of those that are there."""
+    wanted = (
+        setting._replace(seed=seed)
+        for pattern, (setting, each) in product(study.transcripts, sums.items())
+        if fits(pattern, setting)
+        for seed in pattern.get("seeds", [each.first])
+    )
+    return tuple(spec for spec in dict.fromkeys(wanted) if there.has(spec))
 
 
 def _cell(curves: list[Curves], ids: tuple[str, ...]) -> Cell | None:
@@ -82,6 +100,8 @@ def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[s
     """The fields of each section but for its cells."""
     groups: dict[tuple[str, str, str], dict[EpisodeSpec, Sums]] = {}
     for setting, each in sums.items():
+        if setting.lessons:  # a test without a teacher, which is not compared with what was taught
+            continue
         name = entry(setting.id).family.name
         groups.setdefault((name, setting.instruction_type, setting.feedback_type), {})[setting] = each
     for family, *types in product(all_families(), study.instruction_types, study.feedback_types):
@@ -97,5 +117,6 @@ def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[s
                 "part": part,
                 "ids": alike,
                 "grid": grid,
+                "reference": study.baseline,
                 "sums": {setting: each for setting, each in mine.items() if setting.id in alike},
             }

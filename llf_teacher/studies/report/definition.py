@@ -12,6 +12,7 @@ def to_toml(study: Study) -> str:
     values = study.as_dict()
     fewer = values.pop("fewer")
     tables = {name: table for name in ("looks", "transfer") if (table := values.pop(name))}
+    values["transcripts"] = values["transcripts"] or None
     lines = _assignments(values)
     for name, table in tables.items():
         lines += ["", f"[{name}]", *_assignments(table)]
@@ -26,8 +27,16 @@ def _assignments(values: Mapping[str, Any]) -> list[str]:
         if name == "seeds" and value == list(range(len(value))):
             lines.append(f"{name} = {len(value)}")
         elif isinstance(value, list) and len(value) > 1:
-            items = "".join(f"    {json.dumps(item)},\n" for item in value)
+            items = "".join(f"    {_value(item)},\n" for item in value)
             lines.append(f"{name} = [\n{items}]")
         elif value is not None:
-            lines.append(f"{name} = {json.dumps(value)}")
+            lines.append(f"{name} = {_value(value)}")
     return lines
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{name} = {_value(each)}" for name, each in value.items()) + " }"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    return json.dumps(value)

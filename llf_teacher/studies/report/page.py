@@ -1,5 +1,7 @@
 """The report of a study: what a store holds of it, as one HTML page that needs nothing else."""
 
+import base64
+import hashlib
 import os
 from pathlib import Path
 
@@ -13,6 +15,25 @@ from llf_teacher.studies.report.section import label, reads
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 from llf_teacher.visible import visible
+
+_FIGURES, _SHOWN = 3_000_000, 1_000_000  # bytes of figures with their data, and of transcripts: what a browser bears
+
+
+class Room:
+    """Place in the page for what may be left out.
+
+    Args:
+        left: bytes.
+    """
+
+    def __init__(self, left: int) -> None:
+        self._left = left
+
+    def has(self, text: str) -> bool:
+        """Whether there is place for a text, which takes it then."""
+        fits = len(text) <= self._left
+        self._left -= len(text) if fits else 0
+        return fits
 
 
 def check_writable(path: Path) -> None:
@@ -69,7 +90,19 @@ def page(data: Data) -> str:
         )
         for part, values in filled
     ]
-    return visible(environment.get_template("page.html.j2").render(parts=parts, shades=SHADES))
+    style, script = (
+        Markup(environment.get_template(name).render(shades=SHADES))  # noqa: S704 (files of ours)
+        for name in ("style.css.j2", "script.js")
+    )
+    allowed = f"style-src {_hash(style)}; script-src {_hash(script)}"
+    policy = Markup(f"default-src 'none'; {allowed}; base-uri 'none'; form-action 'none'")  # noqa: S704 (as above)
+    frame = environment.get_template("page.html.j2")
+    return visible(frame.render(parts=parts, style=style, script=script, policy=policy))
+
+
+def _hash(text: str) -> str:
+    """A text as a content security policy names it."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
 def _environment() -> jinja2.Environment:
@@ -80,6 +113,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.globals |= {"figures": Room(_FIGURES), "shown": Room(_SHOWN)}
     environment.filters |= {"label": label, "reads": reads, "number": _number, "percent": _percent}
     return environment
 

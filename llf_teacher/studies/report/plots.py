@@ -1,18 +1,14 @@
-"""Plots of a report: numbers in, SVG to stand in a page out.
+"""Drawings of a report, by Matplotlib: numbers in, figures out.
 
-Colours are written as custom properties (`var(--ink)`, `var(--series-0)`, ...) that the page defines for light and
-for dark, and text takes the page's font. Series differ by marker, too, so that no plot depends on colour alone.
+Series differ by marker, too, so that no plot depends on colour alone.
 """
 
-import io
 import math
-import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import Any, NamedTuple
 
-import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -49,7 +45,7 @@ _SERIES = [shade.light for name, shade in SHADES.items() if name.startswith("ser
 _MARKERS = "osD^vPX"  # one less than colours, so that pairs of both last longer
 _STRIPE = 8.0  # points
 _WIDTH = 10.0  # inches; the page scales it
-_STYLE = {
+STYLE: dict[str, Any] = {
     "axes.edgecolor": SHADES["muted"].light,
     "axes.labelcolor": SHADES["muted"].light,
     "axes.labelsize": 9,
@@ -79,6 +75,7 @@ _STYLE = {
     "ytick.color": SHADES["muted"].light,
     "ytick.left": False,
 }
+"""Matplotlib's settings, in which figures are drawn and saved."""
 
 
 def dot_plot(
@@ -87,9 +84,8 @@ def dot_plot(
     success: Mapping[tuple[str, str], Estimate],
     regret: Mapping[tuple[str, str], Estimate],
     unit: str,
-    prefix: str,
-) -> str:
-    """Success and final cumulative regret side by side, a dot with its interval per row and series, as SVG.
+) -> Figure:
+    """Success and final cumulative regret side by side, a dot with its interval per row and series.
 
     Args:
         rows: labels from top to bottom.
@@ -97,41 +93,78 @@ def dot_plot(
         success: shares, 0 to 1, by (row, series); what is missing stays blank.
         regret: cumulative regrets in `unit`, by (row, series).
         unit: what regret counts.
-        prefix: makes the ids of the SVG unique within its page.
     """
-    with matplotlib.style.context(["default", _STYLE]):
-        pitch = max(0.36, 0.1 * len(series) + 0.04)
-        figure = Figure(figsize=(_WIDTH, pitch * len(rows) + 1.0))
-        axes = figure.subplots(1, 2, sharey=True)
-        offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.2, 0.8 / len(series))
-        for ax, estimates, label in zip(
-            axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True
-        ):
-            for row in range(1, len(rows), 2):
-                ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
-            for name, offset, color, marker in zip(series, offsets, cycle(_SERIES), cycle(_MARKERS), strict=False):
-                there = [(i + offset, estimates[row, name]) for i, row in enumerate(rows) if (row, name) in estimates]
-                ys = [y for y, _ in there]
-                ax.hlines(ys, [e.low for _, e in there], [e.high for _, e in there], color, linewidth=1.6, alpha=0.55)
-                dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=_named(name), clip_on=False)[
-                    0
-                ]
-                dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
-            ax.set_xlabel(label)
-            ax.grid(axis="x")
-            ax.set_axisbelow(True)
-        axes[0].set_xlim(0, 1)
-        axes[0].xaxis.set_major_formatter(PercentFormatter(1))
-        axes[1].set_xlim(left=0)
-        axes[1].xaxis.set_major_locator(_ticks())
-        axes[0].set_ylim(len(rows) - 0.5, -0.5)
-        axes[0].set_yticks(range(len(rows)), [_folded(row) for row in rows], color=SHADES["ink"].light)
-        _legend(figure, axes[0], 1.0)
-        return _svg(figure, prefix)
+    pitch = max(0.36, 0.1 * len(series) + 0.04)
+    figure = Figure(figsize=(_WIDTH, pitch * len(rows) + 1.0))
+    axes = figure.subplots(1, 2, sharey=True)
+    offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.2, 0.8 / len(series))
+    for ax, estimates, label in zip(axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True):
+        for row in range(1, len(rows), 2):
+            ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
+        for name, offset, color, marker in zip(series, offsets, cycle(_SERIES), cycle(_MARKERS), strict=False):
+            there = [(i + offset, estimates[row, name]) for i, row in enumerate(rows) if (row, name) in estimates]
+            ys = [y for y, _ in there]
+            ax.hlines(ys, [e.low for _, e in there], [e.high for _, e in there], color, linewidth=1.6, alpha=0.55)
+            dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=_named(name), clip_on=False)[0]
+            dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
+        ax.set_xlabel(label)
+        ax.grid(axis="x")
+        ax.set_axisbelow(True)
+    axes[0].set_xlim(0, 1)
+    axes[0].xaxis.set_major_formatter(PercentFormatter(1))
+    axes[1].set_xlim(left=0)
+    axes[1].xaxis.set_major_locator(_ticks())
+    axes[0].set_ylim(len(rows) - 0.5, -0.5)
+    axes[0].set_yticks(range(len(rows)), [_folded(row) for row in rows], color=SHADES["ink"].light)
+    _legend(figure, axes[0], 1.0)
+    return figure
 
 
-def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], unit: str, prefix: str) -> str:
-    """Cumulative regret over turns, a panel each with a line and a band per series, as SVG.
+def gain_plot(
+    rows: Sequence[str],
+    series: Sequence[str],
+    gains: Mapping[tuple[str, str], Estimate],
+    single: Mapping[tuple[str, str], Sequence[float]],
+    baseline: str,
+) -> Figure:
+    """The share of regret that teachers spare students, a dot with its interval per row and series, over faint marks.
+
+    Args:
+        rows: teachers from top to bottom.
+        series: students in the order of their colours.
+        gains: shares over all families, by (row, series); what is missing stays blank.
+        single: shares of each family, drawn as marks; those beyond the axis stand at its end.
+        baseline: the teacher at 0.
+    """
+    figure = Figure(figsize=(_WIDTH, max(0.3, 0.11 * len(series) + 0.06) * len(rows) + 1.1))
+    ax = figure.subplots()
+    ends = [end for gain in gains.values() for end in gain[:3] if not math.isnan(end)]
+    least, most = min([-0.1, *ends]) - 0.03, max([1.0, *ends]) + 0.03
+    for row in range(1, len(rows), 2):
+        ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
+    ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
+    offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.22, 0.8 / len(series))
+    for name, offset, color, marker in zip(series, offsets, cycle(_SERIES), cycle(_MARKERS), strict=False):
+        there = [(i + offset, (row, name)) for i, row in enumerate(rows) if (row, name) in gains]
+        marks = [(min(max(share, least), most), y) for y, pair in there for share in single[pair]]
+        ax.plot(*zip(*marks, strict=True), "|", color=color, alpha=0.35, markersize=6, clip_on=False)
+        ys, estimates = [y for y, _ in there], [gains[pair] for _, pair in there]
+        ax.hlines(ys, [e.low for e in estimates], [e.high for e in estimates], color, linewidth=2)
+        ax.plot([e.mean for e in estimates], ys, marker, color=color, label=_named(name), markersize=5.5)
+    ax.set_xlim(least, most)
+    ax.xaxis.set_major_formatter(PercentFormatter(1))
+    ax.xaxis.set_major_locator(_ticks())
+    ax.set_xlabel(f"share of the regret with {baseline} that the teacher spares the student")
+    ax.grid(axis="x")
+    ax.set_axisbelow(True)
+    ax.set_ylim(len(rows) - 0.5, -0.5)
+    ax.set_yticks(range(len(rows)), [_folded(row) for row in rows], color=SHADES["ink"].light)
+    _legend(figure, ax, 1.0)
+    return figure
+
+
+def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], unit: str) -> Figure:
+    """Cumulative regret over turns, a panel each with a line and a band per series.
 
     Lines that coincide share one line in stripes of their colours; if all of a panel do, it is in plain ink.
 
@@ -139,33 +172,31 @@ def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], 
         panels: bands by panel title, then by series; element t - 1 of a band is turn t.
         series: labels in the order of their colours and markers.
         unit: what regret counts.
-        prefix: makes the ids of the SVG unique within its page.
     """
-    with matplotlib.style.context(["default", _STYLE]):
-        columns = min(3, len(panels))
-        height = math.ceil(len(panels) / columns)
-        figure = Figure(figsize=(_WIDTH, 2.3 * height + 0.8))
-        axes = figure.subplots(height, columns, sharex=True, sharey=True, squeeze=False).flatten()
-        looks = dict(zip(series, zip(cycle(_SERIES), cycle(_MARKERS), strict=False), strict=False))
-        for ax, (title, bands) in zip(axes, panels.items(), strict=False):
-            _curves(ax, bands, looks)
-            ax.set_title(title, loc="left", color=SHADES["ink"].light)
-            ax.grid(axis="y")
-            ax.set_axisbelow(True)
-            ax.margins(x=0)
-        axes[0].xaxis.set_major_locator(_ticks(integer=True))
-        axes[0].yaxis.set_major_locator(_ticks())
-        axes[0].set_ylim(bottom=0)
-        for ax in axes[len(panels) :]:
-            ax.set_axis_off()
-        for ax in axes[max(0, len(panels) - columns) : len(panels)]:
-            ax.tick_params(labelbottom=True)
-        for name, (color, marker) in looks.items():
-            axes[0].plot([], [], color=color, marker=marker, label=_named(name))
-        figure.supxlabel("turn", size=9, color=SHADES["muted"].light)
-        figure.supylabel(f"cumulative regret ({unit})", size=9, color=SHADES["muted"].light)
-        _legend(figure, axes[0], 2.2)
-        return _svg(figure, prefix)
+    columns = min(3, len(panels))
+    height = math.ceil(len(panels) / columns)
+    figure = Figure(figsize=(_WIDTH, 2.3 * height + 0.8))
+    axes = figure.subplots(height, columns, sharex=True, sharey=True, squeeze=False).flatten()
+    looks = dict(zip(series, zip(cycle(_SERIES), cycle(_MARKERS), strict=False), strict=False))
+    for ax, (title, bands) in zip(axes, panels.items(), strict=False):
+        _curves(ax, bands, looks)
+        ax.set_title(title, loc="left", color=SHADES["ink"].light)
+        ax.grid(axis="y")
+        ax.set_axisbelow(True)
+        ax.margins(x=0)
+    axes[0].xaxis.set_major_locator(_ticks(integer=True))
+    axes[0].yaxis.set_major_locator(_ticks())
+    axes[0].set_ylim(bottom=0)
+    for ax in axes[len(panels) :]:
+        ax.set_axis_off()
+    for ax in axes[max(0, len(panels) - columns) : len(panels)]:
+        ax.tick_params(labelbottom=True)
+    for name, (color, marker) in looks.items():
+        axes[0].plot([], [], color=color, marker=marker, label=_named(name))
+    figure.supxlabel("turn", size=9, color=SHADES["muted"].light)
+    figure.supylabel(f"cumulative regret ({unit})", size=9, color=SHADES["muted"].light)
+    _legend(figure, axes[0], 2.2)
+    return figure
 
 
 def _curves(ax: Axes, bands: Mapping[str, Band], looks: Mapping[str, tuple[str, str]]) -> None:
@@ -213,20 +244,3 @@ def _legend(figure: Figure, ax: Axes, handle: float) -> None:
     handles, labels = ax.get_legend_handles_labels()
     columns = max(1, min(len(labels), int(125 / (max(map(len, labels)) + 8))))
     figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=handle, columnspacing=1.8)
-
-
-def _svg(figure: Figure, prefix: str) -> str:
-    """The figure as an SVG element with ids of its own and with colours and fonts left to the page."""
-    buffer = io.StringIO()
-    nothing: dict[str, Any] = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-    figure.savefig(buffer, format="svg", metadata=nothing, transparent=True)
-    svg = buffer.getvalue()
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
-    svg = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{prefix}-", svg)
-    svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)  # would reach beyond the figure
-    svg = re.sub(r"font-family: [^;\"]*;? ?", "", svg)
-    svg = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", svg)  # how older releases of matplotlib put it
-    for name, shade in SHADES.items():
-        svg = svg.replace(shade.light, f"var(--{name})")
-    return svg

@@ -13,13 +13,12 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies import statistics
 from llf_teacher.studies.report.columns import Curves, Sums
+from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.plots import curve_plot, dot_plot
 from llf_teacher.studies.statistics import Band, Difference, Estimate, Split, variance_split
 from llf_teacher.studies.study import EpisodeSpec, Grid
 from pz_envs.family import Family
 
-REFERENCE = "silent"
-"""The teacher that others are compared with."""
 _CURVES = 8
 """Curves in a panel that can be told apart."""
 
@@ -66,6 +65,10 @@ class Section:
     """By teacher and student; one without a complete seed is missing."""
     sums: Mapping[EpisodeSpec, Sums]
     """Of all episodes of the section, by setting."""
+    reference: str
+    """The teacher that others are compared with."""
+    chosen: tuple[EpisodeSpec, ...] | None = None
+    """Episodes that the study wants to be shown; None if that is left to the report."""
 
     @property
     def anchor(self) -> str:
@@ -93,52 +96,75 @@ class Section:
         return dict(zip(self.cells, estimates, strict=True))
 
     def paired(self, teacher: str, student: str) -> NDArray[np.float64] | None:
-        """Regret less that under `REFERENCE` on the same seeds; None if there are none."""
-        one, other = self.cells.get((teacher, student)), self.cells.get((REFERENCE, student))
+        """Regrets under a teacher and under the reference on the same seeds, shape (2, seeds); None without any."""
+        one, other = self.cells.get((teacher, student)), self.cells.get((self.reference, student))
         if one is None or other is None:
             return None
         seeds, *rows = np.intersect1d(one.seeds, other.seeds, assume_unique=True, return_indices=True)
-        return one.regrets[rows[0]] - other.regrets[rows[1]] if len(seeds) else None
+        return np.array([one.regrets[rows[0]], other.regrets[rows[1]]]) if len(seeds) else None
+
+    @property
+    def compared(self) -> list[tuple[str, str]]:
+        """The cells but those of the reference, of students whom teachers can reach."""
+        return [pair for pair in self.cells if pair[0] != self.reference and reads(pair[1]) in TAUGHT]
 
     @cached_property
     def differences(self) -> dict[tuple[str, str], Difference]:
-        """Regret less that under `REFERENCE` on the same seeds, for students whom teachers can reach; p-values are
+        """Regret less that under the reference on the same seeds, for students whom teachers can reach; p-values are
         adjusted for the number of these differences.
         """  # noqa: D205
-        compared = [pair for pair in self.cells if pair[0] != REFERENCE and reads(pair[1]) in TAUGHT]
-        paired = {pair: values for pair in compared if (values := self.paired(*pair)) is not None}
+        both = {pair: each for pair in self.compared if (each := self.paired(*pair)) is not None}
+        paired = {pair: own - other for pair, (own, other) in both.items()}
         found = statistics.paired_differences(list(paired.values()))
         adjusted = statistics.holm([difference.p for difference in found])
         return {pair: each._replace(p=p) for pair, each, p in zip(paired, found, adjusted, strict=True)}
 
     @property
-    def dots(self) -> str:
-        """Plot of success and regret, as SVG."""
-        names = self.grid.teachers, self.grid.students
-        return dot_plot(*names, self.success, self.regret, self.family.regret_unit, f"{self.anchor}-d")
-
-    @property
-    def curves(self) -> str:
-        """Plot of cumulative regret over turns, as SVG."""
+    def plots(self) -> tuple[Plot, Plot]:
+        """Success and regret of each cell, and cumulative regret over turns."""
+        unit, names, name = self.family.regret_unit, (self.grid.teachers, self.grid.students), self.family.name
         panels = {
-            label(student): {
+            student: {
                 teacher: self.cells[teacher, student].band for teacher in self.drawn if (teacher, student) in self.cells
             }
             for student in self.grid.students
         }
-        return curve_plot(panels, self.drawn, self.family.regret_unit, f"{self.anchor}-c")
+        labels = {label(student): bands for student, bands in panels.items()}
+        return (
+            Plot(
+                name=f"{self.anchor}-dots",
+                title=f"Success and cumulative regret by teacher and student in {name}; its table has the numbers.",
+                draw=lambda: dot_plot(*names, self.success, self.regret, unit),
+                columns=("teacher", "student", "seeds", *_ends("success"), *_ends("regret")),
+                rows=[
+                    (*pair, self.regret[pair].n, *self.success[pair][:3], *self.regret[pair][:3]) for pair in self.cells
+                ],
+            ),
+            Plot(
+                name=f"{self.anchor}-curves",
+                title=f"Mean cumulative regret over turns by teacher, one panel a student, in {name}.",
+                draw=lambda: curve_plot(labels, self.drawn, unit),
+                columns=("student", "teacher", "turn", *_ends("regret")),
+                rows=[
+                    (student, teacher, turn, *map(float, at))
+                    for student, bands in panels.items()
+                    for teacher, band in bands.items()
+                    for turn, at in enumerate(zip(*band, strict=True), start=1)
+                ],
+            ),
+        )
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
-        """The teachers whose curves are drawn: all, or if they are too many to be told apart, `REFERENCE` and others
+        """The teachers whose curves are drawn: all, or if they are too many to be told apart, the reference and others
         from the one with whom the regret of `reader` is least to the one with whom it is greatest, evenly spread.
         """  # noqa: D205
         if len(self.grid.teachers) <= _CURVES:
             return self.grid.teachers
-        others = [t for t in self.grid.teachers if t != REFERENCE and (t, self.reader) in self.cells]
+        others = [t for t in self.grid.teachers if t != self.reference and (t, self.reader) in self.cells]
         ranked = sorted(others, key=lambda teacher: self.regret[teacher, self.reader].mean)
-        room = min(_CURVES - (REFERENCE in self.grid.teachers), len(ranked))
-        chosen = {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)} | {REFERENCE}
+        room = min(_CURVES - (self.reference in self.grid.teachers), len(ranked))
+        chosen = {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)} | {self.reference}
         return tuple(teacher for teacher in self.grid.teachers if teacher in chosen)
 
     @cached_property
@@ -179,12 +205,18 @@ class Section:
 
     @property
     def transcripts(self) -> list[EpisodeSpec]:
-        """The first episode of `reader` with each teacher of `contrast`."""
+        """Those that the study chooses, else the first episode of `reader` with each teacher of `contrast`."""
+        if self.chosen is not None:
+            return list(self.chosen)
         found = []
         for teacher in self.contrast:
             setting, sums = min(self.taught(teacher, self.reader).items())
             found.append(setting._replace(seed=sums.first))
         return found
+
+
+def _ends(name: str) -> tuple[str, str, str]:
+    return name, f"{name}_low", f"{name}_high"
 
 
 def added(all_sums: Iterable[Sums], name: str) -> float:

@@ -38,8 +38,8 @@ def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[
         mine = {
             setting: each
             for setting, each in data.sums.items()
-            if (setting.teacher, setting.instruction_type, setting.feedback_type)
-            == (teacher, instruction_type, feedback_type)
+            if (setting.teacher, setting.instruction_type, setting.feedback_type, setting.lessons)
+            == (teacher, instruction_type, feedback_type, 0)
         }
         if mine:
             reached = [each for setting, each in mine.items() if reads(setting.student) in TAUGHT]

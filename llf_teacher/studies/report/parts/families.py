@@ -5,14 +5,13 @@ from typing import Any
 
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.report.section import REFERENCE
 from llf_teacher.studies.report.transcript import KIND_NAMES, MARKS, transcript
 
 
 def _values(data: Data) -> Mapping[str, Any]:
     return {
-        "reference": REFERENCE,
         "taught": TAUGHT,
         "kind_names": KIND_NAMES,
         "marks": MARKS,
@@ -24,4 +23,8 @@ def _links(data: Data) -> list[tuple[str, str, str]]:
     return [(s.anchor, s.family.name, f"{s.instruction_type}, {s.feedback_type}") for s in data.sections]
 
 
-PART = Part("families", _values, links=_links)
+def _plots(data: Data) -> list[Plot]:
+    return [plot for section in data.sections for plot in section.plots]
+
+
+PART = Part("families", _values, plots=_plots, links=_links)

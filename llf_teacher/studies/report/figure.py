@@ -1,0 +1,106 @@
+"""A figure of a report with its data: as SVG within the page, and as files that stand alone.
+
+Within the page, colours are custom properties (`var(--ink)`, `var(--series-0)`, ...) that it defines for light and for
+dark, and text takes the page's font.
+"""
+
+import csv
+import io
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import matplotlib.style
+from matplotlib.figure import Figure
+
+from llf_teacher.studies.report.plots import SHADES, STYLE
+
+_LOOKS: list[str | Path | dict[str, Any]] = ["default", STYLE]
+_PLAIN = "!$&'()*+,-./:;=?@[]_~ "  # stands in a data URI as it is
+_NOTHING: dict[str, Any] = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+FORMATS = ("svg", "pdf", "csv")
+"""Suffixes of the files of a figure."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plot:
+    """A figure that is drawn when it is asked for."""
+
+    name: str
+    """Of its files, and the id of the figure in the page."""
+    title: str
+    """What it shows, for those who cannot see it."""
+    draw: Callable[[], Figure]
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    """Its data; numbers are written with five digits."""
+
+    @property
+    def csv(self) -> str:
+        """The data as CSV."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(self.columns)
+        writer.writerows([f"{v:.5g}" if isinstance(v, float) else v for v in row] for row in self.rows)
+        return text.getvalue()
+
+    @property
+    def data_uri(self) -> str:
+        """The data as an address that needs no server."""
+        return f"data:text/csv;charset=utf-8,{quote(self.csv, safe=_PLAIN)}"
+
+    def save(self, folder: Path) -> list[Path]:
+        """Write the figure as SVG and PDF, and its data as CSV.
+
+        Returns:
+            The files.
+        """
+        files = [folder / f"{self.name}.{suffix}" for suffix in FORMATS]
+        with matplotlib.style.context(_LOOKS):
+            figure = self.draw()
+            figure.savefig(files[0], metadata={"Date": None})
+            figure.savefig(files[1], metadata={"CreationDate": None})
+        files[2].write_text(self.csv, encoding="utf-8")
+        return files
+
+    def svg(self) -> str:
+        """An SVG element with ids of its own, and with colours and fonts left to the page."""
+        buffer = io.StringIO()
+        with matplotlib.style.context(_LOOKS):
+            self.draw().savefig(buffer, format="svg", metadata=_NOTHING, transparent=True)
+        svg = buffer.getvalue()
+        svg = svg[svg.index("<svg") :]
+        svg = re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
+        svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)  # would reach beyond the figure
+        svg = re.sub(r"font-family: [^;\"]*;? ?", "", svg)
+        svg = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", svg)  # how older releases of matplotlib put it
+        svg = re.sub(r'style="([^"]*)"', _attributes, svg)
+        svg = re.sub(r'(?<==")[^"]*(?=")', _rounded, svg)
+        svg = re.sub(r' transform="rotate\(-?0 [^"]*"', "", svg)  # turned by nothing
+        svg = re.sub(r'<path d="[^"]*" fill="none"/>', "", svg)  # drawn with nothing
+        used = set(re.findall(r"#([\w.-]+)", svg))
+        svg = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", svg)
+        svg = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{self.name}-", svg)
+        svg = re.sub(r">\s+<", "><", svg)
+        for name, shade in SHADES.items():
+            svg = svg.replace(shade.light, f"var(--{name})")
+        return svg
+
+
+def _attributes(style: re.Match[str]) -> str:
+    """A style as attributes, which a content security policy need not allow."""
+    pairs = (part.split(":", 1) for part in style[1].split(";") if ":" in part)
+    return " ".join(f'{name.strip()}="{value.strip()}"' for name, value in pairs)
+
+
+def _rounded(value: re.Match[str]) -> str:
+    """Coordinates to a tenth of a point, small ones to a hundredth, on one line."""
+    text = " ".join(value[0].split())
+    return re.sub(r"-?\d+\.\d{2,}", lambda found: _short(float(found[0])), text)
+
+
+def _short(number: float) -> str:
+    return f"{number:.{1 if abs(number) >= 10 else 2}f}".rstrip("0").rstrip(".")

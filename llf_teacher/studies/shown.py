@@ -1,0 +1,41 @@
+"""Which episodes a report shows turn by turn, as a study file says it."""
+
+from collections.abc import Iterable, Mapping
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Any
+
+from teachers.spec import unknown
+
+if TYPE_CHECKING:
+    from llf_teacher.studies.study import EpisodeSpec
+
+_PATTERNS = ("id", "teacher", "student")
+_KEYS = (*_PATTERNS, "seeds")
+
+
+def check_transcripts(given: Any, problems: list[str]) -> tuple[dict[str, Any], ...]:
+    """Patterns in canonical form; what is wrong with them is added to the problems."""
+    if isinstance(given, str | Mapping) or not isinstance(given, Iterable):
+        problems.append(f"transcripts must be a list of tables, got {given!r}")
+        return ()
+    return tuple(_pattern(each, problems) for each in given)
+
+
+def _pattern(given: Any, problems: list[str]) -> dict[str, Any]:
+    if not isinstance(given, Mapping):
+        problems.append(f"transcripts must be tables with some of {', '.join(_KEYS)}, got {given!r}")
+        return {}
+    problems += [f"transcripts: {unknown('key', name, _KEYS)}" for name in given if name not in _KEYS]
+    for name in _PATTERNS:
+        if not isinstance(given.get(name, ""), str):
+            problems.append(f"transcripts: {name} must be a pattern as in 'llf-*', got {given[name]!r}")
+    seeds = given.get("seeds", [])
+    if isinstance(seeds, str) or not isinstance(seeds, Iterable) or not all(type(seed) is int for seed in seeds):
+        problems.append(f"transcripts: seeds must be a list of seeds, got {seeds!r}")
+        return {}
+    return {name: list(given[name]) if name == "seeds" else given[name] for name in _KEYS if name in given}
+
+
+def fits(pattern: Mapping[str, Any], spec: "EpisodeSpec") -> bool:
+    """Whether an episode is of the ids, teachers and students of a pattern."""
+    return all(fnmatchcase(getattr(spec, name), pattern.get(name, "*")) for name in _PATTERNS)

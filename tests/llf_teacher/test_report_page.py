@@ -1,0 +1,155 @@
+"""What a page of a report promises: findings first, nothing from outside, data and transcripts at hand, little room."""
+
+import base64
+import csv
+import hashlib
+import io
+import re
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.report import page, render, to_toml
+from llf_teacher.studies.report.data import read
+from llf_teacher.studies.report.gains import gains
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study, load_study
+
+STUDY = Study(
+    ids=("llf-bandits-BanditTenArmedRandomFixed-v0", "llf-gridworld-v0"),
+    teachers=("oracle", "silent", "mistake(eps=1.0)"),
+    students=("obedient", "random"),
+    seeds=7,
+    max_turns=8,
+)
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "s.db"
+    with Store(path) as store:
+        for spec in STUDY.episodes():
+            store.add(play(spec))
+    return path
+
+
+@pytest.fixture(scope="module")
+def html(path):
+    return render(Store(path), STUDY)
+
+
+def regrets(path, section, teacher):
+    return section.cells[teacher, "obedient"].regrets
+
+
+def test_gains_are_shares_of_the_baselines_regret(path):
+    sections = read(Store(path), STUDY).sections
+    found = gains(sections)
+    assert set(found) == {(teacher, "obedient") for teacher in ("oracle", "mistake(eps=1.0)")}
+    for teacher, gain in ((pair[0], gain) for pair, gain in found.items()):
+        shares = [1 - regrets(path, s, teacher).mean() / regrets(path, s, "silent").mean() for s in sections]
+        assert gain.shares == pytest.approx(shares)
+        assert gain.estimate.mean == pytest.approx(np.mean(shares))
+        rng = np.random.default_rng(8)
+        drawn = []
+        for _ in range(4000):
+            draws = [(s, rng.integers(0, 7, 7)) for s in sections]
+            drawn.append(
+                np.mean(
+                    [1 - regrets(path, s, teacher)[d].mean() / regrets(path, s, "silent")[d].mean() for s, d in draws]
+                )
+            )
+        assert gain.estimate[1:3] == pytest.approx(np.quantile(drawn, (0.025, 0.975)), abs=0.03)
+
+
+def test_findings_come_first_and_are_computed(html, path):
+    data = read(Store(path), STUDY)
+    found = gains(data.sections)
+    text = " ".join(re.sub(r"<[^>]*>|&nbsp;", " ", html[html.index('id="findings"') : html.index("<nav")]).split())
+    assert html.index('id="findings"') < html.index('id="bandits-b-a"')
+    best = found["oracle", "obedient"].estimate.mean
+    assert f"Most helpful is oracle for obedient : over 2 families it spares the student {100 * best:.0f} %" in text
+    assert "mistake(eps=1.0) for obedient" in text
+    tested = [each for section in data.sections for each in section.differences.values()]
+    better = sum(each.p < 0.05 and each.estimate.mean < 0 for each in tested)
+    assert better > 0
+    assert f"Of the 4 comparisons with silent in the tables below, a teacher is better in {better} and worse in" in text
+
+
+def test_what_is_not_final_says_so_and_tests_nothing(path):
+    more = Study(**{**STUDY.as_dict(), "seeds": 8})
+    html = render(Store(path), more)
+    assert '<span class="tag">not final</span>' in html
+    assert "nothing is tested before all are there" in html
+    assert "p &lt; 0.001" not in html
+    assert not re.search(r", p = \d", html)
+
+
+def test_policy_allows_the_pages_own_style_and_script_only(html):
+    policy = re.search(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', html)[1]
+    for tag in ("style", "script"):
+        (text,) = re.findall(rf"<{tag}>(.*?)</{tag}>", html, re.DOTALL)
+        digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+        assert f"{tag}-src 'sha256-{digest}'" in policy
+    assert policy.startswith("default-src 'none'")
+    assert "unsafe" not in policy
+    assert not re.search(r"\s(style|on\w+)=", re.sub(r"<script>.*?</script>", "", html, flags=re.DOTALL))
+
+
+def test_each_figure_has_its_data_and_leads_to_its_transcripts(html, path):
+    figures = re.findall(r'<figure id="([^"]*)">(.*?)</figure>', html, re.DOTALL)
+    assert len(figures) == 5
+    for name, figure in figures:
+        address = re.search(rf'download="{name}.csv" href="data:text/csv;charset=utf-8,([^"]*)"', figure)[1]
+        rows = list(csv.DictReader(io.StringIO(unquote(address.replace("&#39;", "'").replace("&amp;", "&")))))
+        assert {row["teacher"] for row in rows} <= set(STUDY.teachers)
+        anchor = re.search(r'<a href="#([^"]*)">', figure)[1]
+        assert f'id="{anchor}"' in html
+    _, dots = read(Store(path), STUDY).sections
+    (row,) = [row for row in rows if (row["teacher"], row["student"], row["turn"]) == ("silent", "obedient", "8")]
+    assert float(row["regret"]) == pytest.approx(dots.regret["silent", "obedient"].mean, rel=1e-4)
+
+
+def test_a_study_chooses_its_transcripts(path, tmp_path):
+    wanted = ({"teacher": "mis*", "id": "*grid*", "seeds": [3, 5, 99]}, {"teacher": "silent", "student": "random"})
+    study = Study(**{**STUDY.as_dict(), "transcripts": wanted})
+    (tmp_path / "study.toml").write_text(to_toml(study))
+    assert load_study(tmp_path / "study.toml") == study
+    html = render(Store(path), study)
+    shown = re.findall(
+        r"<summary><code>([^<]*)</code> teaches <code>(\w+)</code>\s*<span[^>]*>in (\S+), seed (\d)", html
+    )
+    bandits, grid = STUDY.ids
+    mistaken = [("mistake(eps=1.0)", student, grid, seed) for student in ("obedient", "random") for seed in "35"]
+    assert sorted(shown) == sorted([*mistaken, ("silent", "random", bandits, "0"), ("silent", "random", grid, "0")])
+
+
+def test_wishes_that_are_none_are_refused():
+    for wish, problem in (
+        ("oracle", "transcripts must be a list of tables"),
+        ([{"teachers": "x"}], "transcripts: unknown key 'teachers'; did you mean teacher"),
+        ([{"seeds": "0"}], "transcripts: seeds must be a list of seeds, got '0'"),
+        ([{"id": 3}], "transcripts: id must be a pattern"),
+        ([3], "transcripts must be tables with some of id, teacher, student, seeds, got 3"),
+    ):
+        with pytest.raises(ValueError, match=problem):
+            Study(**{**STUDY.as_dict(), "transcripts": wish})
+
+
+def test_a_page_has_little_room(path, html, monkeypatch):
+    monkeypatch.setattr(page, "_FIGURES", 30_000)
+    monkeypatch.setattr(page, "_SHOWN", 10)
+    small = render(Store(path), STUDY)
+    assert len(small) < len(html) - 50_000
+    assert 0 < small.count("</svg>") < html.count("</svg>")
+    assert "<code>llf study figures</code> draws it" in small
+    assert re.search(r"<code>llf study transcript s\.db [0-9a-f]{32}</code>", small)
+    assert "<details>" not in small
+
+
+def test_print_opens_only_what_is_open(html):
+    style = re.search(r"<style>(.*?)</style>", html, re.DOTALL)[1]
+    assert "details:not([open])" in style[style.index("@media print") :]
+    assert "::details-content" not in style
