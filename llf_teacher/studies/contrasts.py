@@ -19,11 +19,11 @@ def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) ->
 
 
 def least_p(seeds: int) -> float:
-    """The least p-value that `statistics.paired_difference` can give of so many pairs.
+    """About the least p-value that `statistics.paired_difference` can give of so many pairs.
 
     All differences have the same sign: of the 2**n ways to flip them, two are as extreme. Where signs are flipped at
     random, beyond `statistics.RESAMPLES` ways, the observed one counts as one of them (Phipson & Smyth 2010).
     """
     if seeds < 1:
         raise ValueError(f"a comparison needs at least one seed, got {seeds}")
-    return min(1.0, 2 / 2**seeds) if 2**seeds <= RESAMPLES else 2 / (RESAMPLES + 1)
+    return min(1.0, 2 / 2**seeds) if 2**seeds <= RESAMPLES else 1 / (RESAMPLES + 1)

@@ -6,7 +6,7 @@ where all else that determines them is equal, versions and rules included.
 """
 
 from array import array
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,47 +47,80 @@ class Endings(NamedTuple):
 Pair = tuple[str, str]
 """A teacher and a student."""
 Outcomes = dict[Group, dict[Pair, Endings]]
-_SETTING = (*Group._fields[:-1], "id", "teacher", "student")
+SETTING = (*Group._fields[:-1], "id", "teacher", "student")
+"""What is equal for episodes that differ in their seeds."""
 
 
-def outcomes(rows: Iterable[Any]) -> Outcomes:
-    """What came of some episodes, in the order in which groups and pairs come first.
+class Column(NamedTuple):
+    """The episodes of one setting, in any order."""
+
+    setting: tuple[Any, ...]
+    """The fields of `SETTING`."""
+    seeds: NDArray[np.int64]
+    values: Numbers
+    """Regret, success, and the turn of the first success, infinite if there is none; shape (seeds, 3)."""
+
+
+def outcomes(rows: Iterable[Any], alike: Callable[[str], Any] | None = None) -> Outcomes:
+    """What came of some episodes.
 
     Args:
         rows: episodes, each a value by name for the fields of `EpisodeSpec` and `EpisodeRow`, in any order.
+        alike: as of `gathered`.
     """
     columns: dict[tuple[Any, ...], tuple[array[int], array[float]]] = {}
     for row in rows:
-        setting = tuple([row[name] for name in _SETTING])
+        setting = tuple([row[name] for name in SETTING])
         if (column := columns.get(setting)) is None:
             column = columns[setting] = array("q"), array("d")
         first = row["first_success"]
         column[0].append(row["seed"])
         column[1].extend((row["regret"], row["success"], np.inf if first is None else first))
+    return gathered(
+        (
+            Column(setting, np.array(seeds, np.int64), np.array(values).reshape(-1, 3))
+            for setting, (seeds, values) in columns.items()
+        ),
+        alike,
+    )
+
+
+def gathered(columns: Iterable[Column], alike: Callable[[str], Any] | None = None) -> Outcomes:
+    """What came of the episodes of some settings, in the order in which groups and pairs come first.
+
+    Args:
+        columns: one a setting.
+        alike: environments of a family for whose ids this gives equal values are averaged; by default those that have
+            the same teachers and students.
+    """
+    by_setting = {column.setting: _sorted(column) for column in columns}
     found: Outcomes = {}
-    for group, parts in _groups(columns):
-        tables = {pair: [_sorted(*columns[*group[:-1], id, *pair]) for id in group.ids] for pair in parts}
+    for group, pairs in _groups(by_setting, alike):
+        tables = {pair: [by_setting[*group[:-1], id, *pair] for id in group.ids] for pair in pairs}
         found[group] = {pair: cell for pair, each in tables.items() if len((cell := _cell(each)).seeds)}
     return found
 
 
-def _groups(columns: Mapping[tuple[Any, ...], Any]) -> Iterator[tuple[Group, tuple[Pair, ...]]]:
-    """The groups, each with its pairs: environments belong together that have the same ones."""
+def _groups(
+    settings: Iterable[tuple[Any, ...]], alike: Callable[[str], Any] | None
+) -> Iterator[tuple[Group, list[Pair]]]:
+    """The groups, each with the pairs that all of its environments have."""
     pairs: dict[tuple[Any, ...], dict[str, dict[Pair, None]]] = {}
-    for *common, id, teacher, student in columns:
+    for *common, id, teacher, student in settings:
         pairs.setdefault(tuple(common), {}).setdefault(id, {})[teacher, student] = None
-    for common_, by_id in pairs.items():
-        alike: dict[frozenset[Pair], list[str]] = {}
+    for shared, by_id in pairs.items():
+        together: dict[Any, list[str]] = {}
         for id, each in by_id.items():
-            alike.setdefault(frozenset(each), []).append(id)
-        for ids in alike.values():
-            yield Group._make((*common_, tuple(ids))), tuple(by_id[ids[0]])
+            together.setdefault(alike(id) if alike else frozenset(each), []).append(id)
+        for ids in together.values():
+            mine = [pair for pair in by_id[ids[0]] if all(pair in by_id[id] for id in ids)]
+            yield Group._make((*shared, tuple(ids))), mine
 
 
-def _sorted(seeds: "array[int]", values: "array[float]") -> tuple[NDArray[np.int64], Numbers]:
+def _sorted(column: Column) -> tuple[NDArray[np.int64], Numbers]:
     """Seeds without repetitions, and three values for each."""
-    distinct, first = np.unique(np.array(seeds, np.int64), return_index=True)
-    return distinct, np.array(values).reshape(-1, 3)[first]
+    seeds, first = np.unique(column.seeds, return_index=True)
+    return seeds, column.values[first]
 
 
 def _cell(tables: list[tuple[NDArray[np.int64], Numbers]]) -> Endings:

@@ -12,7 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from llf_teacher.registry import entry
 from llf_teacher.studies.episode import unpack_regrets
+from llf_teacher.studies.outcomes import SETTING, Column, Outcomes, gathered
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import EpisodeSpec, Study
 from teachers.atoms import KINDS, Label
@@ -109,6 +111,18 @@ class Columns:
         )
         for rank, alike in itertools.groupby(rows, lambda row: row[0]):
             yield _curves(specs[rank], list(alike))
+
+    def outcomes(self, study: Study) -> Outcomes:
+        """What came of the episodes, by teacher and student; environments with the same grid are averaged."""
+        return gathered(self._endings(), study.grid)
+
+    def _endings(self) -> Iterator[Column]:
+        names = "setting, seed, regret, success, coalesce(first_success, 9e999)"
+        rows = self._db.execute(f"SELECT {names} FROM {_WANTED} ORDER BY setting")  # noqa: S608 (names of ours)
+        for number, alike in itertools.groupby(rows, lambda row: row[0]):
+            spec, table = self._there[number], np.array(list(alike))
+            told = spec._asdict() | {"family": entry(spec.id).family.name}
+            yield Column(tuple(told[name] for name in SETTING), table[:, 1].astype(np.int64), table[:, 2:])
 
 
 _WANTED = "result JOIN wanted USING (setting) JOIN seeds USING (list, seed)"

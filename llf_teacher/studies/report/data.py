@@ -7,6 +7,7 @@ from itertools import groupby, product
 from typing import Any
 
 from llf_teacher.registry import entry
+from llf_teacher.studies.outcomes import Outcomes
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
 from llf_teacher.studies.report.section import Cell, Section, cell
 from llf_teacher.studies.shown import fits
@@ -42,6 +43,12 @@ class Data:
     def final(self) -> bool:
         """Whether all of the study has been played."""
         return self.present == self.expected
+
+    @cached_property
+    def outcomes(self) -> Outcomes:
+        """What came of the episodes, for what is said over sections."""
+        with columns(self.store, self.planned) as there:
+            return there.outcomes(self.study)
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
