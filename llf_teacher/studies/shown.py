@@ -1,16 +1,12 @@
 """Which episodes a report shows turn by turn, as a study file says it."""
 
 from collections.abc import Iterable, Mapping
-from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from teachers.spec import unknown
 
-if TYPE_CHECKING:
-    from llf_teacher.studies.study import EpisodeSpec
-
-_PATTERNS = ("id", "teacher", "student")
-_KEYS = (*_PATTERNS, "seeds")
+PATTERNS = ("id", "teacher", "student")
+_KEYS = (*PATTERNS, "seeds")
 
 
 def check_transcripts(given: Any, problems: list[str]) -> tuple[dict[str, Any], ...]:
@@ -26,7 +22,7 @@ def _pattern(given: Any, problems: list[str]) -> dict[str, Any]:
         problems.append(f"transcripts must be tables with some of {', '.join(_KEYS)}, got {given!r}")
         return {}
     problems += [f"transcripts: {unknown('key', name, _KEYS)}" for name in given if name not in _KEYS]
-    for name in _PATTERNS:
+    for name in PATTERNS:
         if not isinstance(given.get(name, ""), str):
             problems.append(f"transcripts: {name} must be a pattern as in 'llf-*', got {given[name]!r}")
     seeds = given.get("seeds", [])
@@ -34,8 +30,3 @@ def _pattern(given: Any, problems: list[str]) -> dict[str, Any]:
         problems.append(f"transcripts: seeds must be a list of seeds, got {seeds!r}")
         return {}
     return {name: list(given[name]) if name == "seeds" else given[name] for name in _KEYS if name in given}
-
-
-def fits(pattern: Mapping[str, Any], spec: "EpisodeSpec") -> bool:
-    """Whether an episode is of the ids, teachers and students of a pattern."""
-    return all(fnmatchcase(getattr(spec, name), pattern.get(name, "*")) for name in _PATTERNS)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from functools import cached_property
 from itertools import groupby, product
 from typing import Any
@@ -10,7 +11,7 @@ from llf_teacher.registry import entry
 from llf_teacher.studies.outcomes import Outcomes
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
 from llf_teacher.studies.report.section import Cell, Section, cell
-from llf_teacher.studies.shown import fits
+from llf_teacher.studies.shown import PATTERNS
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import EpisodeSpec, Study
 from pz_envs.family import all_families
@@ -93,7 +94,7 @@ def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> t
     wanted = (
         setting._replace(seed=seed)
         for pattern, (setting, each) in product(study.transcripts, sums.items())
-        if fits(pattern, setting)
+        if all(fnmatchcase(getattr(setting, name), pattern.get(name, "*")) for name in PATTERNS)
         for seed in pattern.get("seeds", [each.first])
     )
     return tuple(spec for spec in dict.fromkeys(wanted) if there.has(spec))

@@ -20,7 +20,7 @@ class Ranked(NamedTuple):
     gain: Gain
 
 
-class Tested(NamedTuple):
+class Tally(NamedTuple):
     """How many of the comparisons in the families' tables have an adjusted p below 0.05."""
 
     all: int
@@ -54,10 +54,10 @@ def _widest(found: Mapping[tuple[str, str], Gain]) -> dict[str, int]:
     return widest
 
 
-def _tested(data: Data) -> Tested:
+def _tested(data: Data) -> Tally:
     sure = [d.estimate.mean for section in data.sections for d in section.differences.values() if d.p < _SURE]
     every = sum(len(section.differences) for section in data.sections)
-    return Tested(every, sum(mean < 0 for mean in sure), sum(mean > 0 for mean in sure))
+    return Tally(every, sum(mean < 0 for mean in sure), sum(mean > 0 for mean in sure))
 
 
 def _plot(data: Data, found: Mapping[tuple[str, str], Gain]) -> Plot:
