@@ -6,6 +6,7 @@ from types import ModuleType, SimpleNamespace
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import AddRenderObservation, RecordVideo, RenderCollection
 from pettingzoo.test import render_test
 
@@ -54,6 +55,7 @@ def test_ids_render():
     assert frame.shape == SIZE
     assert frame.dtype == np.uint8
     assert env.metadata["render_fps"] > 0
+    check_env(env.unwrapped)
     teacher = llf_teacher.TeacherEnv(ID, render_mode="rgb_array")
     teacher.reset(seed=0)
     teacher.step(31)

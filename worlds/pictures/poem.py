@@ -7,6 +7,7 @@ from worlds.poem import Poem, Truth, fits, lines_of, readings
 __all__ = ["PoemPicture"]
 
 _LEFT = 16
+_DOTTED = 34  # a line's height from which on there is room for dots
 _DOTS = 20  # more syllables than this are told by their number alone
 
 
@@ -27,7 +28,7 @@ class PoemPicture(Picture[Truth, Poem]):
             tally = f"{len(lines)} written"
             width = canvas.text((canvas.width - 14, 24), tally, 13, theme.muted, anchor="rm")
             canvas.mark((canvas.width - 26 - width, 24), right)
-        size = min(max(step * 0.3, 9), 17)
+        size = min(step * (0.3 if step >= _DOTTED else 0.5), 17)
         for i in range(count):
             y = 44 + i * step
             line = lines[i] if i < len(lines) else ""
@@ -35,7 +36,7 @@ class PoemPicture(Picture[Truth, Poem]):
             self._line(canvas, line, need, y, step, size)
 
     def _line(self, canvas: Canvas, line: str, need: int, y: float, step: float, size: float) -> None:
-        theme, dotted = canvas.theme, step >= 34
+        theme, dotted = canvas.theme, step >= _DOTTED
         middle = y + step * (0.33 if dotted else 0.5)
         has = _count(line, need) if line else 0
         good = bool(line) and has == need
