@@ -76,6 +76,16 @@ print(json.dumps(dhash(sample(world.showcase[0]))))
     close_to_golden(family(name).showcase[0], json.loads(with_opengl(code)))
 
 
+@pytest.mark.full
+@pytest.mark.parametrize("name", RENDERED)
+def test_simulators_say_what_they_need_to_draw(name):
+    code = f"import llf_teacher\nenv = llf_teacher.make('llf-{family(name).showcase[0]}', render_mode='rgb_array')"
+    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"} | {"MUJOCO_GL": "glfw"}
+    program = [sys.executable, "-c", f"{code}\nenv.reset(seed=0)\nenv.render()"]
+    run = subprocess.run(program, capture_output=True, text=True, env=environment, check=False)
+    assert "RuntimeError: images need off-screen OpenGL" in run.stderr
+
+
 @pytest.mark.parametrize("name", LIGHT)
 def test_goldens(name):
     environment = family(name).showcase[0]

@@ -1,5 +1,6 @@
 """Frames: what they show, to whom, and that looking changes nothing."""
 
+import copy
 import sys
 from types import ModuleType, SimpleNamespace
 
@@ -183,6 +184,18 @@ def test_themes():
     assert frames[0].mean() > 200 > 100 > frames[1].mean()
     with pytest.raises(ValueError, match="theme 'loud' is unknown; allowed: light, dark"):
         started(theme="loud")
+    with pytest.raises(ValueError, match="privileged_info must be True or False, got 'yes'"):
+        started(privileged_info="yes")
+
+
+def test_copies_are_drawn_alike():
+    env = started()
+    env.step(env.infos["teacher_0"]["suggestion"])
+    env.step(1)
+    other = copy.deepcopy(env)
+    assert np.array_equal(other.frame(), env.frame())
+    other.step(SILENCE)
+    assert not np.array_equal(other.frame(), env.frame())
 
 
 def test_classrooms_have_a_frame_a_desk():

@@ -7,6 +7,7 @@ from pz_envs.numbers import Embed
 from pz_envs.rewards import TeacherReward
 from pz_envs.seatings.tutoring.env import TutoringEnv
 from pz_envs.seatings.tutoring.words import words_space
+from pz_envs.seats import check_flags
 from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_seat import Purse
 from teachers.personality import Personality
@@ -56,6 +57,7 @@ class Tutoring(Seating):
         Raises:
             ValueError: an argument is not allowed.
         """
+        check_flags(privileged_info=privileged_info)
         world = subject.taught_world(**options)
         settings: dict[str, Any] = {
             "instruction_type": instruction_type,
