@@ -104,12 +104,24 @@ def migrate(
 
 def export(
     store: Annotated[Path, typer.Argument(help="Store of a study.")],
-    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet.")],
+    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet; of some formats a folder.")],
     turns: Annotated[bool, typer.Option("--turns", help="A row a turn, in place of one an episode.")] = False,
+    format: Annotated[
+        str,
+        typer.Option("--format", help="Not a table, but data to train on: chat, sft, dpo, minari, eee, with options."),
+    ] = "",
 ) -> None:
-    """Write the episodes of a store, or their turns, as a table for other programs."""
+    """Write the episodes of a store, or their turns, as a table for other programs, or as data to train on."""
     from llf_teacher.studies import load
 
+    if format:
+        from llf_teacher.studies.exports import write_export
+
+        if turns:
+            raise typer.BadParameter("--turns is for tables; leave it out, or leave out --format")
+        number = write_export(load(store), file, format)
+        typer.echo(f"{number} written in the format {format}, stored in {file}.")
+        return
     rows = load(store).export(file, "turns" if turns else "episodes")
     typer.echo(f"{rows} rows, stored in {file}.")
 

@@ -1,0 +1,227 @@
+"""Data to train on, from a study's store: what is written is read back by the libraries that it is for."""
+
+import json
+import math
+import statistics
+import tracemalloc
+
+import numpy as np
+import pytest
+from pyarrow import json as arrow
+from typer.testing import CliRunner
+
+from llf_teacher.cli import app
+from llf_teacher.registry import entry
+from llf_teacher.studies import Results, Study, run
+from llf_teacher.studies.exports import export_names, write_export
+from llf_teacher.studies.exports.dialogue import exchanges
+from pz_envs.text_mode import parse_action
+from teachers.atoms import ParseFailure
+
+STUDY = Study(
+    ids=[
+        "llf-gridworld-v0",
+        "llf-optimization-Booth-v0",
+        "llf-poem-Haiku-v0",
+        "llf-bandits-BanditTwoArmedHighLowFixed-v0",
+    ],
+    teachers=["oracle", "silent"],
+    students=["text_only", "random"],
+    seeds=2,
+    max_turns=4,
+)
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return run(STUDY, tmp_path_factory.mktemp("exports") / "s.db", workers=1)
+
+
+def written(found, tmp_path, spec):
+    """The rows of a format, and how many pyarrow counts."""
+    path = tmp_path / "rows.jsonl"
+    number = write_export(found, path, spec)
+    rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    assert number == len(rows)
+    if rows:
+        table = arrow.read_json(path)
+        assert table.num_rows == number
+        assert table.to_pylist()[0].keys() == rows[0].keys()
+    return rows
+
+
+def test_what_was_done_is_written_as_text_mode_reads_it(found):
+    failed = 0
+    for row in found.rows():
+        world = entry(row["id"]).family.make_world(**entry(row["id"]).options)
+        world.reset(seed=row["seed"])
+        for exchange in exchanges(found, row):
+            read = parse_action(exchange.action, world)
+            assert type(read) is not ParseFailure
+            assert json.loads(json.dumps(read)) == exchange.row["action"]
+            failed += exchange.row["parse_failure"] is not None
+    assert failed == 0
+
+
+def test_chat_is_an_episode_a_line_with_the_facts_of_its_turns(found, tmp_path):
+    rows = written(found, tmp_path, "chat")
+    assert len(rows) == len(list(found.rows())) == 32
+    for row, episode in zip(rows, found.rows(), strict=True):
+        roles = [message["role"] for message in row["messages"]]
+        assert roles == ["system", *["user", "assistant"] * episode["turns"]]
+        turns = found.turns(episode["key"])
+        assert turns[0]["instruction"] in row["messages"][0]["content"]
+        for number, turn in enumerate(row["turns"]):
+            told, asked = turns[number], row["messages"][1 + 2 * number]["content"]
+            assert told["feedback"] in asked
+            assert told["observation"] in asked
+            assert row["messages"][2 + 2 * number]["content"] == f"Response: {turn['action']}"
+            assert [each["kind"] for each in turn["heard"]] == [atom["kind"] or "brief" for atom in told["atoms"]]
+        assert math.fsum(turn["regret"] for turn in row["turns"]) == row["regret"] == episode["regret"]
+        assert math.fsum(turn["reward"] for turn in row["turns"]) == row["total_reward"]
+        assert row["last_feedback"] == turns[-1]["feedback"]
+        assert row["success"] is row["turns"][-1]["success"] is episode["success"]
+
+
+def test_sft_keeps_what_is_asked_for(found, tmp_path):
+    everything = written(found, tmp_path, "sft")
+    assert len(everything) == sum(row["turns"] for row in found.rows())
+    solved = {row["key"] for row in found.rows() if row["success"]}
+    assert {row["key"] for row in written(found, tmp_path, "sft(success=True)")} == solved
+    assert 0 < len(solved) < 32
+    good = written(found, tmp_path, "sft(regret_below=0.5)")
+    assert [row for row in everything if row["regret"] < 0.5] == good
+    assert 0 < len(good) < len(everything)
+    for row in everything:
+        assert row["completion"] == [{"role": "assistant", "content": f"Response: {row['taken']}"}]
+        assert row["prompt"][-1]["role"] == "user"
+        assert len(row["prompt"]) == 2 * row["turn"]
+        assert row["hindsight"] is False
+
+
+def test_hindsight_puts_what_was_advised_in_place_of_what_was_done(found, tmp_path):
+    rows = written(found, tmp_path, "sft(hindsight=True, regret_below=1e-9)")
+    marked = [row for row in rows if row["hindsight"]]
+    assert {row["teacher"] for row in marked} == {"oracle"}
+    assert any(row["completion"][0]["content"] != f"Response: {row['taken']}" for row in marked)
+    assert all(row["regret"] < 1e-9 for row in rows if not row["hindsight"])
+    house = [row for row in marked if row["family"] == "gridworld"]
+    for row in house:
+        advised = row["completion"][0]["content"].removeprefix("Response: ")
+        assert advised in ("north", "east", "west", "south")
+        assert advised in row["prompt"][-1]["content"].partition("You observe")[0]
+
+
+def test_dpo_pairs_answers_to_the_same_state(found, tmp_path):
+    rows = written(found, tmp_path, "dpo")
+    assert rows
+    for row in rows:
+        assert row["chosen_regret"] < row["rejected_regret"]
+        assert row["chosen"] != row["rejected"]
+        assert [message["role"] for message in row["prompt"]] == ["system", "user"]
+        assert "The teacher says" not in row["prompt"][1]["content"]
+    assert len({json.dumps([row["id"], row["seed"], row["prompt"], row["rejected"]]) for row in rows}) == len(rows)
+    arms = [row for row in rows if "bandits" in row["id"]]
+    assert {row["seed"] for row in arms} == {0, 1}
+    assert all(row["rejected_regret"] - row["chosen_regret"] == pytest.approx(0.6) for row in arms)
+    assert written(found, tmp_path, "dpo(margin=0.7)") == [
+        row for row in rows if row["rejected_regret"] > row["chosen_regret"] + 0.7
+    ]
+
+
+def check_every_eval_ever(told):
+    """What the schema 0.2.1 of Every Eval Ever demands, in short."""
+    needed = {"schema_version", "evaluation_id", "retrieved_timestamp", "source_metadata", "eval_library", "model_info"}
+    assert told.keys() == needed | {"evaluation_results"}
+    source = told["source_metadata"]
+    assert source["source_type"] in ("documentation", "evaluation_run")
+    assert source["evaluator_relationship"] in ("first_party", "third_party", "collaborative", "other")
+    assert isinstance(source["source_organization_name"], str)
+    assert {"name", "version"} <= told["eval_library"].keys()
+    assert {"name", "id"} <= told["model_info"].keys()
+    assert told["evaluation_id"].count("/") >= 2
+    assert told["retrieved_timestamp"].isdigit()
+    for result in told["evaluation_results"]:
+        assert {"evaluation_name", "source_data", "metric_config", "score_details"} <= result.keys()
+        assert result["source_data"]["source_type"] == "other"
+        assert isinstance(result["source_data"]["dataset_name"], str)
+        metric = result["metric_config"]
+        assert isinstance(metric["lower_is_better"], bool)
+        assert metric.get("score_type") != "continuous" or {"min_score", "max_score"} <= metric.keys()
+        for details in (metric, result["source_data"], told["model_info"]):
+            assert all(isinstance(value, str) for value in details["additional_details"].values())
+        assert isinstance(result["score_details"]["score"], float)
+        uncertainty = result["score_details"]["uncertainty"]
+        assert uncertainty["num_samples"] == 2
+        assert uncertainty["standard_error"]["value"] == pytest.approx(uncertainty["standard_deviation"] / math.sqrt(2))
+
+
+def test_results_are_in_the_schema_of_every_eval_ever(found, tmp_path):
+    folder = tmp_path / "eee"
+    assert write_export(found, folder, "eee(organization='ours', relationship='first_party')") == 2
+    files = {path.name.split("-")[0]: json.loads(path.read_text(encoding="utf-8")) for path in folder.glob("*.json")}
+    assert files.keys() == {"text", "random"}
+    for told in files.values():
+        check_every_eval_ever(told)
+        assert len(told["evaluation_results"]) == 4 * 2 * 3
+    result = next(
+        each
+        for each in files["random"]["evaluation_results"]
+        if each["evaluation_name"] == "llf-gridworld-v0 regret"
+        and each["source_data"]["additional_details"]["teacher"] == "oracle"
+    )
+    mine = [
+        row["regret"] / row["turns"]
+        for row in found.rows()
+        if (row["id"], row["teacher"], row["student"]) == ("llf-gridworld-v0", "oracle", "random")
+    ]
+    assert result["score_details"]["score"] == pytest.approx(statistics.fmean(mine))
+    assert result["score_details"]["uncertainty"]["standard_deviation"] == pytest.approx(np.std(mine, ddof=1))
+
+
+class Many(Results):
+    """A store in which each episode comes many times."""
+
+    times = 1
+
+    def rows(self):
+        for _ in range(self.times):
+            yield from super().rows()
+
+
+@pytest.mark.parametrize("spec", ["chat", "sft(hindsight=True)", "dpo", "eee"])
+def test_memory_does_not_grow_with_the_store(found, tmp_path, spec):
+    peaks = []
+    for times in (1, 1, 6):
+        many = Many(found.path)
+        many.times = times
+        tracemalloc.start()
+        write_export(many, tmp_path / f"{times}", spec)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[2] < 1.5 * peaks[1] + 100_000
+
+
+def test_what_is_no_format_is_refused(found, tmp_path):
+    assert export_names() == ("chat", "dpo", "eee", "minari", "sft")
+    for spec, said in (
+        ("char", "unknown format 'char'; did you mean chat"),
+        ("sft(sucess=True)", "the format sft: unknown option 'sucess'; did you mean success"),
+        ("sft(success=1)", "success must be True or False, got 1"),
+        ("sft(regret_below=-1)", "regret_below"),
+        ("dpo(margin='a')", "margin"),
+        ("eee(relationship='friend')", "relationship must be one of first_party"),
+        ("sft(", "is no expression"),
+        ("sft | dpo", "bad format"),
+    ):
+        with pytest.raises(ValueError, match=said.replace("(", r"\(")):
+            write_export(found, tmp_path / "x", spec)
+    assert not (tmp_path / "x").exists()
+
+
+def test_the_command_writes_them(found, tmp_path):
+    done = CliRunner().invoke(app, ["study", "export", f"{found.path}", f"{tmp_path}/c.jsonl", "--format", "chat"])
+    assert done.output == f"32 written in the format chat, stored in {tmp_path}/c.jsonl.\n"
+    done = CliRunner().invoke(app, ["study", "export", f"{found.path}", "x.jsonl", "--format", "chat", "--turns"])
+    assert done.exit_code == 2
+    assert "leave it out" in done.output
