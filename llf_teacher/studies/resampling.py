@@ -14,7 +14,7 @@ from scipy.special import ndtr, ndtri
 
 _SEED = 0
 _BATCH = 2_000_000  # numbers drawn at once, which bounds memory
-_KEPT = 20_000_000  # so many counts are kept for columns of the same length
+_KEPT = 40_000_000  # so many counts, a byte each, are kept for columns of the same length
 _TIED = 1e-12  # means that differ by less than this share of the values are equal
 
 Draw = Callable[[np.random.Generator, int, int], NDArray[np.int8]]
@@ -97,13 +97,14 @@ def _signs(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
 
 def _blocks(draw: Draw, n: int, resamples: int, stratum: int = 0) -> Iterator[NDArray[np.float64]]:
     """Rows of draws, a few at a time, the same for the same arguments."""
-    drawn = (_kept if n * resamples <= _KEPT else _drawn)(draw, n, resamples, stratum)
+    kept = not stratum and n * resamples <= _KEPT
+    drawn = _kept(draw, n, resamples) if kept else _drawn(draw, n, resamples, stratum)
     return (block.astype(float) for block in drawn)
 
 
-@lru_cache(maxsize=4)
-def _kept(draw: Draw, n: int, resamples: int, stratum: int) -> tuple[NDArray[np.int8], ...]:
-    return tuple(_drawn(draw, n, resamples, stratum))
+@lru_cache(maxsize=3)
+def _kept(draw: Draw, n: int, resamples: int) -> tuple[NDArray[np.int8], ...]:
+    return tuple(_drawn(draw, n, resamples, 0))
 
 
 def _drawn(draw: Draw, n: int, resamples: int, stratum: int) -> Iterator[NDArray[np.int8]]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from llf_teacher.studies.episode import play
-from llf_teacher.studies.report import render
+from llf_teacher.studies.report import columns, render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.parts.accounting import accounts
 from llf_teacher.studies.store import Store, StoreError
@@ -91,3 +91,13 @@ def test_turns_are_read_of_what_is_shown_only(path, records):
     assert section.regret == before
     with pytest.raises(StoreError, match=r"the turns of the episode .* are not all there"):
         render(Store(path), STUDY)
+
+
+def test_each_row_is_looked_at_once(path):
+    """With types that do not match, the wanted seeds would be gone through for each row."""
+    planned = columns.plan(STUDY)
+    with sqlite3.connect(path) as db:
+        columns.Columns(db, planned)
+        steps = [row[3] for row in db.execute(f"EXPLAIN QUERY PLAN SELECT setting FROM {columns._WANTED}")]
+    assert [step.split()[0] for step in steps] == ["SCAN", "SEARCH", "SEARCH"]
+    assert "list=? AND seed=?" in steps[2]

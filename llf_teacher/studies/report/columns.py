@@ -74,10 +74,10 @@ class Columns:
     def __init__(self, db: sqlite3.Connection, planned: Plan) -> None:
         self._db = db
         lists = {seeds: number for number, seeds in enumerate(dict.fromkeys(planned.values()))}
-        db.execute("CREATE TEMP TABLE seeds (list, seed, PRIMARY KEY (list, seed)) WITHOUT ROWID")
+        db.execute("CREATE TEMP TABLE seeds (list INTEGER, seed INTEGER, PRIMARY KEY (list, seed)) WITHOUT ROWID")
         for seeds, number in lists.items():
             db.executemany("INSERT INTO seeds VALUES (?, ?)", ((number, seed) for seed in seeds))
-        db.execute("CREATE TEMP TABLE wanted (setting INTEGER PRIMARY KEY, list, rank)")
+        db.execute("CREATE TEMP TABLE wanted (setting INTEGER PRIMARY KEY, list INTEGER, rank INTEGER)")
         settings = db.execute(f"SELECT setting, {_SHARED} FROM setting").fetchall()  # noqa: S608 (names of ours)
         self._there: dict[int, EpisodeSpec] = {}
         for number, *shared in settings:
@@ -125,7 +125,7 @@ class Columns:
             yield Column(tuple(told[name] for name in SETTING), table[:, 1].astype(np.int64), table[:, 2:])
 
 
-_WANTED = "result JOIN wanted USING (setting) JOIN seeds USING (list, seed)"
+_WANTED = "result CROSS JOIN wanted USING (setting) CROSS JOIN seeds USING (list, seed)"  # in this order: rows once
 
 
 def _curves(spec: EpisodeSpec, rows: list[tuple[int, int, int, bytes]]) -> Curves:
