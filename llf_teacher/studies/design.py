@@ -18,6 +18,14 @@ SUBSETS = tuple(
     format_kinds(chosen) for size in range(len(KINDS) + 1) for chosen in itertools.combinations(KINDS, size)
 )
 """Every subset of the kinds as a feedback type, the smaller ones first."""
+
+
+def main_types(feedback_types: Sequence[str]) -> tuple[str, ...]:
+    """The feedback types that are told of in full: all, but of an ablation's subsets the one that has every kind."""
+    ablated = SUBSETS[:-1] if set(SUBSETS) <= {*feedback_types} else ()
+    return tuple(each for each in feedback_types if each not in ablated)
+
+
 SPENDING = ("obrien_fleming", "pocock")
 """How a sequential design spends its error; see `llf_teacher.studies.sequential`."""
 TESTER, TEST_TYPE = "silent", NONE

@@ -10,7 +10,7 @@ from llf_teacher.studies.outcomes import Group, Outcomes, paired
 from llf_teacher.studies.statistics import Estimate, mean_interval
 
 
-class Tested(NamedTuple):
+class AfterLessons(NamedTuple):
     """What came of a test of one teacher's students."""
 
     group: Group
@@ -26,7 +26,7 @@ class Tested(NamedTuple):
     """Regret of those who practised as long with the baseline on the same seeds, less this; None without them."""
 
 
-def tested(found: Outcomes, baseline: str) -> Iterator[Tested]:
+def tested(found: Outcomes, baseline: str) -> Iterator[AfterLessons]:
     """Every test."""
     for group, cells in found.items():
         for (teacher, student), cell in cells.items() if group.lessons else ():
@@ -35,4 +35,4 @@ def tested(found: Outcomes, baseline: str) -> Iterator[Tested]:
             if other is not None and teacher != baseline:
                 own, others = paired(cell, other)
                 gain = mean_interval(others.regret - own.regret) if len(own.seeds) else None
-            yield Tested(group, teacher, student, mean_interval(cell.success), mean_interval(cell.regret), gain)
+            yield AfterLessons(group, teacher, student, mean_interval(cell.success), mean_interval(cell.regret), gain)

@@ -72,7 +72,7 @@ class Columns:
     """
 
     def __init__(self, db: sqlite3.Connection, planned: Plan) -> None:
-        self._db = db
+        self._db, self._planned = db, planned
         lists = {seeds: number for number, seeds in enumerate(dict.fromkeys(planned.values()))}
         db.execute("CREATE TEMP TABLE seeds (list INTEGER, seed INTEGER, PRIMARY KEY (list, seed)) WITHOUT ROWID")
         for seeds, number in lists.items():
@@ -114,15 +114,18 @@ class Columns:
 
     def outcomes(self, study: Study) -> Outcomes:
         """What came of the episodes, by teacher and student; environments with the same grid are averaged."""
-        return gathered(self._endings(), study.grid)
-
-    def _endings(self) -> Iterator[Column]:
         names = "setting, seed, regret, success, coalesce(first_success, 9e999)"
         rows = self._db.execute(f"SELECT {names} FROM {_WANTED} ORDER BY setting")  # noqa: S608 (names of ours)
-        for number, alike in itertools.groupby(rows, lambda row: row[0]):
-            spec, table = self._there[number], np.array(list(alike))
-            told = spec._asdict() | {"family": entry(spec.id).family.name}
-            yield Column(tuple(told[name] for name in SETTING), table[:, 1].astype(np.int64), table[:, 2:])
+        tables = {
+            self._there[number]: np.array(list(alike)) for number, alike in itertools.groupby(rows, lambda row: row[0])
+        }
+        ordered = [(spec, tables[spec]) for spec in self._planned if spec in tables]
+        return gathered((_column(spec, table) for spec, table in ordered), study.grid)
+
+
+def _column(spec: EpisodeSpec, table: NDArray[np.float64]) -> Column:
+    told = spec._asdict() | {"family": entry(spec.id).family.name}
+    return Column(tuple(told[name] for name in SETTING), table[:, 1].astype(np.int64), table[:, 2:])
 
 
 _WANTED = "result CROSS JOIN wanted USING (setting) CROSS JOIN seeds USING (list, seed)"  # in this order: rows once

@@ -8,6 +8,7 @@ from itertools import groupby, product
 from typing import Any
 
 from llf_teacher.registry import entry
+from llf_teacher.studies.design import main_types
 from llf_teacher.studies.outcomes import Outcomes
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
 from llf_teacher.studies.report.section import Cell, Section, cell
@@ -50,6 +51,12 @@ class Data:
         """What came of the episodes, for what is said over sections."""
         with columns(self.store, self.planned) as there:
             return there.outcomes(self.study)
+
+    @cached_property
+    def taught(self) -> Outcomes:
+        """What came of the episodes that have sections: those with a teacher, and not those of an ablation."""
+        types = main_types(self.study.feedback_types)
+        return {g: cells for g, cells in self.outcomes.items() if not g.lessons and g.feedback_type in types}
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
@@ -112,7 +119,7 @@ def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[s
             continue
         name = entry(setting.id).family.name
         groups.setdefault((name, setting.instruction_type, setting.feedback_type), {})[setting] = each
-    for family, *types in product(all_families(), study.instruction_types, study.feedback_types):
+    for family, *types in product(all_families(), study.instruction_types, main_types(study.feedback_types)):
         mine = groups.get((family.name, types[0], types[1]), {})
         there = {setting.id for setting in mine}
         ids = [id for id in study.ids if id in there]

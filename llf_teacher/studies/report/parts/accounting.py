@@ -5,6 +5,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from llf_teacher.students.student import TAUGHT
+from llf_teacher.studies.design import main_types
 from llf_teacher.studies.report.columns import CHECKED, Sums
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
@@ -61,7 +62,7 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
 
 
 def _values(data: Data) -> Mapping[str, Any]:
-    types = product(data.study.instruction_types, data.study.feedback_types)
+    types = product(data.study.instruction_types, main_types(data.study.feedback_types))
     told = {pair: list(accounts(data, *pair)) for pair in types}
     return {
         "accounts": {pair: rows for pair, rows in told.items() if rows},

@@ -1,0 +1,34 @@
+"""How soon problems are solved, and what words add to being told to try again."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import TAUGHT
+from llf_teacher.studies.attempts import CONTROL, Attempts, attempts
+from llf_teacher.studies.outcomes import Group
+from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.parts.part import Part
+
+
+class Tries(NamedTuple):
+    """The attempts of one group."""
+
+    group: Group
+    tries: tuple[int, ...]
+    found: Mapping[tuple[str, str], Attempts]
+
+
+def _tries(data: Data) -> Iterator[Tries]:
+    for group, cells in data.taught.items():
+        reached = {pair: cell for pair, cell in cells.items() if parse_student(pair[1]).reads in TAUGHT}
+        if found := attempts(reached, group.max_turns):
+            yield Tries(group, next(iter(found.values())).tries, found)
+
+
+def _values(data: Data) -> Mapping[str, Any] | None:
+    found = list(_tries(data))
+    return {"found": found, "control": CONTROL} if found else None
+
+
+PART = Part("attempts", _values, "Attempts")
