@@ -50,8 +50,8 @@ class Transfer(NamedTuple):
     """Those of the lessons; by default the study's."""
     taught: tuple[str, ...] = ()
     """Ids of the environments of the lessons, each before tests in its own family; none: each environment itself."""
-    worlds: str = SAME
-    """One of `WORLDS`."""
+    worlds: tuple[str, ...] = (SAME,)
+    """Some of `WORLDS`."""
 
 
 def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any]:
@@ -68,11 +68,10 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
         problems.append(f"transfer must be a table with `lessons`, as in {{lessons = [5, 20]}}, got {table!r}")
         return {}
     wrong = [f"transfer: {unknown('key', name, Transfer._fields)}" for name in table if name not in Transfer._fields]
-    lists = {name: _list(name, value, wrong) for name, value in table.items() if name != "worlds"}
+    lists = {name: _list(name, value, wrong) for name, value in table.items()}
     if not all(map(is_count, lists["lessons"])):
         wrong.append(f"transfer: lessons must be integers of at least 1, got {table['lessons']!r}")
-    if table.get("worlds", SAME) not in WORLDS:
-        wrong.append(f"transfer: {unknown('worlds', table['worlds'], WORLDS)}")
+    wrong += [f"transfer: {unknown('worlds', each, WORLDS)}" for each in lists.get("worlds", ()) if each not in WORLDS]
     checks: dict[str, Callable[[Any], str]] = {
         "taught": lambda id: entry(id).id,
         "students": student_spec,
@@ -110,7 +109,7 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
         teachers=_once(teachers),
         feedback_types=_once(types),
         taught=_once(taught),
-        worlds=table.get("worlds", SAME),
+        worlds=_once(lists.get("worlds", [SAME])),
     )
     return found._asdict()
 

@@ -214,8 +214,8 @@ class Study:
         for feedback_type, teacher, student, seed in itertools.product(self.feedback_types, *grid):
             yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
         plan = self.tests(id)
-        for taught, number, feedback_type, teacher, student, seed in itertools.product(
-            plan.taught, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
+        for taught, worlds, number, feedback_type, teacher, student, seed in itertools.product(
+            plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
         ):
             yield EpisodeSpec(
                 id,
@@ -229,7 +229,7 @@ class Study:
                 rules,
                 number,
                 taught,
-                plan.worlds,
+                worlds,
             )
 
     def as_dict(self) -> dict[str, Any]:

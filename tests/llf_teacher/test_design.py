@@ -113,7 +113,7 @@ def test_keys_of_episodes_without_lessons_are_those_of_ever():
         ({"taught": [ROOMS]}, "transfer must be a table with `lessons`"),
         ({"lessons": [0]}, r"transfer: lessons must be integers of at least 1, got \[0\]"),
         ({"lessons": 5}, "transfer: lessons must be a non-empty list, got 5"),
-        ({"lessons": [1], "worlds": "other"}, "transfer: unknown worlds 'other'; .*allowed: same, next"),
+        ({"lessons": [1], "worlds": ["other"]}, "transfer: unknown worlds 'other'; .*allowed: same, next"),
         ({"lessons": [1], "test": []}, "transfer: unknown key 'test'"),
         ({"lessons": [1], "students": ["random"]}, "transfer: random remembers nothing .* with forget=False"),
         ({"lessons": [1], "teachers": ["nobody"]}, "transfer: teachers: unknown personality 'nobody'"),
@@ -141,7 +141,7 @@ at = [5, 10]
 spending = "pocock"
 [transfer]
 lessons = [3]
-worlds = "next"
+worlds = ["same", "next"]
 """)
     study = load_study(path)
     assert (study.baseline, len(study.feedback_types)) == ("retry_only", 32)
