@@ -1,8 +1,8 @@
 """Endpoints by name: where they are, and which variable has their key, is said beside the study, not in it.
 
 A file `llf-endpoints.toml` in the folder where a study is run, or the one that `LLF_LLM_ENDPOINTS` names, has a table
-each, as in `[endpoints.local]` with `base_url = "http://localhost:8000/v1"` and, if need be, `key = "MY_VARIABLE"`;
-or the environment has `LLF_LLM_ENDPOINT_LOCAL=http://localhost:8000/v1`.
+each, as in `[endpoints.local]` with `base_url = "http://localhost:8000/v1"` and, if need be, `key = "MY_VARIABLE"`; or
+the environment has `LLF_LLM_ENDPOINT_LOCAL=http://localhost:8000/v1`.
 """
 
 import os
@@ -21,7 +21,7 @@ _NAME = re.compile(r"[A-Za-z][\w-]*")
 _KEYS = ("base_url", "key")
 
 
-class Site(NamedTuple):
+class Address(NamedTuple):
     """Where a named endpoint is."""
 
     base_url: str
@@ -40,7 +40,7 @@ def check_name(name: Any) -> str:
     return name
 
 
-def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Site:
+def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Address:
     """Where an endpoint is.
 
     Raises:
@@ -48,7 +48,7 @@ def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Site:
     """
     variable = f"{settings.ENDPOINT}_{name.upper().replace('-', '_')}"
     if address := environment.get(variable):
-        return Site(checked_url(address, variable))
+        return Address(checked_url(address, variable))
     given = environment.get(settings.ENDPOINTS)
     path = Path(given or FILE)
     if not given and not path.is_file():
@@ -62,7 +62,7 @@ def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Site:
     if strange := [key for key in table if key not in _KEYS]:
         raise ValueError(f"{path}: endpoints.{name}: {unknown('key', strange[0], _KEYS)}")
     where = f"{path}: endpoints.{name}.base_url"
-    return Site(checked_url(table.get("base_url"), where), f"{table.get('key', settings.KEY)}")
+    return Address(checked_url(table.get("base_url"), where), f"{table.get('key', settings.KEY)}")
 
 
 def checked_url(url: Any, name: str = "base_url") -> str:

@@ -10,7 +10,7 @@ from typing import Any, cast
 from llf_teacher.models import settings
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import check_extra, connect
-from llf_teacher.models.endpoints import Site, check_name, checked_url, place_of
+from llf_teacher.models.endpoints import Address, check_name, checked_url, place_of
 from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import Settings
 from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, Message, check_manner, digest_of, texts_of
@@ -151,13 +151,13 @@ class LLM(Student):
         """Where its templates are; None: where ours are."""
         return None if self.prompts is None else self.prompts.rpartition(_APART)[0]
 
-    def place(self, environment: Mapping[str, str] = os.environ) -> Site:
+    def place(self, environment: Mapping[str, str] = os.environ) -> Address:
         """Where its endpoint is.
 
         Raises:
             ValueError: nobody says so.
         """
-        return place_of(self.endpoint, environment) if self.endpoint else Site(self.base_url)
+        return place_of(self.endpoint, environment) if self.endpoint else Address(self.base_url)
 
     def check(self, environment: Mapping[str, str]) -> None:
         """Make sure that the client is there, and that a spending limit can be kept."""
