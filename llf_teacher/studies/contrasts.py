@@ -1,10 +1,45 @@
 """Which teachers are worth comparing, and what a comparison can show at all."""
 
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, cast
+
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
+from llf_teacher.studies.design import Looks
 from llf_teacher.studies.own import parse_teacher
+from llf_teacher.studies.sequential import ALPHA, levels_of
 from llf_teacher.studies.statistics import RESAMPLES
+from llf_teacher.studies.study import Study
 from teachers.feedback import parse_kinds
+
+
+class Test(NamedTuple):
+    """How a study's comparisons are tested now."""
+
+    level: float
+    """The greatest adjusted p-value that is a finding."""
+    seeds: frozenset[int]
+    """Those that count: all, or those of a look."""
+    look: int = 0
+    """The look of a sequential design, counted from 1; 0 without one."""
+
+
+def test_of(study: Study, is_played: Callable[[frozenset[int]], bool]) -> Test | None:
+    """How a study is tested: when it is whole, or at the last look for which all has been played; None before.
+
+    Args:
+        study: with its looks, if any.
+        is_played: whether all episodes of some seeds have been.
+    """
+    seeds = cast(Sequence[int], study.seeds)
+    if not study.looks:
+        return Test(ALPHA, frozenset(seeds)) if is_played(frozenset(seeds)) else None
+    looks = Looks(**study.looks)
+    found = None
+    for number, (needed, level) in enumerate(zip(looks.at, levels_of(looks), strict=True), start=1):
+        if is_played(frozenset(seeds[:needed])):
+            found = Test(level, frozenset(seeds[:needed]), number)
+    return found
 
 
 def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) -> bool:

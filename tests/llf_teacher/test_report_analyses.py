@@ -1,16 +1,20 @@
 """What a report says of attempts, kinds, the matrix, tests without a teacher and all families."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import integrate
 
+from llf_teacher.studies import contrasts
 from llf_teacher.studies.attempts import attempts
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.episode import EpisodeRow, Record, play
 from llf_teacher.studies.outcomes import outcomes
 from llf_teacher.studies.overall import overall
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
+from llf_teacher.studies.sequential import levels
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 
@@ -99,3 +103,59 @@ def test_an_ablation_is_told_and_has_one_section(tmp_path):
     assert len(re.findall('<section id="gridworld-', html)) == 1
     assert len(re.findall("Each subset", told)) == 1
     assert part(html, "transfer") is part(html, "matrix") is None
+
+
+def held(store, study, path, keep):
+    """What a store of some of the episodes says."""
+    with Store(path) as other:
+        for spec in study.episodes():
+            if keep(spec):
+                row = store.episode(spec.key)
+                record = Record(spec, EpisodeRow(*(row[name] for name in EpisodeRow._fields)), ())
+                other.add(record)
+    return read(Store(path), study)
+
+
+def test_nothing_is_tested_before_a_look_is_whole(store, tmp_path):
+    first = held(store, STUDY, tmp_path / "1.db", lambda spec: spec.seed == 0)
+    assert not first.final
+    assert first.test == contrasts.Test(pytest.approx(levels((1 / 3, 1))[0]), frozenset({0}), 1)
+    more = held(store, STUDY, tmp_path / "2.db", lambda spec: spec.seed == 0 or spec.teacher == "oracle")
+    assert more.test == first.test
+    assert {d.estimate.n for section in more.sections for d in section.differences.values()} == {1}
+    lacking = held(store, STUDY, tmp_path / "3.db", lambda spec: spec.seed or spec.teacher != "hinter")
+    assert lacking.test is None
+    whole = read(store, STUDY)
+    assert whole.test == contrasts.Test(pytest.approx(levels((1 / 3, 1))[1]), frozenset({0, 1, 2}), 2)
+
+
+def test_a_study_without_looks_is_tested_when_it_is_whole(store, tmp_path):
+    plain = replace(STUDY, looks={})
+    assert read(store, plain).test == contrasts.Test(0.05, frozenset({0, 1, 2}))
+    assert held(store, plain, tmp_path / "s.db", lambda spec: spec.seed == 0).test is None
+
+
+def test_what_cannot_be_found_is_said(page):
+    told = part(page, "gridworld-b-a")
+    assert "Cumulative regret less that with retry_only on the same seeds" in told
+    assert "This is look 2 of 2, at the first 3 seeds" in told
+    assert "So few seeds cannot find anything here: no p can be below 1." in told
+
+
+def test_only_what_can_differ_is_compared(store):
+    for section in read(store, STUDY).sections:
+        assert set(section.differences) == {(t, s) for t in ("oracle", "hinter") for s in ("obedient", "text_only")}
+        assert section.least == min(1, 4 * 2 / 2**3)
+
+
+def test_areas_are_those_of_the_curves(store, page):
+    section = read(store, STUDY).sections[0]
+    heights = []
+    for spec in STUDY.episodes():
+        if (spec.id, spec.teacher, spec.student, spec.lessons) == (section.ids[0], "oracle", "random", 0):
+            regrets = np.zeros(spec.max_turns + 1)
+            turns = store.regrets(spec.key)
+            regrets[1 : 1 + len(turns)] = turns
+            heights.append(integrate.trapezoid(regrets.cumsum()) / spec.max_turns)
+    assert section.areas["oracle", "random"].mean == pytest.approx(np.mean(heights))
+    assert "Areas under these curves" in part(page, section.anchor)

@@ -91,6 +91,12 @@ class Columns:
         query = "SELECT 1 FROM result WHERE key = ?"
         return self._db.execute(query, (bytes.fromhex(spec.key),)).fetchone() is not None
 
+    def count(self, seeds: Iterable[int]) -> int:
+        """How many episodes of some seeds are there."""
+        rows = self._db.execute(f"SELECT seed, count(*) FROM {_WANTED} GROUP BY seed")  # noqa: S608 (names of ours)
+        chosen = set(seeds)
+        return sum(count for seed, count in rows if seed in chosen)
+
     def sums(self) -> dict[EpisodeSpec, Sums]:
         """By setting; those without an episode are left out."""
         sums = ", ".join(f"total({name})" for name in _SUMMED)

@@ -8,6 +8,7 @@ from itertools import groupby, product
 from typing import Any
 
 from llf_teacher.registry import entry
+from llf_teacher.studies.contrasts import Test, test_of
 from llf_teacher.studies.design import main_types
 from llf_teacher.studies.outcomes import Outcomes
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
@@ -30,6 +31,8 @@ class Data:
     """Of the study's episodes that are there, by setting."""
     sections: tuple[Section, ...]
     """In the order of families, types and grids; those without an episode are left out."""
+    test: Test | None
+    """How comparisons are tested; None as long as they are not."""
 
     @property
     def expected(self) -> int:
@@ -75,11 +78,15 @@ def read(store: Store, study: Study) -> Data:
         sums = there.sums()
         if not sums:
             raise ValueError(f"{store.path} holds no episode of this study; run it first")
-        found = tuple(_sections(study, there, sums))
-    return Data(study=study, store=store, planned=planned, sums=sums, sections=found)
+        test = test_of(
+            study,
+            lambda seeds: there.count(seeds) == sum(len(seeds.intersection(each)) for each in planned.values()),
+        )
+        found = tuple(_sections(study, there, sums, test))
+    return Data(study=study, store=store, planned=planned, sums=sums, sections=found, test=test)
 
 
-def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[Section]:
+def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], test: Test | None) -> Iterator[Section]:
     outlines = list(_outlines(study, sums))
     order = {
         setting: (number, setting.teacher, setting.student)
@@ -93,7 +100,8 @@ def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) ->
     for outline, mine in zip(outlines, cells, strict=True):
         pairs = product(outline["grid"].teachers, outline["grid"].students)
         chosen = _chosen(study, there, outline["sums"]) if study.transcripts else None
-        yield Section(**outline, cells={pair: mine[pair] for pair in pairs if pair in mine}, chosen=chosen)
+        there_ = {pair: mine[pair] for pair in pairs if pair in mine}
+        yield Section(**outline, cells=there_, chosen=chosen, test=test)
 
 
 def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> tuple[EpisodeSpec, ...]:

@@ -1,6 +1,6 @@
 """A section of a report: what a study says of one family under one instruction type and feedback type."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies import statistics
+from llf_teacher.studies.contrasts import Test, can_differ, least_p
+from llf_teacher.studies.estimators import curve_areas
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.plots import curve_plot, dot_plot
@@ -33,6 +35,8 @@ class Cell(NamedTuple):
     """Cumulative regret at the end, averaged over the environments, shape (seeds,)."""
     band: Band
     """Cumulative regret after each turn, averaged over the environments."""
+    areas: NDArray[np.float64]
+    """Mean height of that curve, shape (seeds,)."""
 
 
 def cell(curves: Sequence[Curves]) -> Cell | None:
@@ -45,7 +49,7 @@ def cell(curves: Sequence[Curves]) -> Cell | None:
     rows = [np.searchsorted(each.seeds, seeds) for each in curves]
     success = np.column_stack([each.success[row] for each, row in zip(curves, rows, strict=True)])
     regrets = np.mean([each.regrets[row] for each, row in zip(curves, rows, strict=True)], axis=0)
-    return Cell(seeds, success, regrets[:, -1].copy(), statistics.mean_band(regrets))
+    return Cell(seeds, success, regrets[:, -1].copy(), statistics.mean_band(regrets), curve_areas(regrets))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,6 +71,8 @@ class Section:
     """Of all episodes of the section, by setting."""
     reference: str
     """The teacher that others are compared with."""
+    test: Test | None
+    """How differences are tested; None as long as they are not."""
     chosen: tuple[EpisodeSpec, ...] | None = None
     """Episodes that the study wants to be shown; None if that is left to the report."""
 
@@ -95,29 +101,51 @@ class Section:
         estimates = statistics.mean_intervals([cell.regrets for cell in self.cells.values()])
         return dict(zip(self.cells, estimates, strict=True))
 
-    def paired(self, teacher: str, student: str) -> NDArray[np.float64] | None:
-        """Regrets under a teacher and under the reference on the same seeds, shape (2, seeds); None without any."""
+    def paired(self, teacher: str, student: str, among: Collection[int] | None = None) -> NDArray[np.float64] | None:
+        """Regrets under a teacher and under the reference on the same seeds, shape (2, seeds); None without any.
+
+        Args:
+            teacher: not the reference.
+            student: of both.
+            among: the seeds that count; None: all.
+        """
         one, other = self.cells.get((teacher, student)), self.cells.get((self.reference, student))
         if one is None or other is None:
             return None
         seeds, *rows = np.intersect1d(one.seeds, other.seeds, assume_unique=True, return_indices=True)
+        if among is not None:
+            counts = np.isin(seeds, list(among))
+            seeds, rows = seeds[counts], [row[counts] for row in rows]
         return np.array([one.regrets[rows[0]], other.regrets[rows[1]]]) if len(seeds) else None
 
     @property
     def compared(self) -> list[tuple[str, str]]:
-        """The cells but those of the reference, of students whom teachers can reach."""
-        return [pair for pair in self.cells if pair[0] != self.reference and reads(pair[1]) in TAUGHT]
+        """The cells that can differ from that of the same student with the reference."""
+        return [pair for pair in self.cells if can_differ(pair[0], self.reference, pair[1], self.feedback_type)]
 
     @cached_property
     def differences(self) -> dict[tuple[str, str], Difference]:
-        """Regret less that under the reference on the same seeds, for students whom teachers can reach; p-values are
-        adjusted for the number of these differences.
+        """Regret less that under the reference on the same seeds, where the two can differ; p-values are adjusted for
+        the number of these differences.
         """  # noqa: D205
-        both = {pair: each for pair in self.compared if (each := self.paired(*pair)) is not None}
+        among = self.test.seeds if self.test else None
+        both = {pair: each for pair in self.compared if (each := self.paired(*pair, among)) is not None}
         paired = {pair: own - other for pair, (own, other) in both.items()}
         found = statistics.paired_differences(list(paired.values()))
         adjusted = statistics.holm([difference.p for difference in found])
         return {pair: each._replace(p=p) for pair, each, p in zip(paired, found, adjusted, strict=True)}
+
+    @cached_property
+    def least(self) -> float:
+        """The least adjusted p-value that so many differences of so many seeds can have."""
+        seeds = max((each.estimate.n for each in self.differences.values()), default=1)
+        return min(1.0, len(self.differences) * least_p(seeds))
+
+    @cached_property
+    def areas(self) -> dict[tuple[str, str], Estimate]:
+        """Area under each cell's curve of cumulative regret, per turn: its mean height."""
+        estimates = statistics.mean_intervals([cell.areas for cell in self.cells.values()])
+        return dict(zip(self.cells, estimates, strict=True))
 
     @property
     def plots(self) -> tuple[Plot, Plot]:

@@ -9,8 +9,6 @@ from llf_teacher.studies.report.gains import Gain, gains
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import gain_plot
 
-_SURE = 0.05
-
 
 class Ranked(NamedTuple):
     """A teacher with the student that it serves in this way."""
@@ -21,7 +19,7 @@ class Ranked(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """How many of the comparisons in the families' tables have an adjusted p below 0.05."""
+    """How many of the comparisons in the families' tables have an adjusted p of at most the level."""
 
     all: int
     better: int
@@ -41,7 +39,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         "best": ranked[-1],
         "worst": ranked[0],
         "widest": most,
-        "tested": _tested(data) if data.final else None,
+        "tested": _tested(data, data.test.level) if data.test else None,
         "partial": [teacher for teacher, widest in _widest(found).items() if widest < most],
     }
 
@@ -54,8 +52,8 @@ def _widest(found: Mapping[tuple[str, str], Gain]) -> dict[str, int]:
     return widest
 
 
-def _tested(data: Data) -> Tally:
-    sure = [d.estimate.mean for section in data.sections for d in section.differences.values() if d.p < _SURE]
+def _tested(data: Data, level: float) -> Tally:
+    sure = [d.estimate.mean for section in data.sections for d in section.differences.values() if d.p <= level]
     every = sum(len(section.differences) for section in data.sections)
     return Tally(every, sum(mean < 0 for mean in sure), sum(mean > 0 for mean in sure))
 
