@@ -178,6 +178,7 @@ def power(
 def _run(
     study: "Study", path: Path, report: Path, workers: int | None, environment: "Mapping[str, str] | None" = None
 ) -> None:
+    from llf_teacher.studies import costs
     from llf_teacher.studies.report import check_writable, write_report
     from llf_teacher.studies.runner import EpisodeError
     from llf_teacher.studies.runner import run as play
@@ -212,11 +213,8 @@ def _run(
         except KeyboardInterrupt:
             console.print(f"Interrupted. What was played is in {path}; the same command goes on from there.")
             raise typer.Exit(130) from None
-        for spent in store.manifest().get("llm", ()):
-            console.print(
-                f"{spent['model']}: {spent['requests']} answers paid so far, {spent['input_tokens']} tokens in, "
-                f"{spent['output_tokens']} out, {spent['usd']:.4f} USD"
-            )
+        for line in costs.told(store):
+            console.print(line)
         console.print(f"Played {played} episodes, stored in {path}. Writing the report ...")
         write_report(store, study, report)
     console.print(f"Report: {report.resolve()}")

@@ -222,6 +222,20 @@ class Store:
             each for row in self._db.execute(query, (bytes.fromhex(key),)) for each in unpack_regrets(row[0]).tolist()
         ]
 
+    def answers(self) -> list[sqlite3.Row]:
+        """Per student that asks a model: its episodes, and the sums of `answers` and of what they cost; null if one is
+        unknown.
+        """  # noqa: D205
+        sums = ", ".join(f"sum({name}) AS {name}" for name in ("answers", "truncated", "parse_failures"))
+        known = ", ".join(
+            f"CASE WHEN count({name}) = count(*) THEN total({name}) END AS {name}"
+            for name in ("input_tokens", "output_tokens", "usd", "seconds")
+        )
+        return self._db.execute(
+            f"SELECT student, count(*) AS episodes, {sums}, {known} FROM episode WHERE answers IS NOT NULL "  # noqa: S608
+            "GROUP BY student ORDER BY student"
+        ).fetchall()
+
     def write_manifest(self, values: dict[str, Any]) -> None:
         """Keep facts about the study and its surroundings."""
         rows = [(name, json.dumps(value, ensure_ascii=False)) for name, value in values.items()]

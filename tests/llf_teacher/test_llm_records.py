@@ -10,6 +10,7 @@ from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
+from llf_teacher.studies.costs import told
 from llf_teacher.studies.episode import TurnRow, pack_turns, play
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
@@ -75,6 +76,26 @@ def test_an_answer_from_the_cache_is_recorded_as_it_was_paid_for(tmp_path, monke
         first, again = (play(spec(server.url, PRICES)) for _ in range(2))
     assert first == again
     assert len(server.requests) == 3
+
+
+def test_what_was_cut_and_what_is_of_unknown_price_is_said(tmp_path):
+    replies = itertools.cycle([completion("Response: north", finish="length"), completion("so?")])
+    with ScriptedEndpoint(lambda request: Reply(body=next(replies))) as server, Store(tmp_path / "s.db") as store:
+        store.add(play(spec(server.url, max_turns=4)))
+        store.add(play(spec(student="obedient")))
+        model = {"model": "m", "requests": 4, "input_tokens": 0, "output_tokens": 6, "usd": 1.5}
+        store.write_manifest({"llm": [model | {"unpriced": 4}, model | {"unpriced": 1}, model | {"unpriced": 0}]})
+        lines = list(told(store))
+        (row,) = store.answers()
+    assert [line.partition("out, ")[2] for line in lines[:3]] == [
+        "at an unknown price",
+        "1.5000 USD, without 1 of unknown price",
+        "1.5000 USD",
+    ]
+    assert lines[3].endswith(": 2 of 4 answers were cut for their length; raise max_tokens")
+    assert lines[4].endswith(": 2 of 4 answers were no actions; see the transcripts")
+    assert len(lines) == 5
+    assert (row["episodes"], row["answers"], row["output_tokens"], row["usd"]) == (1, 4, 6, None)
 
 
 def test_scripted_students_leave_nothing():
