@@ -388,10 +388,6 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         """A move; none once it is found."""
         return float(not truth.found)
 
-    def idle(self, truth: Truth) -> float:
-        """A move; none once it is found."""
-        return float(not truth.found)
-
     def importance(self, truth: Truth) -> float:
         """Moves between the best and the worst direction, 0 to 2."""
         return 0.0 if truth.found else self._rooms[truth.room].importance
