@@ -15,7 +15,7 @@ from teachers.atoms import FP
 Message = dict[str, Any]
 
 
-class Exchange(NamedTuple):
+class Told(NamedTuple):
     """One turn: what was asked, and what was answered."""
 
     prompt: list[Message]
@@ -28,7 +28,7 @@ class Exchange(NamedTuple):
     """The turn before it, at whose end the student was told what it knows."""
 
 
-def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) -> Iterator[Exchange]:
+def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) -> Iterator[Told]:
     """The turns of an episode."""
     told, *turns = results.turns(episode["key"])
     conversation = Conversation(history=history)
@@ -37,7 +37,7 @@ def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) ->
         left = episode["max_turns"] - turn["turn"] + 1
         seen = {"observation": told["observation"], "instruction": instruction, "feedback": told["feedback"]}
         action = written(episode["id"], turn)
-        yield Exchange(conversation.ask(seen, left), action, turn, told)
+        yield Told(conversation.ask(seen, left), action, turn, told)
         conversation.answer(said(action))
         told, instruction = turn, ""
 
