@@ -11,7 +11,7 @@ MAX_TITLES = 100
 """Greatest number of titles in an answer."""
 MAX_TITLE = 200
 """Greatest number of characters of a title, a year included."""
-_in_json = json.JSONEncoder(ensure_ascii=False).encode  # `json.dumps` makes one each time
+_in_json = json.encoder.encode_basestring  # what `json.dumps` ends in, at a tenth of its time
 _FENCE = re.compile(r"```[a-z]*\n(.*)\n```", re.DOTALL)
 
 
@@ -20,15 +20,23 @@ def answer_of(titles: list[str] | tuple[str, ...]) -> str:
     return f"[{', '.join(map(_in_json, titles))}]"
 
 
-@lru_cache(maxsize=1024)
 def titles_of(answer: str) -> tuple[str, ...]:
     """The titles of an answer in canonical form."""
-    return tuple(json.loads(answer)) if answer else ()
+    if not answer:
+        return ()
+    read = _read(answer)  # which `canonical` may have done
+    return read[1] if read and read[0] == answer else tuple(json.loads(answer))
+
+
+def canonical(text: str) -> str | None:
+    """The canonical form of an answer; None if it is none."""
+    read = _read(text)
+    return read and read[0]
 
 
 @lru_cache(maxsize=1024)
-def canonical(text: str) -> str | None:
-    """The canonical form of an answer; None if it is none."""
+def _read(text: str) -> tuple[str, tuple[str, ...]] | None:
+    """The canonical form of an answer, and its titles."""
     text = text.strip()
     fenced = _FENCE.fullmatch(text)
     try:
@@ -41,7 +49,7 @@ def canonical(text: str) -> str | None:
     if len(titles) < len(entries):
         return None
     answer = answer_of(titles)
-    return answer if len(answer) <= MAX_LENGTH else None
+    return (answer, tuple(titles)) if len(answer) <= MAX_LENGTH else None
 
 
 def _title(entry: Any) -> str | None:

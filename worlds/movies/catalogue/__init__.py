@@ -166,7 +166,7 @@ class Catalogue:
 
     def item(self, title: str) -> Item | None:
         """The one item that a title stands for; None if there is none, or several."""
-        found = self.find(title)
+        found = self._by_label.get(title) or self._found(title)
         return self.items[found[0]] if len(found) == 1 else None
 
     def fitting(self, wishes: Iterable[int]) -> np.ndarray:
