@@ -1,5 +1,6 @@
 """The command line: `llf`, one module a command; a command of one family has its name."""
 
+import os
 import pkgutil
 import sys
 from importlib import import_module
@@ -19,6 +20,12 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
+
+
+def draw_off_screen() -> None:
+    """Let MuJoCo draw without a window, as far as that is to be chosen; before it is imported."""
+    if sys.platform == "linux":
+        os.environ.setdefault("MUJOCO_GL", "egl")
 
 
 def say_missing() -> None:

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from llf_teacher.cli import draw_off_screen
+
 
 def add_to(app: typer.Typer) -> None:
     """Add the command."""
@@ -28,6 +30,7 @@ def film(
 
     It shows the truth, and whether each sentence holds, unless it is plain.
     """
+    draw_off_screen()
     from llf_teacher.registry import entry
     from llf_teacher.tools.film import check_path, save
     from llf_teacher.tools.film import film as play

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from llf_teacher.cli import say_missing
+from llf_teacher.cli import draw_off_screen, say_missing
 
 
 def add_to(app: typer.Typer) -> None:
@@ -19,8 +19,9 @@ def golden(
 ) -> None:
     """Write a transcript of a short episode of each environment, as text, and hashes of a picture of each family.
 
-    Simulators that draw by OpenGL are left out where there is none: set MUJOCO_GL=egl.
+    Simulators that draw by OpenGL keep the hashes that they had where there is none.
     """
+    draw_off_screen()
     from llf_teacher.registry import entry
     from llf_teacher.tools import pictures
     from llf_teacher.tools.golden import write
