@@ -58,8 +58,7 @@ def asking(answer: str, world: World[Any] | None) -> dict[str, Any]:
         return {"response_format": {"type": "json_schema", "json_schema": {"name": "turn", "schema": schema(world)}}}
     if answer == "tool":
         act = {"name": "act", "description": "Take one action.", "parameters": schema(world)}
-        choice = {"type": "function", "function": {"name": "act"}}
-        return {"tools": [{"type": "function", "function": act}], "tool_choice": choice}
+        return {"tools": [{"type": "function", "function": act}], "tool_choice": "required"}  # some know no name here
     return {}
 
 

@@ -149,7 +149,8 @@ def test_answers_by_a_tool():
         record = episode(server.url, ", answer='tool'")
     assert {turn.action for turn in record.turns[1:]} == {"2"}
     last = server.requests[-1]
-    assert last["tool_choice"] == {"type": "function", "function": {"name": "act"}}
+    assert last["tool_choice"] == "required"
+    assert [tool["function"]["name"] for tool in last["tools"]] == ["act"]
     assert [message["role"] for message in last["messages"]] == ["system", "user", *["assistant", "tool"] * 3]
     assert last["messages"][2]["tool_calls"][0]["function"]["arguments"] == '{"action": "west"}'
     assert last["messages"][3]["tool_call_id"] == "c0"
