@@ -1,14 +1,15 @@
 """`llf study`: run feedback studies and report on them."""
 
 import os
+import signal
 import sys
-from contextlib import ExitStack
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress
 
 from llf_teacher.cli import errors, say_missing
 from llf_teacher.models.settings import BUDGET
@@ -17,6 +18,7 @@ from llf_teacher.visible import visible
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from llf_teacher.studies.runner import Way
     from llf_teacher.studies.study import Study
 
 STORE, REPORT = Path("llf-study.db"), Path("llf-study.html")
@@ -35,6 +37,7 @@ def add_to(app: typer.Typer) -> None:
     )
     group.callback()(quickstart)
     group.command("run")(run)
+    group.command("report")(report)
     group.command("check")(check)
     group.command("migrate")(migrate)
     group.command("export")(export)
@@ -48,9 +51,10 @@ def quickstart(
     """Run the built-in quickstart study: every family, controls and some personalities."""
     if context.invoked_subcommand is None:
         from llf_teacher.studies import study
+        from llf_teacher.studies.runner import Way
 
         say_missing()
-        _run(study.quickstart(), store, report, workers)
+        _run(study.quickstart(), store, report, workers, {}, Way())
 
 
 def run(
@@ -67,13 +71,65 @@ def run(
             help="USD that LLM students may spend on this store, earlier runs included.",
         ),
     ] = None,
+    episode_seconds: Annotated[
+        float | None, typer.Option("--episode-seconds", help="An episode that takes longer has failed.")
+    ] = None,
+    turn_seconds: Annotated[
+        float | None, typer.Option("--turn-seconds", help="An episode of which a turn takes longer has failed.")
+    ] = None,
+    memory: Annotated[
+        int | None, typer.Option("--memory", help="An episode that needs more megabytes in its process has failed.")
+    ] = None,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Play episodes again that failed in an earlier run.")
+    ] = False,
+    fail_fast: Annotated[
+        bool, typer.Option("--fail-fast", help="Begin no more episodes after one that failed.")
+    ] = False,
+    executor: Annotated[
+        str, typer.Option("--executor", help="What plays: processes, here (in this process) or ray.")
+    ] = "processes",
+    address: Annotated[
+        str | None, typer.Option("--address", help="Where Ray's cluster is; without it one is begun on this machine.")
+    ] = None,
+    shard: Annotated[
+        str, typer.Option("--shard", help="Part of the episodes, as 3/8; `llf study merge` puts stores together.")
+    ] = "1/1",
 ) -> None:
-    """Run the study that FILE describes, or what is left of it, and write its report."""
+    """Run the study that FILE describes, or what is left of it, and write its report.
+
+    Episodes that fail are noted, the rest goes on, and the exit status is 3.
+    """
+    from llf_teacher.studies.limits import Limits
+    from llf_teacher.studies.runner import Way, parse_shard
     from llf_teacher.studies.study import load_study
 
     if os.getcwd() not in sys.path:  # where students `module:factory` are looked for, as with `python -m`
         sys.path.append(os.getcwd())
-    _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"})
+    limits = Limits(episode_seconds, turn_seconds, memory)
+    way = Way(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
+    _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, way)
+
+
+def report(
+    file: Annotated[
+        Path | None, typer.Argument(help="TOML file of the study; without it, the one that the store was made for.")
+    ] = None,
+    store: Store_ = STORE,
+    report: Report_ = REPORT,
+) -> None:
+    """Write the report of what a store has of a study, which may still be running, or have been stopped."""
+    from llf_teacher.studies.report import write_report
+    from llf_teacher.studies.store import Store, StoreError
+    from llf_teacher.studies.study import Study, load_study
+
+    if not store.is_file():
+        raise StoreError(f"there is no file {store}; `llf study run` makes stores, and --store names one")
+    with Store(store) as opened:
+        if file is None and "study" not in opened.manifest():
+            raise StoreError(f"{store} does not say which study it was made for; give the study's file, too")
+        write_report(opened, Study(**opened.manifest()["study"]) if file is None else load_study(file), report)
+    Console(stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
@@ -86,7 +142,7 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
             errors.print(visible(line))
         if found:
             raise typer.Exit(1)
-        typer.echo(f"{len(store.keys())} episodes, all as they were written.")
+        typer.echo(f"{store.count} episodes, all as they were written.")
 
 
 def migrate(
@@ -175,46 +231,49 @@ def power(
     )
 
 
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM came."""
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    raise _Terminated
+
+
 def _run(
-    study: "Study", path: Path, report: Path, workers: int | None, environment: "Mapping[str, str] | None" = None
+    study: "Study", path: Path, report: Path, workers: int | None, environment: "Mapping[str, str]", way: "Way"
 ) -> None:
     from llf_teacher.studies import costs
+    from llf_teacher.studies.progress import StudyProgress
     from llf_teacher.studies.report import check_writable, write_report
-    from llf_teacher.studies.runner import EpisodeError
+    from llf_teacher.studies.runner import EpisodeError, StudyError
     from llf_teacher.studies.runner import run as play
     from llf_teacher.studies.store import Store
 
     console = Console(stderr=True, markup=False)
     check_writable(report)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    )
-    progress = Progress(*columns, console=console)
-    task = progress.add_task("episodes", total=None)
+    signal.signal(signal.SIGTERM, _terminate)
+    status = 0
     with Store(path) as store:
         try:
-            with ExitStack() as shown:
-
-                def show(done: int, total: int) -> None:
-                    if not progress.live.is_started:  # nothing is shown of a study that cannot start
-                        shown.enter_context(progress)
-                    progress.update(task, completed=done, total=total)
-
-                played = play(study, store, workers, show, environment)
+            with StudyProgress(console) as progress:
+                played = play(study, store, workers, progress, environment, way)
         except EpisodeError as error:
             errors.print(visible(f"{error.trace}llf: {error}"))
-            if store.keys():
-                errors.print(f"What was played is in {path}; the same command goes on from there.")
-            raise typer.Exit(1) from None
-        except KeyboardInterrupt:
-            console.print(f"Interrupted. What was played is in {path}; the same command goes on from there.")
-            raise typer.Exit(130) from None
+            if isinstance(error, StudyError) or way.fail_fast:
+                if store.count:
+                    errors.print(f"What was played is in {path}; the same command goes on from there.")
+                raise typer.Exit(3 if way.fail_fast and not isinstance(error, StudyError) else 1) from None
+            errors.print("The same command with --retry-failed plays again what failed.")
+            status, played = 3, error.played
+        except KeyboardInterrupt as error:
+            what, status = ("Terminated", 143) if isinstance(error, _Terminated) else ("Interrupted", 130)
+            errors.print(f"{what}. What was played is in {path}; the same command goes on from there.")
+            raise typer.Exit(status) from None
         for line in costs.told(store):
             console.print(line)
-        console.print(f"Played {played} episodes, stored in {path}. Writing the report ...")
-        write_report(store, study, report)
-    console.print(f"Report: {report.resolve()}")
+        console.print(f"Played {played} episodes, stored in {path}.")
+        if store.count:
+            console.print("Writing the report ...")
+            write_report(store, study, report)
+            console.print(f"Report: {report.resolve()}")
+    raise typer.Exit(status)

@@ -193,7 +193,10 @@ def protocol_of(agent: Any, name: str) -> str:
 
 def as_text(action: Any) -> str:
     """An action as an answer in text mode: a text as it is, anything else as JSON."""
-    text = action if isinstance(action, str) else json.dumps(action, default=_plain)
+    try:
+        text = action if isinstance(action, str) else json.dumps(action, default=_plain)
+    except (ValueError, TypeError, RecursionError):  # a circle, a key that is no text, too deep
+        text = f"something of type {type(action).__name__} that is no JSON"
     return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
 
 

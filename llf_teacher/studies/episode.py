@@ -151,8 +151,13 @@ def scenes(env: StudentEnv, student: Any, seed: int, options: dict[str, Any] | N
         done = terminated or truncated or (aec.moment.success and not env.family.repeated)
 
 
-def play(spec: EpisodeSpec) -> Record:
-    """Play an episode of a study, and account for it; the lessons before a test are played, and not told of."""
+def play(spec: EpisodeSpec, begins: Callable[[int], object] = abs) -> Record:
+    """Play an episode of a study, and account for it; the lessons before a test are played, and not told of.
+
+    Args:
+        spec: the episode.
+        begins: is called with the number of each turn that begins.
+    """
     player = parse_student(spec.student)
     teacher, feedback_type = (TESTER, TEST_TYPE) if spec.lessons else (spec.teacher, spec.feedback_type)
     env = make(
@@ -173,6 +178,7 @@ def play(spec: EpisodeSpec) -> Record:
         regret = oracle.regret(moment) if moment.turn else 0.0
         said = student.record() if moment.turn else {}
         rows.append(_row(scene, regret, _seen(env.aec), env.family.name)._replace(**said))
+        begins(moment.turn + 1)
     env.close()
     return Record(spec, summary(env.family.name, student.reads, rows), tuple(rows))
 

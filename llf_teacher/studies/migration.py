@@ -46,7 +46,7 @@ def migrate(old: Path, new: Path, progress: Callable[[int, int], object] = max) 
                 progress(done, total)
         except sqlite3.DatabaseError as error:
             raise StoreError(f"cannot read {old}: {error}") from None
-        return len(store.keys())
+        return store.count
 
 
 def _record(db: sqlite3.Connection, row: sqlite3.Row) -> Record:

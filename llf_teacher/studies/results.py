@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from html import escape
 from pathlib import Path
@@ -58,6 +59,10 @@ class Results:
     def rows(self) -> Rows:
         """The same one by one, so that memory does not grow; `regrets` is a list, one number a turn."""
         return self._store.rows()
+
+    def failures(self) -> Rows:
+        """The episodes that failed: `key`, the fields of `EpisodeSpec`, `reason`, `error` and `trace`."""
+        return self._store.failures()
 
     def turns(self, key: str) -> list[dict[str, Any]]:
         """The turns of an episode, as fields of `TurnRow`, with `action` and `atoms` decoded; turn 0 is the opening."""
@@ -116,7 +121,7 @@ class Results:
         return _WRITERS[path.suffix](path, rows(self), columns)
 
     def __repr__(self) -> str:
-        return f"Results({str(self.path)!r}, {len(self._store.keys())} episodes)"
+        return f"Results({str(self.path)!r}, {self._store.count} episodes)"
 
     def _repr_html_(self) -> str:
         """Mean regret and success of each teacher with each student, for notebooks."""
@@ -150,10 +155,19 @@ def run(
     path: Path | str = "llf-study.db",
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
+    way: runner.Way = runner.Way(),  # noqa: B008 (immutable)
 ) -> Results:
-    """Play what a store lacks of a study, and give what it holds then; arguments and errors as of `runner.run`."""
+    """Play what a store lacks of a study, and give what it holds then; arguments and errors as of `runner.run`.
+
+    Of episodes that failed it warns, where that raises; `Results.failures` has them.
+    """
     with Store(Path(path)) as store:
-        runner.run(study, store, workers, progress)
+        try:
+            runner.run(study, store, workers, progress, way=way)
+        except runner.StudyError:
+            raise
+        except runner.EpisodeError as error:
+            warnings.warn(f"{error}; `failures` of the results says why", RuntimeWarning, stacklevel=2)
     return load(path)
 
 

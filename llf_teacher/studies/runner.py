@@ -1,47 +1,100 @@
-"""The runner: plays what a store lacks of a study, in parallel processes."""
+"""The runner: plays what a store lacks of a study, by whatever executor, in memory that does not grow with it."""
 
 import contextlib
-import multiprocessing
+import itertools
 import os
 import platform
-import random
 import re
-import threading
-import traceback
-from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from importlib import metadata
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from llf_teacher.models import LLMError, SpendingLimitError
 from llf_teacher.models.cache import spending
 from llf_teacher.models.settings import CACHE
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import EpisodeRow, pack_turns, play
-from llf_teacher.studies.store import Store
+from llf_teacher.studies import executors
+from llf_teacher.studies.alone import alone
+from llf_teacher.studies.attempt import Failure, Played, Stop, attempt, failure, set_up, told
+from llf_teacher.studies.executors import Executor, Lost, Work
+from llf_teacher.studies.limits import Limits
+from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.study import EpisodeSpec, Study
 
-_AHEAD = 8  # episodes under way per worker: enough to keep them busy, few to lose
-
-
-class Failure(NamedTuple):
-    """Why an episode could not be played, as text: not every exception survives the way between processes."""
-
-    error: str
-    trace: str
-    """The traceback, where the error is not plain from its message."""
-    of_episode: bool = True
-    """Whether it has to do with this episode."""
+_AHEAD = 3  # episodes under way per worker: enough to keep them busy, few to lose
+_PATIENCE = 1.0  # seconds without news, after which progress is told all the same
 
 
 class EpisodeError(RuntimeError):
-    """An episode failed. What was played before and beside it is stored."""
+    """Episodes failed. What was played is stored, and so is why these were not."""
 
     trace: str = ""
-    """The traceback in the process that played, if it tells more than the message."""
+    """The traceback of the first in the process that played it, if it tells more than the message."""
+    played: int = 0
+    """The number of episodes that were played."""
+
+
+class StudyError(EpisodeError):
+    """The study cannot go on. What was played is stored."""
+
+
+class Shard(NamedTuple):
+    """A part of a study's episodes: every `of`-th, from the `number`-th on."""
+
+    number: int
+    of: int
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+
+def parse_shard(text: str) -> Shard:
+    """A shard as it is written on the command line, as in `3/8`.
+
+    Raises:
+        ValueError: bad syntax, or there is no such part.
+    """
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    shard = Shard(*map(int, match.groups())) if match else Shard(0, 0)
+    if not 1 <= shard.number <= shard.of:
+        raise ValueError(f"shard must be i/n with 1 <= i <= n, as in 3/8, got {text!r}")
+    return shard
+
+
+class Way(NamedTuple):
+    """How a study is played; what is played does not depend on it."""
+
+    executor: str = "processes"
+    """What plays the episodes: a name of `executors.NAMES`."""
+    address: str | None = None
+    """Where the executor's cluster is."""
+    limits: Limits = Limits()
+    shard: Shard = Shard(1, 1)
+    retry_failed: bool = False
+    """Play episodes again that failed in an earlier run."""
+    fail_fast: bool = False
+    """Begin no more episodes after one that failed."""
+
+
+class _Tally(NamedTuple):
+    """What a store has of a study, and what is to be played."""
+
+    there: int
+    lost: int
+    """Those that failed earlier and are not played again."""
+    todo: int
+    students: tuple[str, ...]
+    """Of the episodes to be played."""
+    turns: int
+    """The most turns that one of these may have."""
+
+    @property
+    def done(self) -> int:
+        return self.there + self.lost
+
+    @property
+    def total(self) -> int:
+        return self.done + self.todo
 
 
 def run(
@@ -50,90 +103,150 @@ def run(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     environment: Mapping[str, str] | None = None,
+    way: Way = Way(),  # noqa: B008 (immutable)
 ) -> int:
     """Play and store every episode of the study that the store lacks.
 
     Args:
         study: what to play.
         store: where episodes go, each as it ends.
-        workers: number of processes, each of which plays one episode at a time; None: one a core.
-        progress: called with the number of stored episodes and of all.
+        workers: how many episodes are played at once; None: one a core.
+        progress: called with the number of episodes that are done, and of all.
         environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
+        way: how to play.
 
     Returns:
         The number of episodes that were played.
 
     Raises:
-        EpisodeError: an episode failed; what was played is stored.
-        ValueError, ModuleNotFoundError: a student cannot play here, or the store is damaged; nothing was played.
+        EpisodeError: episodes failed, now or earlier; all others are stored.
+        StudyError: the study cannot go on, as when a spending limit is reached; what was played is stored.
+        ValueError, ModuleNotFoundError: a student cannot play here, or the store is damaged; nothing was played. Or the
+            store can no longer be written; what was played before is in it.
     """
-    specs = list(study.episodes())
-    store.check()
-    there = store.keys()
-    todo = [spec for spec in specs if spec.key not in there]
-    done = len(specs) - len(todo)
-    report = progress or (lambda *_: None)
-    cache = os.environ.get(CACHE) or f"{store.path.absolute().with_suffix('.llm.db')}"
-    environment = {CACHE: cache, **(environment or {})}
-    for student in dict.fromkeys(spec.student for spec in todo):
-        parse_student(student).check(os.environ | environment)
-    report(done, len(specs))
-    store.write_manifest(manifest(study))
-    if not todo:
-        return 0
-    workers = min(workers or os.cpu_count() or 1, len(todo))
-    # Spawned processes start from a clean interpreter, the same on every platform.
-    context = multiprocessing.get_context("spawn")
-    failed: EpisodeError | None = None
-    with ProcessPoolExecutor(workers, mp_context=context, initializer=_begin, initargs=(environment,)) as pool:
-        queue = iter(todo)
-        pending: dict[Future[tuple[EpisodeRow, bytes] | Failure], EpisodeSpec] = {}
-        try:
-            while True:
-                for spec in queue if failed is None else ():
-                    pending[pool.submit(_attempt, spec)] = spec
-                    if len(pending) >= workers * _AHEAD:
-                        break
-                if not pending:
-                    break
-                for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                    spec = pending.pop(future)
-                    try:
-                        result = future.result()
-                    except BrokenProcessPool as error:
-                        result = Failure(f"a process that plays died: {error}", "")
-                    if isinstance(result, Failure):
-                        if failed is None:
-                            where = f"episode {spec._asdict()} failed: " if result.of_episode else ""
-                            failed = EpisodeError(f"{where}{result.error}")
-                            failed.trace = result.trace
-                    else:
-                        store.add_packed(spec, *result)
-                        done += 1
-                        report(done, len(specs))
-                if failed is not None:  # play no more, but keep what is being played
-                    pending = {future: spec for future, spec in pending.items() if not future.cancel()}
-        finally:
-            pool.shutdown(cancel_futures=True)
-            if spent := spending(environment[CACHE]):
-                store.write_manifest({"llm": spent})
-    if failed is not None:
-        raise failed
-    return len(todo)
+    way.limits.check()
+    with alone(store.path):
+        store.check()
+        return _Run(study, store, way, progress or (lambda *_: None), environment or {}).play(workers)
 
 
-def _attempt(spec: EpisodeSpec) -> tuple[EpisodeRow, bytes] | Failure:
-    """Play an episode and pack its turns, in a worker, whose global generators are seeded for agents that use them."""
-    seed = int(spec.key, 16)
-    random.seed(seed)
-    np.random.seed(seed % 2**32)  # noqa: NPY002 (agents of the user's own may use it)
-    try:
-        record = play(spec)
-        return record.episode, pack_turns(record.turns)
-    except LLMError as error:
-        return Failure(f"{error}", "", of_episode=not isinstance(error, SpendingLimitError))
-    except (Exception, SystemExit) as error:  # an agent may raise anything
-        return Failure(f"{error!r}", traceback.format_exc())
+class _Run:
+    """One run of a study."""
+
+    def __init__(
+        self,
+        study: Study,
+        store: Store,
+        way: Way,
+        progress: Callable[[int, int], None],
+        environment: Mapping[str, str],
+    ) -> None:
+        self._study, self._store, self._way, self._progress = study, store, way, progress
+        self._cache = os.environ.get(CACHE) or f"{store.path.absolute().with_suffix('.llm.db')}"
+        self._environment = {CACHE: self._cache, **environment}
+        self._fresh = store.empty
+        self._played = self._failed = 0
+        self._first: EpisodeError | None = None
+        """The first episode that failed."""
+        self._error: EpisodeError | None = None
+        """Why no more episodes are begun."""
+
+    def play(self, workers: int | None) -> int:
+        """See `run`."""
+        store, way = self._store, self._way
+        tally = self._count()
+        for student in tally.students:
+            parse_student(student).check(os.environ | self._environment)
+        self._progress(tally.done, tally.total)
+        store.write_manifest(manifest(self._study))
+        if tally.todo:
+            call = partial(attempt, limits=way.limits)
+            work = Work(partial(set_up, self._environment), call, tally.todo, way.limits.hard_seconds(tally.turns))
+            try:
+                with executors.start(way.executor, work, workers, way.address) as engine:
+                    self._play(engine, tally)
+            finally:
+                with contextlib.suppress(StoreError):  # of which the user hears, or which costs no episode
+                    if spent := spending(self._cache):
+                        store.write_manifest({"llm": spent})
+        if error := self._error or self._failures(tally):
+            error.played = self._played
+            raise error
+        return self._played
+
+    def _specs(self) -> Iterator[EpisodeSpec]:
+        shard = self._way.shard
+        return itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
+
+    def _is_there(self, spec: EpisodeSpec) -> bool:
+        return not self._fresh and self._store.has(spec.key)
+
+    def _is_lost(self, spec: EpisodeSpec) -> bool:
+        """Whether the episode failed earlier and is not played again."""
+        return not self._fresh and not self._way.retry_failed and self._store.has_failed(spec.key)
+
+    def _count(self) -> _Tally:
+        there = lost = todo = turns = 0
+        students: dict[str, None] = {}
+        for spec in self._specs():
+            if self._is_there(spec):
+                there += 1
+            elif self._is_lost(spec):
+                lost += 1
+            else:
+                todo += 1
+                students[spec.student] = None
+                turns = max(turns, spec.max_turns)
+        return _Tally(there, lost, todo, tuple(students), turns)
+
+    def _play(self, engine: Executor[EpisodeSpec, Played | Failure | Stop], tally: _Tally) -> None:
+        todo = (spec for spec in self._specs() if not self._is_there(spec) and not self._is_lost(spec))
+        under_way = 0
+        while True:
+            if self._error is None:
+                for spec in itertools.islice(todo, engine.workers * _AHEAD - under_way):
+                    engine.submit(spec)
+                    under_way += 1
+            if not under_way:
+                return
+            running = self._error is None
+            for spec, result in engine.wait(_PATIENCE):
+                under_way -= 1
+                self._take(spec, result)
+            self._store.check_place()
+            self._progress(tally.done + self._played + self._failed, tally.total)
+            if running and self._error is not None:  # play no more, but keep what is being played
+                under_way -= engine.cancel()
+
+    def _take(self, spec: EpisodeSpec, result: Played | Failure | Stop | Lost) -> None:
+        """Store what came of an episode."""
+        if isinstance(result, Lost):
+            result = failure(*result)
+        if isinstance(result, Played):
+            self._store.add_packed(spec, *result)
+            self._played += 1
+        elif isinstance(result, Stop):
+            self._error = self._error or StudyError(result.error)
+        else:
+            self._store.add_failure(spec, result)
+            self._failed += 1
+            if self._first is None:
+                self._first = EpisodeError(f"{told(spec)} failed: {result.error}")
+                self._first.trace = result.trace
+            if self._way.fail_fast:
+                self._error = self._error or self._first
+
+    def _failures(self, tally: _Tally) -> EpisodeError | None:
+        """What to say of episodes that failed, if any did."""
+        first = self._first
+        if first is None:
+            lost = f"{tally.lost} of {tally.total} episodes failed in an earlier run"
+            return EpisodeError(lost) if tally.lost else None
+        if self._failed == 1:
+            return first
+        error = EpisodeError(f"{self._failed} of {tally.total} episodes failed, the first: {first}")
+        error.trace = first.trace
+        return error
 
 
 def manifest(study: Study) -> dict[str, Any]:
@@ -157,16 +270,3 @@ def _versions() -> dict[str, str]:
         with contextlib.suppress(metadata.PackageNotFoundError):
             versions[name] = metadata.version(name)
     return versions
-
-
-def _begin(environment: Mapping[str, str]) -> None:
-    """Set up a worker. It ends when its parent is gone, even if that was killed."""
-    os.environ.update(environment)
-    parent = multiprocessing.parent_process()
-
-    def watch() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()

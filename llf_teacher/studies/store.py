@@ -1,11 +1,14 @@
 """The store: a study's episodes in one SQLite file, each written whole as it ends.
 
 What tables and curves need of an episode is in columns of `result`, its turns are one compressed value in `story`, and
-what many episodes share is a row of `setting`. The view `episode` joins the first and the last.
+what many episodes share is a row of `setting`. The view `episode` joins the first and the last. An episode that failed
+is a row of `failure`, until it is played after all.
 """
 
+import contextlib
 import hashlib
 import json
+import os
 import sqlite3
 import weakref
 import zlib
@@ -13,6 +16,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.studies.attempt import Failure
 from llf_teacher.studies.episode import EpisodeRow, Record, pack_turns, unpack_regrets, unpack_turns
 from llf_teacher.studies.study import EpisodeSpec
 
@@ -28,12 +32,13 @@ _TYPES = {
     float | None: "REAL",
 }
 _FIELDS = EpisodeSpec.__annotations__ | EpisodeRow.__annotations__
+_KINDS = _FIELDS | Failure.__annotations__
 _ONES_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))
 _SHARED = tuple(name for name in _FIELDS if name not in _ONES_OWN)
 
 
 def _columns(names: Iterable[str]) -> str:
-    return ", ".join(f"{name} {_TYPES[_FIELDS[name]]}" for name in names)
+    return ", ".join(f"{name} {_TYPES[_KINDS[name]]}" for name in names)
 
 
 _TABLES = {
@@ -41,8 +46,10 @@ _TABLES = {
     "setting": ("setting", *_SHARED),
     "result": ("number", "key", "setting", *_ONES_OWN, "digest"),
     "story": ("number", "packed"),
+    "failure": ("number", "key", *EpisodeSpec._fields, *Failure._fields, "digest"),
     "episode": ("key", *_FIELDS),
 }
+_FAILED = ", ".join((*EpisodeSpec._fields, *Failure._fields))
 _EPISODE = f"lower(hex(key)) AS key, {', '.join(_FIELDS)}"
 _JOINED = "result JOIN setting USING (setting)"
 _SCHEMA = f"""
@@ -51,6 +58,8 @@ CREATE TABLE setting (setting INTEGER PRIMARY KEY, {_columns(_SHARED)}, UNIQUE (
 CREATE TABLE result (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE,
 setting INTEGER NOT NULL REFERENCES setting (setting), {_columns(_ONES_OWN)}, digest BLOB NOT NULL);
 CREATE TABLE story (number INTEGER PRIMARY KEY REFERENCES result (number), packed BLOB NOT NULL);
+CREATE TABLE failure (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE, {_columns(EpisodeSpec._fields)},
+{_columns(Failure._fields)}, digest BLOB NOT NULL);
 CREATE VIEW episode AS SELECT {_EPISODE} FROM {_JOINED};
 PRAGMA application_id = {_APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
@@ -85,6 +94,7 @@ class Store:
             self._db.row_factory = sqlite3.Row
             self._settings: dict[tuple[Any, ...], int] = {}
             self._prepare()
+            self._place = place(path)
         except sqlite3.DatabaseError as error:
             raise StoreError(f"cannot use {path} as a store: {error}; give another file by --store") from None
 
@@ -141,6 +151,10 @@ class Store:
             for number, digest, key, *values, packed in self._db.execute(query):
                 if _digest(key, values, packed) != digest:
                     yield number, f"the episode {key} is not as it was written"
+            query = f"SELECT number, digest, lower(hex(key)), {_FAILED} FROM failure"  # noqa: S608
+            for number, digest, key, *values in self._db.execute(query):
+                if _digest(key, values) != digest:
+                    yield number, f"the failure of the episode {key} is not as it was written"
 
     def add(self, record: Record) -> None:
         """Write an episode and its turns, all or nothing; one that is there already stays as it is."""
@@ -152,19 +166,62 @@ class Store:
             name: int(value) if isinstance(value, bool) else value
             for name, value in zip(_FIELDS, (*spec, *episode), strict=True)
         }
-        db, key = self._db, spec.key
-        db.execute("BEGIN IMMEDIATE")
-        try:
+        key = spec.key
+        with self._writing() as db:
             shared, own = (tuple(values[name] for name in names) for names in (_SHARED, _ONES_OWN))
             row = (bytes.fromhex(key), self._setting(shared), *own, _digest(key, values.values(), turns))
             added = db.execute(f"INSERT OR IGNORE INTO result VALUES (NULL, {_marks(row)})", row)  # noqa: S608
             if added.rowcount:
                 db.execute("INSERT INTO story VALUES (?, ?)", (added.lastrowid, turns))
+                db.execute("DELETE FROM failure WHERE key = ?", row[:1])
+
+    def add_failure(self, spec: EpisodeSpec, failure: Failure) -> None:
+        """Write why an episode failed; what an earlier attempt left is replaced."""
+        row = (bytes.fromhex(spec.key), *spec, *failure, _digest(spec.key, (*spec, *failure)))
+        with self._writing() as db:
+            db.execute(f"INSERT OR REPLACE INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
+
+    def failures(self) -> Iterator[dict[str, Any]]:
+        """The episodes that failed: `key`, the fields of `EpisodeSpec`, and those of `Failure`."""
+        query = f"SELECT lower(hex(key)) AS key, {_FAILED} FROM failure ORDER BY {_ORDER}"  # noqa: S608
+        yield from map(dict, self._db.execute(query))
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        """Write all or nothing.
+
+        Raises:
+            StoreError: the file is gone, or nothing can be written to it.
+        """
+        self.check_place()
+        db = self._db
+        try:
+            db.execute("BEGIN IMMEDIATE")
+            yield db
             db.execute("COMMIT")
-        except BaseException:
-            db.execute("ROLLBACK")
+        except BaseException as error:
             self._settings.clear()
+            with contextlib.suppress(sqlite3.Error):
+                if db.in_transaction:  # SQLite itself may have ended it
+                    db.execute("ROLLBACK")
+            if isinstance(error, sqlite3.OperationalError):
+                raise StoreError(
+                    f"cannot write to {self.path}: {error}; what was written before is in it. Mend this, and the same "
+                    "command goes on from there"
+                ) from None
             raise
+
+    def check_place(self) -> None:
+        """Check that the file is still where it was.
+
+        Raises:
+            StoreError: it was deleted, moved or replaced since it was opened.
+        """
+        if place(self.path) != self._place:
+            raise StoreError(
+                f"{self.path} was deleted, moved or replaced while it was in use; what is written from here on is "
+                "lost. If it was moved, put it back, and the same command goes on from there"
+            )
 
     def _setting(self, shared: tuple[Any, ...]) -> int:
         if shared not in self._settings:
@@ -174,9 +231,31 @@ class Store:
             self._settings[shared] = found[0]
         return self._settings[shared]
 
+    @property
+    def count(self) -> int:
+        """How many episodes are there."""
+        (count,) = self._db.execute("SELECT count(*) FROM result").fetchone()
+        return int(count)
+
     def keys(self) -> set[str]:
         """The keys of the episodes that are there."""
         return {row[0] for row in self._db.execute("SELECT key FROM episode")}
+
+    def has(self, key: str) -> bool:
+        """Whether an episode is there."""
+        return self._found("SELECT 1 FROM result WHERE key = ?", bytes.fromhex(key))
+
+    def has_failed(self, key: str) -> bool:
+        """Whether an episode has failed, and was not played since."""
+        return self._found("SELECT 1 FROM failure WHERE key = ?", bytes.fromhex(key))
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is no episode, and none that failed."""
+        return not self._found("SELECT 1 FROM result LIMIT 1") and not self._found("SELECT 1 FROM failure LIMIT 1")
+
+    def _found(self, query: str, *values: Any) -> bool:
+        return self._db.execute(query, values).fetchone() is not None
 
     def episodes(self, keys: set[str] | None = None) -> list[sqlite3.Row]:
         """Episodes in a fixed order: all, or those of the given keys."""
@@ -239,7 +318,8 @@ class Store:
     def write_manifest(self, values: dict[str, Any]) -> None:
         """Keep facts about the study and its surroundings."""
         rows = [(name, json.dumps(value, ensure_ascii=False)) for name, value in values.items()]
-        self._db.executemany("INSERT OR REPLACE INTO manifest VALUES (?, ?)", rows)
+        with self._writing() as db:
+            db.executemany("INSERT OR REPLACE INTO manifest VALUES (?, ?)", rows)
 
     def manifest(self) -> dict[str, Any]:
         """What `write_manifest` kept."""
@@ -254,7 +334,7 @@ class Store:
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        vain = error is not None and self._made and not self.keys()
+        vain = error is not None and self._made and self.empty and place(self.path) == self._place
         self.close()
         if vain:
             self.path.unlink(missing_ok=True)
@@ -264,7 +344,16 @@ def _marks(values: tuple[Any, ...]) -> str:
     return ", ".join("?" * len(values))
 
 
-def _digest(key: str, values: Iterable[Any], turns: bytes) -> bytes:
+def place(path: Path | int) -> tuple[int, int] | None:
+    """Which file is at a path, if any, or open under a number."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _digest(key: str, values: Iterable[Any], turns: bytes = b"") -> bytes:
     """Of all that is written of an episode."""
     digest = hashlib.blake2b(repr((key, *values)).encode(), digest_size=8)
     digest.update(turns)

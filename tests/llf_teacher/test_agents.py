@@ -12,7 +12,7 @@ import llf_teacher
 from llf_teacher.students.agents import GYMNASIUM, LLF, POLICY, as_text, protocol_of
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.episode import play
-from llf_teacher.studies.runner import EpisodeError, run
+from llf_teacher.studies.runner import EpisodeError, Way, run
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 from teachers.atoms import Utterance
@@ -290,7 +290,7 @@ def test_agents_fit_the_other_door(mine):
         ("Breaks", r"episode .*'seed': 0.* failed: KeyError\('no idea'\)"),
         ("BreaksOddly", r"failed: Unpicklable\('no sense'\)"),
         ("Leaves", r"failed: SystemExit\(3\)"),
-        ("Dies", "failed: a process that plays died"),
+        ("Dies", "failed: its process ended with exit status 3"),
     ],
 )
 def test_what_was_played_before_a_failure_is_stored(mine, tmp_path, student, match):
@@ -304,8 +304,9 @@ def test_what_was_played_before_a_failure_is_stored(mine, tmp_path, student, mat
 def test_what_is_being_played_at_a_failure_is_stored_and_no_more_is_begun(mine, tmp_path):
     students = [f"{mine}:{name}(marker={str(tmp_path / 'marker')!r})" for name in ("Slow", "Impatient")]
     with Store(tmp_path / "s.db") as store:
+        more = (f"{mine}:Scripted(answer='{n}')" for n in range(20))
         with pytest.raises(EpisodeError, match="KeyError"):
-            run(study(*students, *(f"{mine}:Scripted(answer='{n}')" for n in range(20))), store, workers=2)
+            run(study(*students, *more), store, workers=2, way=Way(fail_fast=True))
         stored = [row["student"] for row in store.episodes()]
     assert students[0] in stored
     assert len(stored) < 10
@@ -329,10 +330,11 @@ def test_the_command_line(tmp_path):
     assert "did you mean Scripted" in refused.stderr
     assert not (tmp_path / "s.db").exists()
     failed = llf("my_agent:Breaks")
-    assert failed.returncode == 1
+    assert failed.returncode == 3
     assert 'my_agent.py", line' in failed.stderr
     assert "llf: episode {'id': 'llf-gridworld-v0'" in failed.stderr
-    assert "What was played is in s.db" in failed.stderr
+    assert "The same command with --retry-failed plays again what failed" in failed.stderr
+    assert "Played 1 episodes, stored in s.db" in failed.stderr
     assert "runner.py" not in failed.stderr.partition("llf: episode")[2]
     played = llf("my_agent:Scripted(answer='west')")
     assert played.returncode == 0, played.stderr

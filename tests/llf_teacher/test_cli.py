@@ -119,16 +119,16 @@ def test_a_store_is_checked(tmp_path):
     assert result.stderr.startswith("llf-study.db, row 2: the episode ")
 
 
-def test_a_study_that_fails_at_once_leaves_no_store(tmp_path):
+def test_a_study_without_any_episode_played_has_no_report(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY.replace("obedient", "agents_of_mine:Broken"))
     (tmp_path / "agents_of_mine.py").write_text(
         "class Broken:\n    def act(self, observation):\n        return 1 / 0\n"
     )
     result = llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
-    assert result.returncode == 1
+    assert result.returncode == 3
     assert "division by zero" in result.stderr
-    assert "What was played" not in result.stderr
-    assert not (tmp_path / "llf-study.db").exists()
+    assert "Played 0 episodes" in result.stderr
+    assert not (tmp_path / "llf-study.html").exists()
 
 
 def test_play(tmp_path):

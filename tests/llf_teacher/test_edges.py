@@ -132,7 +132,7 @@ def test_what_an_agent_says_does_not_steer_the_terminal(tmp_path):
     (tmp_path / "_mine.py").write_text(AGENT)
     (tmp_path / "study.toml").write_text(STUDY.replace("Agent", "Broken"))
     result = python("-m", "llf_teacher", "study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
-    assert result.returncode == 1
+    assert result.returncode == 3
     assert ESCAPE not in result.stderr
     assert OVERRIDE not in result.stderr
     assert "[/b]" in result.stderr

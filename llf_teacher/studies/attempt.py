@@ -1,0 +1,102 @@
+"""One attempt at an episode, in the process that plays it: whatever the agent does, what came of it is a value."""
+
+import os
+import random
+import traceback
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.studies.episode import EpisodeRow, pack_turns, play
+from llf_teacher.studies.executors import Process
+from llf_teacher.studies.limits import Clock, Limits, TimeIsUp, within_memory
+from llf_teacher.studies.study import EpisodeSpec
+
+REASONS = ("raised", "time", "memory", "died")
+"""Why episodes fail: the agent raised, took too long, took too much memory, or its process is gone."""
+_LONGEST = 2_000, 20_000  # characters of a failure's message and traceback
+
+
+class Failure(NamedTuple):
+    """Why there is nothing of an episode, as text: not every exception survives the way between processes."""
+
+    reason: str
+    """One of `REASONS`."""
+    error: str
+    trace: str = ""
+    """The traceback in the process that played, where the error is not plain from its message."""
+
+
+class Stop(NamedTuple):
+    """Why the study cannot go on, with this episode or another."""
+
+    error: str
+
+
+class Played(NamedTuple):
+    """An episode, ready for the store."""
+
+    episode: EpisodeRow
+    turns: bytes
+
+
+_spoiled: list[str] = []
+"""Reasons why this process had better play no more: an agent was ended in the middle of it, or may hold much memory."""
+
+
+def set_up(environment: Mapping[str, str]) -> None:
+    """Set up a process that plays."""
+    os.environ.update(environment)
+
+
+def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Played | Failure | Stop:  # noqa: B008 (immutable)
+    """Play an episode and pack its turns; global generators are seeded for agents that use them."""
+    if _spoiled:
+        Process.replace()
+    clock = Clock(limits)
+    seed = int(spec.key, 16)
+    random.seed(seed)
+    np.random.seed(seed % 2**32)  # noqa: NPY002 (agents of the user's own may use it)
+    try:
+        with within_memory(limits.memory), clock.running():
+            record = play(spec, clock.turn)
+        return Played(record.episode, pack_turns(record.turns))
+    except LLMError as error:
+        return Stop(f"{error}" if isinstance(error, SpendingLimitError) else f"{told(spec)} failed: {error}")
+    except TimeIsUp as error:
+        clock.stop()
+        _spoiled.append("time")
+        return failure("time", f"{error}", traceback.format_exc())
+    except MemoryError as error:
+        _spoiled.append("memory")
+        most = "" if limits.memory is None else f"of {limits.memory} MB "
+        return failure("memory", f"no memory {most}is left: {_shown(error)}", traceback.format_exc())
+    except BaseException as error:  # an agent may raise anything
+        if isinstance(error, KeyboardInterrupt) and not Process.owned:
+            raise
+        return failure("raised", _shown(error), traceback.format_exc())
+
+
+def failure(reason: str, error: str, trace: str = "") -> Failure:
+    """A failure with texts that can be stored: of bounded length, without halves of characters."""
+    longest, longest_trace = _LONGEST
+    error, trace = (text.encode("utf-8", "replace").decode() for text in (error, trace))
+    return Failure(
+        reason,
+        error if len(error) <= longest else error[: longest - 3] + "...",
+        trace if len(trace) <= longest_trace else "..." + trace[3 - longest_trace :],
+    )
+
+
+def told(spec: EpisodeSpec) -> str:
+    """An episode in words."""
+    return f"episode {spec._asdict()}"
+
+
+def _shown(error: BaseException) -> str:
+    try:
+        return repr(error)
+    except Exception:  # of its own making, too
+        return type(error).__name__

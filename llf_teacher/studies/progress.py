@@ -1,0 +1,52 @@
+"""How far a study is: a bar on a terminal, a line a minute elsewhere."""
+
+import time
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+_OFTEN = 0.1  # seconds between looks at a terminal
+_SELDOM = 60.0  # seconds between lines elsewhere
+
+
+class StudyProgress:
+    """Shows how many episodes are done. Nothing is shown of a study that cannot start.
+
+    Args:
+        console: where.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        columns = BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn()
+        self._bar = Progress(TextColumn("{task.description}"), *columns, console=console)
+        self._task = self._bar.add_task("episodes", total=None)
+        self._began: float | None = None
+        self._shown = (0.0, 0)
+
+    def __call__(self, done: int, total: int) -> None:
+        """So many episodes are done, of so many."""
+        now = time.monotonic()
+        terminal = self._console.is_terminal
+        if self._began is None:
+            self._began = now
+            if terminal:
+                self._bar.start()
+        elif now - self._shown[0] < (_OFTEN if terminal else _SELDOM) and not (terminal and done == total):
+            return
+        elif not terminal:
+            rate = (done - self._shown[1]) / (now - self._shown[0])
+            self._console.print(f"{done:,} of {total:,} episodes, {rate:.3g} a second", highlight=False)
+        self._bar.update(self._task, completed=done, total=total)
+        self._shown = now, done
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._began is not None and self._console.is_terminal:
+            self._bar.stop()

@@ -1,0 +1,295 @@
+"""Agents that raise, hang, exit or eat memory fail their episode; the rest goes on, and the rows are the same."""
+
+import os
+import re
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from llf_teacher import studies
+from llf_teacher.studies import limits as limits_module
+from llf_teacher.studies.attempt import REASONS
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.limits import Limits
+from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study
+
+MODULE = """
+import os
+import sys
+import time
+
+KEPT = []
+
+
+class Agent:
+    def __init__(self, fault="none"):
+        self.fault = fault
+
+    def act(self, observation):
+        getattr(self, self.fault)()
+        return "north"
+
+    def none(self):
+        pass
+
+    def raises(self):
+        raise KeyError("no idea")
+
+    def unspeakable(self):
+        class Unspeakable(BaseException):
+            def __repr__(self):
+                raise ValueError
+
+        raise Unspeakable
+
+    def sleeps(self):
+        time.sleep(600)
+
+    def deaf(self):
+        while True:
+            try:
+                time.sleep(600)
+            except BaseException:
+                pass
+
+    def leaves(self):
+        sys.exit(3)
+
+    def exits(self):
+        os._exit(0)
+
+    def eats(self):
+        while True:
+            KEPT.append(bytearray(1 << 25))
+
+
+class Odd:
+    def __init__(self, answer):
+        self.answer = answer
+
+    def act(self, observation):
+        return getattr(self, self.answer)()
+
+    def circle(self):
+        circle = []
+        circle.append(circle)
+        return circle
+
+    def deep(self):
+        deep = []
+        for _ in range(100_000):
+            deep = [deep]
+        return deep
+
+    def keys(self):
+        return {(1, 2): 3}
+"""
+FAULTS = {
+    "raises": ("raised", r"^KeyError\('no idea'\)$"),
+    "unspeakable": ("raised", "^Unspeakable$"),
+    "leaves": ("raised", r"^SystemExit\(3\)$"),
+    "sleeps": ("time", "^not over after 2 seconds, in turn 1$"),
+    "deaf": ("time", "^not over .* seconds after its beginning, and did not end by itself$"),
+    "exits": ("died", "^its process ended with exit status 0$"),
+    "eats": ("memory", "^no memory of 400 MB is left: MemoryError"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Where the agents are."""
+    (tmp_path / "faulty.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    yield tmp_path
+    sys.modules.pop("faulty", None)
+
+
+def study(*students, seeds=1, **changes):
+    settings = {"ids": ["llf-gridworld-v0"], "teachers": ["oracle"], "max_turns": 3}
+    return Study(**settings | changes, students=students, seeds=seeds)
+
+
+def rows(store):
+    return sorted(tuple(row) for row in store.episodes())
+
+
+def test_each_fault_fails_its_episode_and_no_other(folder, monkeypatch):
+    monkeypatch.setattr(limits_module, "_GRACE", 0.2)
+    faults = [f"faulty:Agent(fault='{fault}')" for fault in FAULTS]
+    sound = ["random", "faulty:Agent"]
+    whole = study(*faults, *sound, seeds=1)
+    way = Way(limits=Limits(episode_seconds=2, memory=400))
+    with Store(folder / "s.db") as store:
+        with pytest.raises(EpisodeError, match=f"^{len(FAULTS)} of {len(FAULTS) + 2} episodes failed, the first: epis"):
+            run(whole, store, workers=2, way=way)
+        told = {row["student"]: row for row in store.failures()}
+        for fault, (reason, error) in FAULTS.items():
+            row = told[f"faulty:Agent(fault='{fault}')"]
+            assert row["reason"] == reason, row
+            assert re.search(error, row["error"]), row
+            assert reason in REASONS
+            assert ("faulty.py" in row["trace"]) == (fault not in ("deaf", "exits"))
+        undisturbed = sorted((spec.key, *spec, *play(spec).episode) for spec in study(*sound).episodes())
+        assert rows(store) == undisturbed
+        assert not list(store.damage(thorough=True))
+
+
+def test_failed_episodes_are_played_again_when_asked_for(folder):
+    fails = study("faulty:Agent(fault='raises')", "random")
+    with Store(folder / "s.db") as store:
+        for match in ("no idea", "^1 of 2 episodes failed in an earlier run$"):
+            with pytest.raises(EpisodeError, match=match) as caught:
+                run(fails, store, workers=1, way=Way("here"))
+        assert caught.value.played == 0
+        text = (folder / "faulty.py").read_text().replace('raise KeyError("no idea")', "pass")
+        (folder / "faulty.py").write_text(text)
+        sys.modules["faulty"].Agent.raises = lambda self: None
+        assert run(fails, store, workers=1, way=Way("here", retry_failed=True)) == 1
+        assert not list(store.failures())
+        assert store.count == 2
+        assert run(fails, store, workers=1) == 0
+
+
+def test_in_python_a_failure_is_a_warning(folder):
+    fails = study("faulty:Agent(fault='raises')", "random")
+    with pytest.warns(RuntimeWarning, match="failed: KeyError.*`failures` of the results says why"):
+        results = studies.run(fails, folder / "s.db", way=Way("here"))
+    assert [row["error"] for row in results.failures()] == ["KeyError('no idea')"]
+    assert [row["student"] for row in results.rows()] == ["random"]
+
+
+def test_a_failure_is_covered_by_a_digest(folder):
+    with Store(folder / "s.db") as store:
+        with pytest.raises(EpisodeError):
+            run(study("faulty:Agent(fault='raises')"), store, way=Way("here"))
+        assert not list(store.damage(thorough=True))
+        for change in ("seed = 1", "reason = 'died'", "error = ''", "trace = 'x'", "key = x'00'"):
+            store._db.execute("SAVEPOINT before")
+            store._db.execute(f"UPDATE failure SET {change}")
+            assert [problem for _, problem in store.damage(thorough=True) if "the failure of" in problem], change
+            store._db.execute("ROLLBACK TO before")
+            store._db.execute("RELEASE before")
+
+
+def test_nothing_is_begun_after_a_failure_that_matters(folder):
+    many = study("faulty:Agent(fault='raises')", "random", seeds=50)
+    with Store(folder / "s.db") as store:
+        with pytest.raises(EpisodeError, match=r"^episode \{.* failed: KeyError"):
+            run(many, store, way=Way("here", fail_fast=True))
+        assert len(list(store.failures())) == 1
+        assert store.count == 0
+
+
+@pytest.mark.parametrize("answer", ["circle", "deep", "keys"])
+def test_an_answer_that_cannot_be_written_down_is_a_turn(folder, answer):
+    (spec,) = study(f"faulty:Odd(answer='{answer}')").episodes()
+    record = play(spec)
+    assert record.episode.parse_failures == record.episode.turns == 3
+    assert "that is no JSON" in record.turns[1].parse_failure
+
+
+@pytest.mark.parametrize(
+    ("changes", "match"),
+    [
+        ({"limits": Limits(turn_seconds=0)}, "turn_seconds must be above 0, got 0"),
+        ({"limits": Limits(memory=-1)}, "memory must be above 0, got -1"),
+        ({"executor": "prosesses"}, "unknown executor 'prosesses'; did you mean processes"),
+        ({"address": "auto"}, "the executor 'processes' plays on this machine and has no address, got 'auto'"),
+        ({"executor": "here", "address": "auto"}, "the executor 'here' has one worker and no address"),
+    ],
+)
+def test_a_way_that_cannot_be_is_refused(tmp_path, changes, match):
+    with Store(tmp_path / "s.db") as store, pytest.raises(ValueError, match=match):
+        run(study("random"), store, way=Way(**changes))
+
+
+def test_time_limits_are_for_the_main_thread(tmp_path):
+    import threading
+
+    errors = []
+
+    def play_there():
+        with Store(tmp_path / "s.db") as store:
+            try:
+                run(study("random"), store, way=Way("here", limits=Limits(turn_seconds=1)))
+            except ValueError as error:
+                errors.append(f"{error}")
+
+    thread = threading.Thread(target=play_there)
+    thread.start()
+    thread.join()
+    assert errors == ["limits of time can be kept in the main thread only"]
+
+
+def test_a_limit_leaves_no_trace_here(folder):
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_DATA), signal.getsignal(signal.SIGALRM), dict(os.environ)
+    with Store(folder / "s.db") as store:
+        students = "faulty:Agent(fault='sleeps')", "faulty:Agent(fault='eats')", "random"
+        with pytest.raises(EpisodeError, match="2 of 3"):
+            run(
+                study(*students),
+                store,
+                way=Way("here", limits=Limits(turn_seconds=2, memory=data_of_this_process() + 200)),
+            )
+        told = {row["reason"]: row["error"] for row in store.failures()}
+        assert set(told) == {"time", "memory"}
+        assert told["time"] == "turn 1 was not over after 2 seconds"
+        assert store.count == 1
+    after = resource.getrlimit(resource.RLIMIT_DATA), signal.getsignal(signal.SIGALRM), dict(os.environ)
+    assert after == before
+    assert signal.getitimer(signal.ITIMER_REAL) == (0, 0)
+    sys.modules["faulty"].KEPT.clear()
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["SIGINT", "SIGTERM"])
+def test_a_signal_ends_a_study_within_seconds(folder, number, status):
+    """Of agents that do not let themselves be disturbed, too."""
+    (folder / "study.toml").write_text(
+        'ids = ["llf-gridworld-v0"]\nteachers = ["oracle"]\nseeds = 1\nmax_turns = 3\n'
+        'students = ["random", "faulty:Agent(fault=\'deaf\')"]\n'
+    )
+    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2"]
+    process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    path = folder / "llf-study.db"
+    while process.poll() is None and not played(path):
+        time.sleep(0.05)
+    sent = time.monotonic()
+    os.killpg(process.pid, number) if number == signal.SIGINT else process.send_signal(number)
+    told = process.communicate()[1]
+    assert process.returncode == status, told
+    assert time.monotonic() - sent < 15
+    assert "What was played is in llf-study.db; the same command goes on from there." in told
+    assert "Traceback" not in told
+    with Store(path) as store:
+        assert [row["student"] for row in store.episodes()] == ["random"]
+        assert not list(store.failures())
+    assert not (folder / "llf-study.db-lock").exists()
+
+
+def data_of_this_process():
+    """In megabytes, as Linux counts it."""
+    status = Path("/proc/self/status").read_text()
+    return int(re.search(r"VmData:\s+(\d+) kB", status)[1]) // 1024
+
+
+def played(path):
+    """Whether a store has an episode."""
+    if not path.exists():
+        return False
+    db = sqlite3.connect(path)
+    try:
+        return db.execute("SELECT count(*) FROM episode").fetchone()[0] > 0
+    except sqlite3.OperationalError:  # not written yet
+        return False
+    finally:
+        db.close()
