@@ -42,6 +42,7 @@ def add_to(app: typer.Typer) -> None:
     group.command("migrate")(migrate)
     group.command("export")(export)
     group.command("power")(power)
+    group.command("merge")(merge)
     app.add_typer(group, name="study")
 
 
@@ -229,6 +230,19 @@ def power(
         f"An effect of {effect:g} against {against} is found with a chance of {chance:g} by "
         f"{max(need.seeds for need in found)} seeds, to be safe {found[0].safe}, in every comparison."
     )
+
+
+def merge(
+    into: Annotated[Path, typer.Argument(help="Store to write.")],
+    parts: Annotated[list[Path], typer.Argument(help="Stores of the parts; they are only read.")],
+) -> None:
+    """Put the stores of a study's shards together into one."""
+    from llf_teacher.studies import merging
+
+    with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
+        task = progress.add_task("episodes", total=None)
+        number = merging.merge(into, parts, lambda done, total: progress.update(task, completed=done, total=total))
+    typer.echo(f"{number} episodes, stored in {into}.")
 
 
 class _Terminated(KeyboardInterrupt):

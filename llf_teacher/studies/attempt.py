@@ -35,7 +35,7 @@ class Stop(NamedTuple):
     error: str
 
 
-class Played(NamedTuple):
+class Packed(NamedTuple):
     """An episode, ready for the store."""
 
     episode: EpisodeRow
@@ -51,7 +51,7 @@ def set_up(environment: Mapping[str, str]) -> None:
     os.environ.update(environment)
 
 
-def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Played | Failure | Stop:  # noqa: B008 (immutable)
+def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
     """Play an episode and pack its turns; global generators are seeded for agents that use them."""
     if _spoiled:
         Process.replace()
@@ -62,7 +62,7 @@ def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Played | Failure | 
     try:
         with within_memory(limits.memory), clock.running():
             record = play(spec, clock.turn)
-        return Played(record.episode, pack_turns(record.turns))
+        return Packed(record.episode, pack_turns(record.turns))
     except LLMError as error:
         return Stop(f"{error}" if isinstance(error, SpendingLimitError) else f"{told(spec)} failed: {error}")
     except TimeIsUp as error:

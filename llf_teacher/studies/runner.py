@@ -15,7 +15,7 @@ from llf_teacher.models.settings import CACHE
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import executors
 from llf_teacher.studies.alone import alone
-from llf_teacher.studies.attempt import Failure, Played, Stop, attempt, failure, set_up, told
+from llf_teacher.studies.attempt import Failure, Packed, Stop, attempt, failure, set_up, told
 from llf_teacher.studies.executors import Executor, Lost, Work
 from llf_teacher.studies.limits import Limits
 from llf_teacher.studies.store import Store, StoreError
@@ -199,7 +199,7 @@ class _Run:
                 turns = max(turns, spec.max_turns)
         return _Tally(there, lost, todo, tuple(students), turns)
 
-    def _play(self, engine: Executor[EpisodeSpec, Played | Failure | Stop], tally: _Tally) -> None:
+    def _play(self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], tally: _Tally) -> None:
         todo = (spec for spec in self._specs() if not self._is_there(spec) and not self._is_lost(spec))
         under_way = 0
         while True:
@@ -218,11 +218,11 @@ class _Run:
             if running and self._error is not None:  # play no more, but keep what is being played
                 under_way -= engine.cancel()
 
-    def _take(self, spec: EpisodeSpec, result: Played | Failure | Stop | Lost) -> None:
+    def _take(self, spec: EpisodeSpec, result: Packed | Failure | Stop | Lost) -> None:
         """Store what came of an episode."""
         if isinstance(result, Lost):
             result = failure(*result)
-        if isinstance(result, Played):
+        if isinstance(result, Packed):
             self._store.add_packed(spec, *result)
             self._played += 1
         elif isinstance(result, Stop):

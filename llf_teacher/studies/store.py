@@ -181,6 +181,19 @@ class Store:
         with self._writing() as db:
             db.execute(f"INSERT OR REPLACE INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
 
+    def packed(self) -> Iterator[tuple[EpisodeSpec, EpisodeRow, bytes]]:
+        """All episodes, as `add_packed` takes them."""
+        query = f"SELECT {', '.join(_FIELDS)}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
+        size = len(EpisodeSpec._fields)
+        for *values, turns in self._db.execute(query):
+            yield EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
+
+    def failed(self) -> Iterator[tuple[EpisodeSpec, Failure]]:
+        """All that failed, as `add_failure` takes them."""
+        size = len(EpisodeSpec._fields)
+        for values in self._db.execute(f"SELECT {_FAILED} FROM failure"):  # noqa: S608
+            yield EpisodeSpec(*values[:size]), Failure(*values[size:])
+
     def failures(self) -> Iterator[dict[str, Any]]:
         """The episodes that failed: `key`, the fields of `EpisodeSpec`, and those of `Failure`."""
         query = f"SELECT lower(hex(key)) AS key, {_FAILED} FROM failure ORDER BY {_ORDER}"  # noqa: S608

@@ -1,5 +1,6 @@
 """Agents that raise, hang, exit or eat memory fail their episode; the rest goes on, and the rows are the same."""
 
+import io
 import os
 import re
 import signal
@@ -10,12 +11,15 @@ import time
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from llf_teacher import studies
 from llf_teacher.studies import limits as limits_module
+from llf_teacher.studies import progress as progress_module
 from llf_teacher.studies.attempt import REASONS
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.limits import Limits
+from llf_teacher.studies.progress import StudyProgress
 from llf_teacher.studies.runner import EpisodeError, Way, run
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
@@ -293,3 +297,25 @@ def played(path):
         return False
     finally:
         db.close()
+
+
+def test_outside_of_a_terminal_progress_is_a_line_now_and_then(monkeypatch):
+    monkeypatch.setattr(progress_module, "_SELDOM", 0.05)
+    file = io.StringIO()
+    with StudyProgress(Console(file=file, force_terminal=False)) as progress:
+        progress(0, 2000)
+        progress(3, 2000)
+        assert file.getvalue() == ""
+        time.sleep(0.06)
+        progress(1500, 2000)
+        progress(1600, 2000)
+    (line,) = file.getvalue().splitlines()
+    assert re.fullmatch(r"1,500 of 2,000 episodes, \S+ a second", line)
+
+
+def test_on_a_terminal_progress_is_a_bar():
+    file = io.StringIO()
+    with StudyProgress(Console(file=file, force_terminal=True)) as progress:
+        progress(0, 20)
+        progress(20, 20)
+    assert "20/20" in file.getvalue()
