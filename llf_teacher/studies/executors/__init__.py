@@ -53,7 +53,7 @@ class Lost(NamedTuple):
     """Of a task that its process took with it."""
 
     reason: str
-    """`time` or `died`."""
+    """`time`, `memory` or `died`."""
     error: str
 
 

@@ -1,0 +1,162 @@
+"""Studies on a Ray cluster of two nodes, on this machine: whoever dies, the rows are those of an undisturbed run."""
+
+import contextlib
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+import pytest
+import ray
+from ray.cluster_utils import Cluster
+
+from llf_teacher.studies import limits as limits_module
+from llf_teacher.studies.limits import Limits
+from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study, load_study
+
+pytestmark = pytest.mark.filterwarnings("default")
+NODE = {"num_cpus": 1, "object_store_memory": 80_000_000}
+AGENTS = """
+import os
+import time
+
+
+class Slow:
+    def __init__(self, fault="none"):
+        self.fault = fault
+
+    def act(self, observation):
+        time.sleep(0.02)
+        getattr(self, self.fault)()
+        return "north"
+
+    def none(self):
+        pass
+
+    def raises(self):
+        raise KeyError("no idea")
+
+    def sleeps(self):
+        time.sleep(600)
+
+    def deaf(self):
+        while True:
+            try:
+                time.sleep(600)
+            except BaseException:
+                pass
+
+    def exits(self):
+        os._exit(0)
+"""
+STUDY = """
+ids = ["llf-gridworld-v0"]
+teachers = ["oracle", "silent"]
+students = ["random", "slow_agents:Slow"]
+seeds = 20
+max_turns = 5
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Where the agents are, for the nodes too."""
+    folder = tmp_path_factory.mktemp("agents")
+    (folder / "slow_agents.py").write_text(AGENTS)
+    (folder / "study.toml").write_text(STUDY)
+    before = dict(os.environ)
+    os.environ["PYTHONPATH"] = f"{folder}{os.pathsep}{before.get('PYTHONPATH', '')}"
+    os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+    sys.path.insert(0, str(folder))
+    yield folder
+    sys.path.remove(str(folder))
+    os.environ.clear()
+    os.environ.update(before)
+
+
+@pytest.fixture(scope="module")
+def cluster(folder):
+    cluster = Cluster(initialize_head=True, head_node_args=NODE | {"include_dashboard": False})
+    cluster.add_node(**NODE)
+    cluster.wait_for_nodes()
+    yield cluster
+    ray.shutdown()
+    cluster.shutdown()
+
+
+@pytest.fixture(scope="module")
+def undisturbed(folder):
+    with Store(folder / "whole.db") as store:
+        assert run(load_study(folder / "study.toml"), store, way=Way("here")) == 80
+    return content(folder / "whole.db")
+
+
+def content(path):
+    """Episodes and turns, whatever the order in which they were written."""
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        packed = "SELECT key, packed FROM result JOIN story USING (number) ORDER BY key"
+        return [db.execute(query).fetchall() for query in ("SELECT * FROM episode ORDER BY key", packed)]
+
+
+def count(path):
+    try:
+        with contextlib.closing(sqlite3.connect(path)) as db:
+            return db.execute("SELECT count(*) FROM result").fetchone()[0]
+    except sqlite3.OperationalError:  # not written yet
+        return 0
+
+
+def test_a_killed_driver_goes_on(cluster, folder, undisturbed):
+    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--store", "killed.db"]
+    command += ["--executor", "ray", "--address", cluster.address]
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while process.poll() is None and count(folder / "killed.db") < 10:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert 10 <= count(folder / "killed.db") < 80
+    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert content(folder / "killed.db") == undisturbed
+
+
+def test_faults_fail_their_episodes(cluster, folder, monkeypatch):
+    monkeypatch.setattr(limits_module, "_GRACE", 0.5)
+    students = [f"slow_agents:Slow(fault='{fault}')" for fault in ("raises", "sleeps", "deaf", "exits")]
+    study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[*students, "random"], seeds=1)
+    way = Way("ray", address=cluster.address, limits=Limits(episode_seconds=1.5))
+    with Store(folder / "faults.db") as store:
+        with pytest.raises(EpisodeError, match=r"^4 of 5 episodes failed"):
+            run(study, store, way=way)
+        assert [row["student"] for row in store.episodes()] == ["random"]
+        told = {row["student"]: (row["reason"], row["error"]) for row in store.failures()}
+    gone = "its process or node was gone 4 times: "
+    reasons = [told[student][0] for student in students]
+    assert reasons == ["raised", "time", "died", "died"]
+    assert told[students[0]][1] == "KeyError('no idea')"
+    assert all(told[student][1].startswith(gone) for student in students[2:])
+
+
+def test_a_lost_node_loses_no_episode(cluster, folder, undisturbed):
+    more = cluster.add_node(**NODE)
+    cluster.wait_for_nodes()
+    removed = []
+
+    def progress(done, total):
+        if done >= 20 and not removed:
+            removed.append(done)
+            cluster.remove_node(more, allow_graceful=False)
+
+    path = folder / "node.db"
+    with Store(path) as store:
+        assert (
+            run(load_study(folder / "study.toml"), store, way=Way("ray", address=cluster.address), progress=progress)
+            == 80
+        )
+        assert not list(store.failures())
+    assert removed[0] < 80
+    assert content(path) == undisturbed
