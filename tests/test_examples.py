@@ -20,6 +20,15 @@ def test_teaching_on_a_budget(tmp_path):
     assert (tmp_path / "plot.png").stat().st_size > 10_000
 
 
+def test_efficiency():
+    command = [sys.executable, ROOT / "examples" / "efficiency.py", "--episodes", "40", "--workers", "1"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert "us to play and check an episode" in result.stdout
+    assert result.stdout.count("| processes, 1 workers | ") == 1
+    assert "most memory of the parent" in result.stdout
+
+
 @pytest.mark.parametrize(
     ("episodes", "least"), [(100, 0.0), pytest.param(3000, 0.6, marks=pytest.mark.full)], ids=["short", "whole"]
 )

@@ -196,7 +196,7 @@ class _Run:
             else:
                 todo += 1
                 students[spec.student] = None
-                turns = max(turns, spec.max_turns)
+                turns = max(turns, spec.max_turns * (spec.lessons + 1))
         return _Tally(there, lost, todo, tuple(students), turns)
 
     def _play(self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], tally: _Tally) -> None:
@@ -210,10 +210,11 @@ class _Run:
             if not under_way:
                 return
             running = self._error is None
-            for spec, result in engine.wait(_PATIENCE):
-                under_way -= 1
-                self._take(spec, result)
-            self._store.check_place()
+            ended = engine.wait(_PATIENCE)
+            under_way -= len(ended)
+            with self._store.together():
+                for spec, result in ended:
+                    self._take(spec, result)
             self._progress(tally.done + self._played + self._failed, tally.total)
             if running and self._error is not None:  # play no more, but keep what is being played
                 under_way -= engine.cancel()

@@ -128,7 +128,7 @@ def test_faults_fail_their_episodes(cluster, folder, monkeypatch):
     monkeypatch.setattr(limits_module, "_GRACE", 0.5)
     students = [f"slow_agents:Slow(fault='{fault}')" for fault in ("raises", "sleeps", "deaf", "exits")]
     study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[*students, "random"], seeds=1)
-    way = Way("ray", address=cluster.address, limits=Limits(episode_seconds=1.5))
+    way = Way("ray", address=cluster.address, limits=Limits(episode_seconds=4))
     with Store(folder / "faults.db") as store:
         with pytest.raises(EpisodeError, match=r"^4 of 5 episodes failed"):
             run(study, store, way=way)

@@ -8,6 +8,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,9 @@ from rich.console import Console
 from llf_teacher import studies
 from llf_teacher.studies import limits as limits_module
 from llf_teacher.studies import progress as progress_module
-from llf_teacher.studies.attempt import REASONS
-from llf_teacher.studies.episode import play
+from llf_teacher.studies import runner
+from llf_teacher.studies.attempt import REASONS, Packed
+from llf_teacher.studies.episode import pack_turns, play
 from llf_teacher.studies.limits import Limits
 from llf_teacher.studies.progress import StudyProgress
 from llf_teacher.studies.runner import EpisodeError, Way, run
@@ -99,7 +101,7 @@ FAULTS = {
     "raises": ("raised", r"^KeyError\('no idea'\)$"),
     "unspeakable": ("raised", "^Unspeakable$"),
     "leaves": ("raised", r"^SystemExit\(3\)$"),
-    "sleeps": ("time", "^not over after 2 seconds, in turn 1$"),
+    "sleeps": ("time", "^not over after 5 seconds, in turn 1$"),
     "deaf": ("time", "^not over .* seconds after its beginning, and did not end by itself$"),
     "exits": ("died", "^its process ended with exit status 0$"),
     "eats": ("memory", "^no memory of 400 MB is left: MemoryError"),
@@ -130,7 +132,7 @@ def test_each_fault_fails_its_episode_and_no_other(folder, monkeypatch):
     faults = [f"faulty:Agent(fault='{fault}')" for fault in FAULTS]
     sound = ["random", "faulty:Agent"]
     whole = study(*faults, *sound, seeds=1)
-    way = Way(limits=Limits(episode_seconds=2, memory=400))
+    way = Way(limits=Limits(episode_seconds=5, memory=400))
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError, match=f"^{len(FAULTS)} of {len(FAULTS) + 2} episodes failed, the first: epis"):
             run(whole, store, workers=2, way=way)
@@ -319,3 +321,25 @@ def test_on_a_terminal_progress_is_a_bar():
         progress(0, 20)
         progress(20, 20)
     assert "20/20" in file.getvalue()
+
+
+def test_the_memory_of_a_run_does_not_grow_with_the_study(tmp_path, monkeypatch):
+    """Of a first run and of one that goes on; playing is left out."""
+    record = play(next(study("random").episodes()))
+    packed = Packed(record.episode, pack_turns(record.turns))
+    monkeypatch.setattr(runner, "attempt", lambda spec, limits: packed)
+
+    def most(seeds):
+        whole = study("random", seeds=seeds)
+        peaks = []
+        with Store(tmp_path / f"{seeds}.db") as store:
+            for _ in range(2):
+                tracemalloc.start()
+                run(whole, store, way=Way("here"))
+                peaks.append(tracemalloc.get_traced_memory()[1])
+                tracemalloc.stop()
+            assert store.count == seeds
+        return max(peaks)
+
+    most(10)  # what is loaded once
+    assert most(1500) < most(100) + 100_000
