@@ -11,10 +11,13 @@ from pyarrow import json as arrow
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
+from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import entry
 from llf_teacher.studies import Results, Study, run
+from llf_teacher.studies.episode import play
 from llf_teacher.studies.exports import export_names, write_export
 from llf_teacher.studies.exports.dialogue import exchanges
+from llf_teacher.studies.store import Store
 from pz_envs.text_mode import parse_action
 from teachers.atoms import ParseFailure
 
@@ -177,6 +180,35 @@ def test_results_are_in_the_schema_of_every_eval_ever(found, tmp_path):
     ]
     assert result["score_details"]["score"] == pytest.approx(statistics.fmean(mine))
     assert result["score_details"]["uncertainty"]["standard_deviation"] == pytest.approx(np.std(mine, ddof=1))
+
+
+def model(request):
+    return "<think>It says so.</think>\n**Response:** go west" if len(request["messages"]) < 5 else "no idea"
+
+
+@pytest.fixture
+def asked(tmp_path):
+    """A store of a model's answers, of which the third and fourth are no action."""
+    with ScriptedEndpoint(model) as endpoint, Store(tmp_path / "model.db") as store:
+        student = f"llm(model='ours/scripted', base_url='{endpoint.url}')"
+        study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[student], seeds=1, max_turns=4)
+        for spec in study.episodes():
+            store.add(play(spec))
+    return Results(tmp_path / "model.db")
+
+
+def test_what_a_model_said_is_kept_and_what_it_thought_is_apart(asked, tmp_path):
+    (row,) = written(asked, tmp_path, "chat")
+    said = [message["content"] for message in row["messages"] if message["role"] == "assistant"]
+    assert said == ["**Response:** go west", "**Response:** go west", "no idea", "no idea"]
+    assert [turn["thought"] for turn in row["turns"]] == ["It says so.", "It says so.", "", ""]
+    assert [turn["parse_failure"] for turn in row["turns"]] == [False, False, True, True]
+    assert [each["turn"] for each in written(asked, tmp_path, "sft")] == [1, 2]
+    assert all("<think>" not in json.dumps(each["prompt"]) for each in written(asked, tmp_path, "sft"))
+    write_export(asked, tmp_path / "eee", "eee")
+    (told,) = (json.loads(path.read_text(encoding="utf-8")) for path in (tmp_path / "eee").glob("*.json"))
+    assert told["model_info"]["id"] == "ours/scripted"
+    assert [each["score_details"]["score"] for each in told["evaluation_results"]][2] == 0.5
 
 
 class Many(Results):

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.studies.exports.dialogue import exchanges, facts, said, write_lines
+from llf_teacher.studies.exports.dialogue import exchanges, facts, write_lines
 from llf_teacher.studies.results import Results
 
 
@@ -20,11 +20,12 @@ def _rows(results: Results) -> Iterator[dict[str, Any]]:
         closing = ""
         for exchange in exchanges(results, episode):
             row, told = exchange.row, exchange.told
-            messages = [*exchange.prompt, {"role": "assistant", "content": said(exchange.action)}]
+            messages = [*exchange.prompt, {"role": "assistant", "content": exchange.answer}]
             closing = row["feedback"]
             turns.append(
                 {
                     "action": exchange.action,
+                    "thought": exchange.thought,
                     "reward": row["reward"],
                     "regret": row["regret"],
                     "success": row["success"],

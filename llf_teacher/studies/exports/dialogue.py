@@ -22,6 +22,10 @@ class Told(NamedTuple):
     """All that was sent: instruction, past turns, and the question."""
     action: str
     """What the student did, as it is written in text mode."""
+    answer: str
+    """What a model answered, without its thoughts; of other students `said(action)`."""
+    thought: str
+    """What a model thought before; empty if that is not known."""
     row: dict[str, Any]
     """The turn, as fields of `TurnRow`."""
     told: dict[str, Any]
@@ -37,8 +41,9 @@ def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) ->
         left = episode["max_turns"] - turn["turn"] + 1
         seen = {"observation": told["observation"], "instruction": instruction, "feedback": told["feedback"]}
         action = written(episode["id"], turn)
-        yield Told(conversation.ask(seen, left), action, turn, told)
-        conversation.answer(said(action))
+        answer = turn.get("answer") or said(action)
+        yield Told(conversation.ask(seen, left), action, answer, turn.get("thought") or "", turn, told)
+        conversation.answer(answer)
         told, instruction = turn, ""
 
 

@@ -93,7 +93,7 @@ def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) 
     observation, _ = env.reset(seed=row["seed"])
     seen, did, rewards, ends = [observation], [], [], []
     for turn in results.turns(row["key"])[1:]:
-        action = written(row["id"], turn) if text else _native(env.action_space, turn["action"])
+        action = (turn.get("answer") or written(row["id"], turn)) if text else _native(env.action_space, turn["action"])
         observation, reward, terminated, truncated, _ = env.step(action)
         if not np.isclose(reward, turn["reward"]):
             raise ValueError(

@@ -45,14 +45,15 @@ def _rows(results: Results, success: bool, regret_below: float | None, hindsight
                 row["parse_failure"] is not None or (regret_below is not None and row["regret"] >= regret_below)
             ):
                 continue
-            action = exchange.action if better is None else spelt(episode["id"], better)
+            answer = exchange.answer if better is None else said(spelt(episode["id"], better))
             yield {
                 **facts(episode),
                 "turn": row["turn"],
                 "prompt": exchange.prompt,
-                "completion": [{"role": "assistant", "content": said(action)}],
+                "completion": [{"role": "assistant", "content": answer}],
                 "hindsight": better is not None,
                 "taken": exchange.action,
+                "thought": exchange.thought if better is None else "",
                 "regret": row["regret"],
                 "reward": row["reward"],
             }
