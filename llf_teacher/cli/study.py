@@ -13,6 +13,7 @@ from rich.progress import Progress
 
 from llf_teacher.cli import errors, say_missing
 from llf_teacher.models.settings import BUDGET
+from llf_teacher.studies import commands
 from llf_teacher.visible import visible
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ def add_to(app: typer.Typer) -> None:
     group.command("export")(export)
     group.command("power")(power)
     group.command("merge")(merge)
+    commands.add_to(group)
     app.add_typer(group, name="study")
 
 

@@ -7,12 +7,15 @@ from collections.abc import Callable, Iterator, Mapping
 from html import escape
 from pathlib import Path
 from statistics import fmean
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from llf_teacher.studies import runner
 from llf_teacher.studies.episode import EpisodeRow, TurnRow, to_json
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.study import EpisodeSpec, Study
+
+if TYPE_CHECKING:
+    from llf_teacher.studies.report import Report
 
 _CHUNK = 10_000  # rows that are held at once
 Rows = Iterator[dict[str, Any]]
@@ -97,6 +100,37 @@ class Results:
     def manifest(self) -> dict[str, Any]:
         """Facts about the study and what it ran on."""
         return self._store.manifest()
+
+    @property
+    def study(self) -> Study:
+        """The study that the store was last used for.
+
+        Raises:
+            StoreError: none is written there.
+        """
+        if "study" not in self.manifest:
+            raise StoreError(f"{self.path} does not say which study it is of; give one")
+        return Study(**self.manifest["study"])
+
+    def report(self, study: Study | None = None) -> "Report":
+        """The report of a study, by default the one that the store was last used for; a notebook shows it.
+
+        Raises:
+            ValueError: no episode of the study has been played.
+        """
+        from llf_teacher.studies.report import Report, render  # which brings Matplotlib
+
+        return Report(render(self._store, study or self.study))
+
+    def figures(self, folder: Path | str, study: Study | None = None) -> list[Path]:
+        """Write each figure of the report as SVG and PDF that stand alone, with its data as CSV.
+
+        Raises:
+            ValueError: no episode of the study has been played.
+        """
+        from llf_teacher.studies.report import write_figures  # as above
+
+        return write_figures(self._store, study or self.study, Path(folder))
 
     def export(self, path: Path | str, table: str = "episodes") -> int:
         """Write a table in memory that does not grow with it.

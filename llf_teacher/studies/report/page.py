@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import os
+from html import escape
 from pathlib import Path
 
 import jinja2
@@ -75,6 +76,38 @@ def render(store: Store, study: Study) -> str:
         ValueError: no episode of the study has been played, or the turns of one that is shown are missing.
     """
     return page(read(store, study))
+
+
+def write_figures(store: Store, study: Study, folder: Path) -> list[Path]:
+    """Write each figure as SVG and PDF that stand alone, with its data as CSV, into a folder, which is made.
+
+    Returns:
+        The files.
+
+    Raises:
+        ValueError: no episode of the study has been played.
+    """
+    data = read(store, study)
+    folder.mkdir(parents=True, exist_ok=True)
+    return [file for part in PARTS for plot in part.plots(data) for file in plot.save(folder)]
+
+
+class Report:
+    """A report for a notebook, which shows it in a frame of its own.
+
+    Args:
+        html: the page.
+    """
+
+    def __init__(self, html: str) -> None:
+        self.html = html
+
+    def save(self, path: Path | str) -> None:
+        """Write the page."""
+        Path(path).write_text(self.html, encoding="utf-8", newline="\n")
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{escape(self.html)}" width="100%" height="800" title="Feedback study"></iframe>'
 
 
 def page(data: Data) -> str:

@@ -1,0 +1,101 @@
+"""`llf study transcript`, `figures` and `diff`: what stores hold, without a report."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from llf_teacher.visible import visible
+
+if TYPE_CHECKING:
+    from llf_teacher.studies.diff import Comparison
+
+_LISTED = 10  # cells of one store only that are named
+
+File = Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]
+
+
+def add_to(group: typer.Typer) -> None:
+    """Add the commands to those of studies."""
+    for command in (transcript, figures, diff):
+        group.command(command.__name__)(command)
+
+
+def transcript(
+    store: File,
+    key: Annotated[str, typer.Argument(help="The episode's key, as in reports and `llf study export`.")],
+) -> None:
+    """Print an episode turn by turn: what was seen, said and done; a false claim is marked by `!`."""
+    from llf_teacher.studies import load
+
+    typer.echo(visible(load(store).transcript(key)))
+
+
+def figures(
+    folder: Annotated[Path, typer.Argument(help="Folder to write to; it is made if there is none.")],
+    store: Annotated[Path, typer.Option("--store", help="Store of a study.", exists=True, dir_okay=False)] = Path(
+        "llf-study.db"
+    ),
+    study: Annotated[
+        Path | None, typer.Option("--study", help="TOML file of the study; without it, the one that was run.")
+    ] = None,
+) -> None:
+    """Write each figure of the report as SVG and PDF that stand alone, with its data as CSV."""
+    from llf_teacher.studies import load, load_study
+
+    files = load(store).figures(folder, load_study(study) if study else None)
+    typer.echo(f"{len(files)} files, stored in {folder}.")
+
+
+def diff(
+    first: File,
+    second: File,
+    html: Annotated[Path | None, typer.Option("--html", help="Write what is printed as a page, too.")] = None,
+) -> None:
+    """Compare two stores: the second one's cumulative regret less the first one's, and what only one has."""
+    from llf_teacher.studies.diff import compare
+    from llf_teacher.studies.store import Store
+
+    console = Console(record=html is not None, markup=False, highlight=False, soft_wrap=html is not None)
+    with Store(first) as one, Store(second) as other:
+        _show(compare(one, other), (f"{first}", f"{second}"), console)
+    if html is not None:
+        console.save_html(f"{html}")
+
+
+def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None:
+    from llf_teacher.studies.diff import FIELDS
+
+    changed = [change for change in found.changes if not change.equal]
+    same = len(found.changes) - len(changed)
+    console.print(
+        f"{len(found.changes)} cells in both: {same} with the same episodes and ends, {len(changed)} without."
+    )
+    shown = [i for i in range(len(FIELDS)) if i < 3 or len({change.setting[i] for change in changed}) > 1]
+    if changed:
+        table = Table(
+            title=f"{names[1]} less {names[0]}",
+            caption="Intervals of 95 %; n counts pairs of the same seed, n* seeds of different worlds.",
+        )
+        for i in shown:
+            table.add_column(FIELDS[i], overflow="fold")
+        for name in ("n", "regret", "regret less that", "95 %", "success"):
+            table.add_column(name, justify="right", no_wrap=True)
+        for change in changed:
+            regret = change.regret
+            table.add_row(
+                *(visible(f"{change.setting[i]}") for i in shown),
+                f"{regret.n}{'' if change.paired else '*'}",
+                f"{change.second.regret.mean():.2f}",
+                f"{regret.mean:+.2f}",
+                "" if regret.n == 1 else f"[{regret.low:.2f}, {regret.high:.2f}]",
+                f"{100 * change.success:+.0f} %",
+            )
+        console.print(table)
+    for name, only in zip(names, found.only, strict=True):
+        for setting in only[:_LISTED]:
+            console.print(visible(f"only in {name}: {', '.join(f'{each}' for each in setting if each != '')}"))
+        if len(only) > _LISTED:
+            console.print(f"only in {name}: {len(only) - _LISTED} more cells")

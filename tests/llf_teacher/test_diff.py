@@ -1,0 +1,80 @@
+"""Two stores compared, from the command line, too."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from llf_teacher.cli import app
+from llf_teacher.studies.diff import compare
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study
+
+ID = "llf-bandits-BanditTenArmedRandomFixed-v0"
+STUDY = Study(ids=(ID,), teachers=("oracle", "silent"), students=("obedient", "random"), seeds=6, max_turns=4)
+
+
+def write(path, records):
+    with Store(path) as store:
+        for record in records:
+            store.add(record)
+
+
+@pytest.fixture
+def stores(tmp_path):
+    """In the second one `obedient` with `silent` has one more of regret, of other rules with `oracle`; `random` with
+    `silent` is in the first only.
+    """
+    records = [play(spec) for spec in STUDY.episodes()]
+    write(tmp_path / "a.db", records)
+    changed = []
+    for record in records:
+        spec, episode = record.spec, record.episode
+        match spec.teacher, spec.student:
+            case "silent", "obedient":
+                if spec.seed == 0:
+                    continue
+                episode = episode._replace(regret=episode.regret + 1 + 0.1 * spec.seed)
+            case "oracle", "obedient":
+                spec = spec._replace(rules="0.0")
+            case "silent", "random":
+                continue
+        changed.append(record._replace(spec=spec, episode=episode))
+    write(tmp_path / "b.db", changed)
+    return tmp_path / "a.db", tmp_path / "b.db"
+
+
+def test_cells_are_compared_by_seed_where_rules_allow_it(stores):
+    with Store(stores[0]) as one, Store(stores[1]) as other:
+        found = compare(one, other)
+    changes = {change.setting[1:3]: change for change in found.changes}
+    assert set(changes) == {("oracle", "obedient"), ("oracle", "random"), ("silent", "obedient")}
+    assert changes["oracle", "random"].equal
+    silent = changes["silent", "obedient"]
+    assert not silent.equal
+    assert (silent.paired, silent.regret.n) == (True, 5)
+    assert silent.regret.mean == pytest.approx(1.3)
+    assert 1.1 <= silent.regret.low < 1.3 < silent.regret.high <= 1.5
+    assert silent.success == 0
+    apart = changes["oracle", "obedient"]
+    assert not apart.paired
+    assert not apart.equal
+    assert apart.regret.mean == pytest.approx(0)
+    assert apart.regret.low < 0 < apart.regret.high or np.ptp(apart.first.regret) == 0
+    assert [setting[1:3] for setting in found.only[0]] == [("silent", "random")]
+    assert found.only[1] == []
+
+
+def test_the_command_prints_what_differs(stores, tmp_path):
+    page = tmp_path / "d.html"
+    result = CliRunner().invoke(app, ["study", "diff", *map(str, stores), "--html", str(page)], env={"COLUMNS": "200"})
+    assert result.exit_code == 0, result.output
+    assert "3 cells in both: 1 with the same episodes and ends, 2 without." in result.output
+    assert "+1.30" in result.output
+    assert f"only in {stores[0]}: {ID}, silent, random" in result.output.replace("\n", "")
+    assert "+1.30" in page.read_text(encoding="utf-8")
+
+
+def test_equal_stores_differ_in_nothing(stores):
+    result = CliRunner().invoke(app, ["study", "diff", f"{stores[0]}", f"{stores[0]}"])
+    assert result.output == "4 cells in both: 4 with the same episodes and ends, 0 without.\n"
