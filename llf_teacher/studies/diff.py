@@ -31,7 +31,7 @@ class Episodes(NamedTuple):
     success: NDArray[np.float64]
 
 
-class Change(NamedTuple):
+class Contrast(NamedTuple):
     """A cell that both stores have."""
 
     setting: Setting
@@ -55,7 +55,7 @@ class Change(NamedTuple):
 class Comparison(NamedTuple):
     """Two stores."""
 
-    changes: Sequence[Change]
+    changes: Sequence[Contrast]
     """Cells that both have, in the first one's order."""
     only: tuple[Sequence[Setting], Sequence[Setting]]
     """Cells that only the first, and only the second, has."""
@@ -73,7 +73,7 @@ def compare(first: Store, second: Store) -> Comparison:
     for i, (setting, a, b) in enumerate(both):
         like = pairs.get(i, (a, b))
         success = float(like[1].success.mean() - like[0].success.mean())
-        changes.append(Change(setting, a, b, i in pairs, estimates[i] if i in pairs else _apart(a, b), success))
+        changes.append(Contrast(setting, a, b, i in pairs, estimates[i] if i in pairs else _apart(a, b), success))
     return Comparison(changes, ([s for s in one if s not in other], [s for s in other if s not in one]))
 
 
