@@ -125,7 +125,9 @@ class Scene(NamedTuple):
     """What was said, with what the simulator says of it."""
 
 
-def scenes(env: StudentEnv, student: Any, seed: int, options: dict[str, Any] | None = None) -> Iterator[Scene]:
+def scenes(
+    env: StudentEnv, student: Any, seed: int, options: dict[str, Any] | None = None, sample: int = 0
+) -> Iterator[Scene]:
     """Play an episode and check what is said; it stops at success, as LLF-Bench's evaluation does, unless the task is
     asked repeatedly.
 
@@ -134,10 +136,11 @@ def scenes(env: StudentEnv, student: Any, seed: int, options: dict[str, Any] | N
         student: a policy with `reset(rng)` and `act(observation, info)`.
         seed: of the episode, for all who take part.
         options: those of the world's `reset`.
+        sample: which of the streams that the student may draw from.
     """  # noqa: D205
     aec = env.aec
     lab = aec.world.scratch()
-    student.reset(Seeds(seed).stream("student"))
+    student.reset(Seeds(seed).stream("student", sample))
     observation, info = env.reset(seed=seed, options=options)
     moments = [aec.moment]
     done = False
@@ -173,7 +176,7 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] = abs) -> Record:
         attend(spec, player, student)
     oracle = env.aec.teacher.oracle
     rows = []
-    for scene in scenes(env, student, spec.seed):
+    for scene in scenes(env, student, spec.seed, sample=spec.sample):
         moment = scene.moment
         regret = oracle.regret(moment) if moment.turn else 0.0
         said = student.record() if moment.turn else {}

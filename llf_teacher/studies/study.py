@@ -42,11 +42,15 @@ class EpisodeSpec(NamedTuple):
     """Id of the environment of the lessons; empty without lessons."""
     worlds: str = ""
     """Whose worlds the lessons have, of `llf_teacher.studies.lessons.WORLDS`; empty without lessons."""
+    sample: int = 0
+    """Which of the episodes that differ in what the student draws only."""
 
     @property
     def key(self) -> str:
         """A digest that identifies the episode in a store."""
-        told = self._asdict() if self.lessons else dict(zip(self._fields, self[: -len(_OF_LESSONS)], strict=False))
+        told = self._asdict()
+        for name in (*(() if self.lessons else _OF_LESSONS), *(() if self.sample else ("sample",))):
+            del told[name]
         return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 
 
@@ -81,6 +85,10 @@ class Study:
     """The seeds, each at least 0; a number n stands for 0 to n - 1."""
     max_turns: int | None = None
     """Turns after which episodes are truncated; None: each family's."""
+    samples: int = 1
+    """How often each episode is played, by students that draw otherwise each time, in the same world with the same
+    teacher. The report is of the first; see `llf_teacher.studies.samples`. Tests behind lessons are played once.
+    """
     fewer: Mapping[str, Mapping[str, Sequence[str] | Sequence[int] | int]] = field(default_factory=dict)
     """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
     are slow. Where several patterns fit an id, the first counts.
@@ -111,6 +119,8 @@ class Study:
             set_(self, name, _listed(name, getattr(self, name), check, problems))
         if self.max_turns is not None and not is_count(self.max_turns):
             problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
+        if not is_count(self.samples):
+            problems.append(f"samples must be an integer of at least 1, got {self.samples!r}")
         set_(self, "fewer", self._shortened(problems))
         set_(self, "baseline", self._compared(problems))
         looks = check_looks(self.looks, len(self._seeds), problems)
@@ -211,8 +221,11 @@ class Study:
         version, rules = llf_teacher.__version__, f"{TREE}.{family.rules}"
         if family.version:
             version = f"{version}+{family.distribution}-{family.version}"
-        for feedback_type, teacher, student, seed in itertools.product(self.feedback_types, *grid):
-            yield EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
+        for sample, feedback_type, teacher, student, seed in itertools.product(
+            range(self.samples), self.feedback_types, *grid
+        ):
+            spec = EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
+            yield spec._replace(sample=sample)
         plan = self.tests(id)
         for taught, worlds, number, feedback_type, teacher, student, seed in itertools.product(
             plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds

@@ -55,9 +55,10 @@ class Curves(NamedTuple):
 
 
 def plan(study: Study) -> Plan:
-    """The settings of a study with their seeds."""
+    """The settings of a study with their seeds; of several samples the first."""
     found: dict[EpisodeSpec, list[int]] = {}
-    for _, alike in itertools.groupby(study.episodes(), lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
+    first = (spec for spec in study.episodes() if not spec.sample)
+    for _, alike in itertools.groupby(first, lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
         specs = list(alike)
         found.setdefault(specs[0]._replace(seed=0), []).extend(spec.seed for spec in specs)
     return {setting: tuple(seeds) for setting, seeds in found.items()}

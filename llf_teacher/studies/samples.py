@@ -1,0 +1,46 @@
+"""What several samples of the same episode say: how often one of k would have succeeded."""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from statistics import fmean
+from typing import Any, NamedTuple
+
+
+class Cell(NamedTuple):
+    """What is averaged over: the worlds of an environment, for one teacher and one student."""
+
+    id: str
+    teacher: str
+    student: str
+    instruction_type: str
+    feedback_type: str
+
+
+def pass_at(k: int, rows: Iterable[Mapping[str, Any]]) -> dict[Cell, float]:
+    """pass@k: the chance that at least one of k samples of an episode succeeds, without bias (Chen et al. 2021).
+
+    Args:
+        k: at most the number of samples.
+        rows: episodes, as `llf_teacher.studies.load(path).rows()` gives them; with success in any turn they count.
+
+    Returns:
+        Per cell the mean over its worlds, in the order of the rows.
+
+    Raises:
+        ValueError: of a world there are fewer samples than k.
+    """
+    worlds: dict[Cell, dict[int, list[bool]]] = defaultdict(lambda: defaultdict(list))
+    for row in rows:
+        cell = Cell(*(row[name] for name in Cell._fields))
+        worlds[cell][row["seed"]].append(row["first_success"] is not None)
+    for cell, seeds in worlds.items():
+        least = min(map(len, seeds.values()))
+        if not 1 <= k <= least:
+            raise ValueError(f"k must be from 1 to {least}, the number of samples of each world of {cell}, got {k!r}")
+    return {cell: fmean(_chance(k, won) for won in seeds.values()) for cell, seeds in worlds.items()}
+
+
+def _chance(k: int, won: list[bool]) -> float:
+    lost = len(won) - sum(won)
+    return 1.0 - math.comb(lost, k) / math.comb(len(won), k)

@@ -1,0 +1,69 @@
+"""Several samples of an episode: one world, one teacher, other draws of the student."""
+
+import itertools
+from fractions import Fraction
+
+import pytest
+
+from llf_teacher.models.testing import ScriptedEndpoint
+from llf_teacher.studies import load
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.report.columns import plan
+from llf_teacher.studies.samples import Cell, pass_at
+from llf_teacher.studies.store import Store
+from llf_teacher.studies.study import Study
+
+ONE = {"ids": ["llf-gridworld-v0"], "teachers": ["silent"], "students": ["random"], "seeds": 2, "max_turns": 6}
+
+
+def test_samples_share_a_world_and_not_the_students_draws(tmp_path):
+    study = Study(**ONE, samples=8)
+    records = [play(spec) for spec in study.episodes()]
+    assert len({record.spec.key for record in records}) == 16
+    for seed in (0, 1):
+        same = [record for record in records if record.spec.seed == seed]
+        assert len({record.turns[0].observation for record in same}) == 1
+        assert len({tuple(turn.action for turn in record.turns) for record in same}) > 4
+    with Store(tmp_path / "s.db") as store:
+        for record in records:
+            store.add(record)
+        assert not list(store.damage(thorough=True))
+    chances = pass_at(8, load(tmp_path / "s.db").rows())
+    assert list(chances) == [Cell("llf-gridworld-v0", "silent", "random", "b", "a")]
+
+
+def test_the_first_sample_is_the_episode_without_samples():
+    alone, many = (list(Study(**ONE, samples=samples).episodes()) for samples in (1, 3))
+    assert many[: len(alone)] == alone
+    assert many[0].key == alone[0].key
+    assert plan(Study(**ONE, samples=3)) == plan(Study(**ONE))
+
+
+def test_a_model_is_sampled_with_other_seeds():
+    with ScriptedEndpoint(lambda request: "Response: no") as server:
+        student = f"llm(model='m', base_url='{server.url}', temperature=1.0)"
+        for spec in Study(**(ONE | {"students": [student], "seeds": 1, "max_turns": 1}), samples=4).episodes():
+            play(spec)
+    assert len({request["seed"] for request in server.requests}) == 4
+    assert len({request["messages"][-1]["content"] for request in server.requests}) == 1
+
+
+@pytest.mark.parametrize("k", [1, 2, 4])
+def test_pass_at_k_is_the_share_of_subsets_with_a_success(k):
+    won = {0: [True, False, False, False], 1: [False] * 4, 2: [True, True, False, True]}
+    cell = Cell("a", "b", "c", "b", "a")
+    rows = [
+        {**cell._asdict(), "seed": seed, "first_success": 3 if each else None}
+        for seed, samples in won.items()
+        for each in samples
+    ]
+    shares = [Fraction(sum(map(any, chosen := list(itertools.combinations(s, k)))), len(chosen)) for s in won.values()]
+    assert pass_at(k, rows)[cell] == pytest.approx(float(sum(shares) / 3))
+    with pytest.raises(ValueError, match="k must be from 1 to 4, the number of samples of each world"):
+        pass_at(5, rows)
+
+
+@pytest.mark.parametrize("samples", [0, 1.5, True, "8"])
+def test_what_is_no_number_of_samples(samples):
+    with pytest.raises(ValueError, match="samples must be an integer of at least 1"):
+        Study(**ONE, samples=samples)
