@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from llf_teacher.studies.statistics import LEVEL, Band, Estimate
 
 RESAMPLES = 1999
-"""Bootstrap samples."""
+"""Bootstrap samples; fewer of very many runs, whose intervals are narrow."""
+_MOST, _LEAST = 10_000_000, 199  # runs that are drawn in all, and samples at least
 _SEED = 0
 _BATCH = 500_000  # numbers drawn at once, which bounds memory
 _ROUNDING = 1e-9
@@ -43,18 +44,24 @@ def interquartile_mean(scores: Strata) -> Estimate:
         ValueError: there is no task, or one without runs.
     """
     tasks = _tasks(scores)
-    weights = np.concatenate([np.full(len(task), 1 / len(task) / len(tasks)) for task in tasks])
+    runs = np.concatenate(tasks)
+    order = np.argsort(runs, kind="stable")
+    weight = np.concatenate([np.full(len(task), 1 / len(task) / len(tasks)) for task in tasks])[order]
+    ranked = runs[order]
 
-    def middle(runs: Table) -> Table:
-        order = np.argsort(runs, axis=-1, kind="stable")
-        weight = np.take(weights, order)
-        below = np.cumsum(weight, axis=-1)
-        weight = weight * ((below > 0.25 + _ROUNDING) & (below - weight < 0.75 - _ROUNDING))
-        mean: Table = (np.take_along_axis(runs, order, axis=-1) * weight).sum(axis=-1) / weight.sum(axis=-1)
+    def middle(times: Table) -> Table:
+        """Of samples in which each run is so many times, shape (samples, runs)."""
+        times = times[:, order]
+        mass = times * weight
+        before = np.cumsum(mass, axis=1) - mass
+        first = np.clip(np.floor((0.25 - before) / weight + _ROUNDING), 0, times)  # whole copies are cut off
+        last = np.clip(np.ceil((0.75 - before) / weight - _ROUNDING), 0, times)
+        kept = (last - first) * weight
+        mean: Table = kept @ ranked / kept.sum(axis=1)
         return mean
 
-    estimates = [middle(np.concatenate(drawn, axis=-1)) for drawn in _drawn(tasks)]
-    return _estimate(float(middle(np.concatenate(tasks))), estimates, tasks)
+    estimates = [middle(np.concatenate(times, axis=1)) for times in _drawn([len(task) for task in tasks])]
+    return _estimate(float(middle(np.ones((1, len(runs))))[0]), estimates, tasks)
 
 
 def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
@@ -73,7 +80,12 @@ def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
     if min(map(len, above)) == 1:
         missing = np.full_like(mean, np.nan)
         return Profile(levels, Band(mean, missing, missing))
-    samples = np.concatenate([np.mean([task.mean(axis=1) for task in drawn], axis=0) for drawn in _drawn(above)])
+    samples = np.concatenate(
+        [
+            np.mean([each @ task / len(task) for each, task in zip(times, above, strict=True)], axis=0)
+            for times in _drawn([len(task) for task in above])
+        ]
+    )
     low, high = _ends(samples)
     return Profile(levels, Band(mean, low, high))
 
@@ -92,13 +104,22 @@ def probability_of_improvement(scores: Strata, others: Strata) -> Estimate:
         raise ValueError(
             f"both must have the same runs, got {[len(task) for task in first]} and {[len(task) for task in second]}"
         )
-    wins = [(a[:, None] > b) + 0.5 * (a[:, None] == b) for a, b in zip(first, second, strict=True)]
-    rng = np.random.default_rng(_SEED)
-    samples = np.zeros(RESAMPLES)
-    for task in wins:  # how often each run was drawn, on both sides
-        times = rng.multinomial(len(task), np.full(len(task), 1 / len(task)), size=RESAMPLES) / len(task)
-        samples += np.einsum("si,ij,sj->s", times, task, times, optimize=True) / len(wins)
-    return _estimate(float(np.mean([task.mean() for task in wins])), [samples], first)
+    pairs = list(zip(first, second, strict=True))
+    samples = [
+        np.mean([_wins(a, b, each) for (a, b), each in zip(pairs, times, strict=True)], axis=0)
+        for times in _drawn([len(task) for task in first])
+    ]
+    once = [_wins(a, b, np.ones((1, len(a))))[0] for a, b in pairs]
+    return _estimate(float(np.mean(once)), samples, first)
+
+
+def _wins(runs: Table, others: Table, times: Table) -> Table:
+    """Share of the pairs in which the run is above the other, for samples with so many of each, shape (samples,)."""
+    order = np.argsort(others)
+    below = np.pad(np.cumsum(times[:, order], axis=1), ((0, 0), (1, 0)))
+    worse, not_better = (np.searchsorted(others[order], runs, side) for side in ("left", "right"))
+    share: Table = (times * (below[:, worse] + below[:, not_better])).sum(axis=1) / 2 / len(runs) ** 2
+    return share
 
 
 def curve_areas(curves: ArrayLike) -> Table:
@@ -127,6 +148,7 @@ def bootstrap_seeds(
     values = np.asarray(table, dtype=float)
     rng = np.random.default_rng(_SEED)
     seeds = values.shape[-1]
+    resamples = int(np.clip(_MOST // values.size, _LEAST, resamples))
     samples = np.array([statistic(values[..., rng.integers(0, seeds, seeds)]) for _ in range(resamples)], dtype=float)
     return _ends(samples)
 
@@ -140,13 +162,19 @@ def _tasks(scores: Strata) -> list[Table]:
     return tasks
 
 
-def _drawn(tasks: Sequence[Table]) -> Iterator[list[Table]]:
-    """Batches of bootstrap samples: for each task an array of shape (samples, runs, ...)."""
+def _drawn(sizes: Sequence[int]) -> Iterator[list[Table]]:
+    """Batches of bootstrap samples: for each task how often each run is drawn, shape (samples, runs)."""
     rng = np.random.default_rng(_SEED)
-    batch = max(1, _BATCH // sum(task.size for task in tasks))
-    for start in range(0, RESAMPLES, batch):
-        samples = min(batch, RESAMPLES - start)
-        yield [task[rng.integers(0, len(task), (samples, len(task)))] for task in tasks]
+    resamples = int(np.clip(_MOST // sum(sizes), _LEAST, RESAMPLES))
+    batch = max(1, _BATCH // sum(sizes))
+    for start in range(0, resamples, batch):
+        samples = min(batch, resamples - start)
+        yield [_times(rng, samples, size) for size in sizes]
+
+
+def _times(rng: np.random.Generator, samples: int, size: int) -> Table:
+    drawn = rng.integers(0, size, (samples, size)) + size * np.arange(samples)[:, None]
+    return np.bincount(drawn.ravel(), minlength=samples * size).reshape(samples, size).astype(float)
 
 
 def _estimate(value: float, samples: Sequence[Table], tasks: Sequence[Table]) -> Estimate:
