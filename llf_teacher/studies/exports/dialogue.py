@@ -15,7 +15,7 @@ from teachers.atoms import FP
 Message = dict[str, Any]
 
 
-class Told(NamedTuple):
+class Answered(NamedTuple):
     """One turn: what was asked, and what was answered."""
 
     prompt: list[Message]
@@ -32,7 +32,7 @@ class Told(NamedTuple):
     """The turn before it, at whose end the student was told what it knows."""
 
 
-def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) -> Iterator[Told]:
+def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) -> Iterator[Answered]:
     """The turns of an episode."""
     told, *turns = results.turns(episode["key"])
     conversation = Conversation(history=history)
@@ -42,7 +42,7 @@ def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) ->
         seen = {"observation": told["observation"], "instruction": instruction, "feedback": told["feedback"]}
         action = written(episode["id"], turn)
         answer = turn.get("answer") or said(action)
-        yield Told(conversation.ask(seen, left), action, answer, turn.get("thought") or "", turn, told)
+        yield Answered(conversation.ask(seen, left), action, answer, turn.get("thought") or "", turn, told)
         conversation.answer(answer)
         told, instruction = turn, ""
 
