@@ -7,7 +7,7 @@ from statistics import fmean
 from typing import Any, NamedTuple
 
 
-class Cell(NamedTuple):
+class Sampled(NamedTuple):
     """What is averaged over: the worlds of an environment, for one teacher and one student."""
 
     id: str
@@ -17,7 +17,7 @@ class Cell(NamedTuple):
     feedback_type: str
 
 
-def pass_at(k: int, rows: Iterable[Mapping[str, Any]]) -> dict[Cell, float]:
+def pass_at(k: int, rows: Iterable[Mapping[str, Any]]) -> dict[Sampled, float]:
     """pass@k: the chance that at least one of k samples of an episode succeeds, without bias (Chen et al. 2021).
 
     Args:
@@ -30,9 +30,9 @@ def pass_at(k: int, rows: Iterable[Mapping[str, Any]]) -> dict[Cell, float]:
     Raises:
         ValueError: of a world there are fewer samples than k.
     """
-    worlds: dict[Cell, dict[int, list[bool]]] = defaultdict(lambda: defaultdict(list))
+    worlds: dict[Sampled, dict[int, list[bool]]] = defaultdict(lambda: defaultdict(list))
     for row in rows:
-        cell = Cell(*(row[name] for name in Cell._fields))
+        cell = Sampled(*(row[name] for name in Sampled._fields))
         worlds[cell][row["seed"]].append(row["first_success"] is not None)
     for cell, seeds in worlds.items():
         least = min(map(len, seeds.values()))

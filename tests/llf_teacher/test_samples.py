@@ -9,7 +9,7 @@ from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import load
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.report.columns import plan
-from llf_teacher.studies.samples import Cell, pass_at
+from llf_teacher.studies.samples import Sampled, pass_at
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 
@@ -29,7 +29,7 @@ def test_samples_share_a_world_and_not_the_students_draws(tmp_path):
             store.add(record)
         assert not list(store.damage(thorough=True))
     chances = pass_at(8, load(tmp_path / "s.db").rows())
-    assert list(chances) == [Cell("llf-gridworld-v0", "silent", "random", "b", "a")]
+    assert list(chances) == [Sampled("llf-gridworld-v0", "silent", "random", "b", "a")]
 
 
 def test_the_first_sample_is_the_episode_without_samples():
@@ -51,7 +51,7 @@ def test_a_model_is_sampled_with_other_seeds():
 @pytest.mark.parametrize("k", [1, 2, 4])
 def test_pass_at_k_is_the_share_of_subsets_with_a_success(k):
     won = {0: [True, False, False, False], 1: [False] * 4, 2: [True, True, False, True]}
-    cell = Cell("a", "b", "c", "b", "a")
+    cell = Sampled("a", "b", "c", "b", "a")
     rows = [
         {**cell._asdict(), "seed": seed, "first_success": 3 if each else None}
         for seed, samples in won.items()
