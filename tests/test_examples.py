@@ -24,7 +24,7 @@ def test_efficiency():
     command = [sys.executable, ROOT / "examples" / "efficiency.py", "--episodes", "40", "--workers", "1"]
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    assert "us to play and check an episode" in result.stdout
+    assert "us of a core to play and check an episode" in result.stdout
     assert result.stdout.count("| processes, 1 workers | ") == 1
     assert "most memory of the parent" in result.stdout
 

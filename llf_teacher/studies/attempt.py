@@ -42,10 +42,6 @@ class Packed(NamedTuple):
     turns: bytes
 
 
-_spoiled: list[str] = []
-"""Reasons why this process had better play no more: an agent was ended in the middle of it, or may hold much memory."""
-
-
 def set_up(environment: Mapping[str, str]) -> None:
     """Set up a process that plays."""
     os.environ.update(environment)
@@ -53,8 +49,6 @@ def set_up(environment: Mapping[str, str]) -> None:
 
 def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
     """Play an episode and pack its turns; global generators are seeded for agents that use them."""
-    if _spoiled:
-        Process.replace()
     clock = Clock(limits)
     seed = int(spec.key, 16)
     random.seed(seed)
@@ -67,10 +61,10 @@ def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | 
         return Stop(f"{error}" if isinstance(error, SpendingLimitError) else f"{told(spec)} failed: {error}")
     except TimeIsUp as error:
         clock.stop()
-        _spoiled.append("time")
+        Process.spoiled = True
         return failure("time", f"{error}", traceback.format_exc())
     except MemoryError as error:
-        _spoiled.append("memory")
+        Process.spoiled = True
         most = "" if limits.memory is None else f"of {limits.memory} MB "
         return failure("memory", f"no memory {most}is left: {_shown(error)}", traceback.format_exc())
     except BaseException as error:  # an agent may raise anything

@@ -21,7 +21,6 @@ from llf_teacher.studies.limits import Limits
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.study import EpisodeSpec, Study
 
-_AHEAD = 3  # episodes under way per worker: enough to keep them busy, few to lose
 _PATIENCE = 1.0  # seconds without news, after which progress is told all the same
 
 
@@ -204,7 +203,7 @@ class _Run:
         under_way = 0
         while True:
             if self._error is None:
-                for spec in itertools.islice(todo, engine.workers * _AHEAD - under_way):
+                for spec in itertools.islice(todo, max(0, engine.room - under_way)):
                     engine.submit(spec)
                     under_way += 1
             if not under_way:
@@ -217,7 +216,7 @@ class _Run:
                     self._take(spec, result)
             self._progress(tally.done + self._played + self._failed, tally.total)
             if running and self._error is not None:  # play no more, but keep what is being played
-                under_way -= engine.cancel()
+                under_way -= len(engine.cancel())
 
     def _take(self, spec: EpisodeSpec, result: Packed | Failure | Stop | Lost) -> None:
         """Store what came of an episode."""

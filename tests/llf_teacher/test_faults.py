@@ -1,5 +1,6 @@
 """Agents that raise, hang, exit or eat memory fail their episode; the rest goes on, and the rows are the same."""
 
+import importlib
 import io
 import os
 import re
@@ -15,9 +16,9 @@ import pytest
 from rich.console import Console
 
 from llf_teacher import studies
+from llf_teacher.studies import executors, runner
 from llf_teacher.studies import limits as limits_module
 from llf_teacher.studies import progress as progress_module
-from llf_teacher.studies import runner
 from llf_teacher.studies.attempt import REASONS, Packed
 from llf_teacher.studies.episode import pack_turns, play
 from llf_teacher.studies.limits import Limits
@@ -32,6 +33,12 @@ import sys
 import time
 
 KEPT = []
+
+
+def square(number):
+    if number in (37, 61):
+        os._exit(0)
+    return number**2
 
 
 class Agent:
@@ -73,7 +80,7 @@ class Agent:
 
     def eats(self):
         while True:
-            KEPT.append(bytearray(1 << 25))
+            KEPT.append(bytes(1 << 25))
 
 
 class Odd:
@@ -146,6 +153,23 @@ def test_each_fault_fails_its_episode_and_no_other(folder, monkeypatch):
         undisturbed = sorted((spec.key, *spec, *play(spec).episode) for spec in study(*sound).episodes())
         assert rows(store) == undisturbed
         assert not list(store.damage(thorough=True))
+
+
+def test_of_a_batch_only_that_task_is_lost_that_ends_its_process(folder):
+    square = importlib.import_module("faulty").square
+    told, submitted = {}, 0
+    with executors.start("processes", executors.Work(int, square, 100), 2) as engine:
+        while len(told) < 100:
+            while submitted < min(100, len(told) + engine.room):
+                engine.submit(submitted)
+                submitted += 1
+            rooms = engine.room
+            for number, result in engine.wait(1):
+                assert number not in told
+                told[number] = result
+    lost = executors.Lost("died", "its process ended with exit status 0")
+    assert told == {number: lost if number in (37, 61) else number**2 for number in range(100)}
+    assert rooms > 6 * 2, "short tasks travel together"
 
 
 def test_failed_episodes_are_played_again_when_asked_for(folder):

@@ -15,7 +15,9 @@ from teachers.spec import unknown
 
 T = TypeVar("T", bound=Hashable)
 R = TypeVar("R")
-NAMES = tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
+AHEAD = 3
+"""Tasks under way for each that is played: enough to keep processes busy, few to lose."""
+NAMES = tuple(sorted({module.name for module in pkgutil.iter_modules(__path__)} - {"batches"}))
 """Every executor."""
 
 
@@ -41,10 +43,12 @@ class Process:
 
     owned = False
     """Whether it is an engine's own, which may be ended."""
+    spoiled = False
+    """Whether a task was ended in the middle of it, or may hold much memory: better play the next one elsewhere."""
 
     @classmethod
     def replace(cls) -> None:
-        """To be called first in a task: let the engine play it in a fresh process, if it can, not in this one."""
+        """Let the engine play what this process has been given in a fresh one."""
         if cls.owned:
             os._exit(SPOILED)
 
@@ -60,8 +64,9 @@ class Lost(NamedTuple):
 class Executor(Protocol[T, R]):
     """Tasks go in by `submit`, come out by `wait`, in any order. Leaving the context ends all by force."""
 
-    workers: int
-    """How many tasks are played at once."""
+    @property
+    def room(self) -> int:
+        """How many tasks should be under way, so that it never has to wait for more."""
 
     def submit(self, task: T) -> None:
         """Take a task, to be played when there is room."""
@@ -69,8 +74,8 @@ class Executor(Protocol[T, R]):
     def wait(self, seconds: float) -> list[tuple[T, R | Lost]]:
         """What has come of tasks since the last call; if nothing yet, wait for it so long."""
 
-    def cancel(self) -> int:
-        """Drop the tasks that have not begun, or all, of engines that do not know; say how many."""
+    def cancel(self) -> list[T]:
+        """Drop the tasks that have not begun, or all, of engines that do not know; say which."""
 
     def __enter__(self) -> Self:
         """The engine itself."""

@@ -13,7 +13,7 @@ from llf_teacher.studies.executors import Executor, Lost, R, T, Work
 
 
 class _Here(Generic[T, R]):
-    workers = 1
+    room = 1
 
     def __init__(self, work: Work[T, R]) -> None:
         self._work = work
@@ -26,8 +26,8 @@ class _Here(Generic[T, R]):
         task = self._tasks.popleft()
         return [(task, self._work.call(task))]
 
-    def cancel(self) -> int:
-        dropped = len(self._tasks)
+    def cancel(self) -> list[T]:
+        dropped = list(self._tasks)
         self._tasks.clear()
         return dropped
 

@@ -13,7 +13,8 @@ from typing import Any, Generic, Self
 
 from pebble import ProcessExpired, ProcessPool
 
-from llf_teacher.studies.executors import SPOILED, Executor, ExecutorError, Lost, Process, R, T, Work
+from llf_teacher.studies.executors import AHEAD, SPOILED, Executor, ExecutorError, Lost, Process, R, T, Work
+from llf_teacher.studies.executors.batches import Batches, in_batches
 
 _LEFT = 78  # instead of 0: of a worker that should not have ended
 _BROKEN = 3  # times that no process could begin, one after the other
@@ -53,14 +54,15 @@ class _Context(SpawnContext):
 
 class _Processes(Generic[T, R]):
     def __init__(self, work: Work[T, R], workers: int) -> None:
-        self._work, self.workers = work, workers
+        self._work, self._workers = work, workers
+        self.room = workers * AHEAD
         self._tasks: dict[Future[R], T] = {}
         self._broken = 0
         self._begin()
 
     def _begin(self) -> None:
         self._context = _Context()
-        self._pool = ProcessPool(self.workers, initializer=_begin, initargs=(self._work.begin,), context=self._context)
+        self._pool = ProcessPool(self._workers, initializer=_begin, initargs=(self._work.begin,), context=self._context)
 
     def submit(self, task: T) -> None:
         future = self._pool.schedule(self._work.call, args=(task,), timeout=self._work.seconds)
@@ -97,11 +99,9 @@ class _Processes(Generic[T, R]):
         for task in tasks:
             self.submit(task)
 
-    def cancel(self) -> int:
+    def cancel(self) -> list[T]:
         waiting = [future for future in self._tasks if not future.running() and future.cancel()]
-        for future in waiting:
-            del self._tasks[future]
-        return len(waiting)
+        return [self._tasks.pop(future) for future in waiting]
 
     def _end(self) -> None:
         self._pool.stop()  # type: ignore[no-untyped-call]  # the package has types but for a few
@@ -151,4 +151,5 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
     """
     if address is not None:
         raise ValueError(f"the executor 'processes' plays on this machine and has no address, got {address!r}")
-    return _Processes(work, min(workers or os.cpu_count() or 1, work.tasks))
+    engine = _Processes(in_batches(work), min(workers or os.cpu_count() or 1, work.tasks))
+    return Batches(engine, single=work.seconds is not None)

@@ -6,7 +6,8 @@ import signal
 from types import TracebackType
 from typing import Any, Generic, Self
 
-from llf_teacher.studies.executors import Executor, Lost, Process, R, T, Work
+from llf_teacher.studies.executors import AHEAD, Executor, Lost, Process, R, T, Work
+from llf_teacher.studies.executors.batches import Batches, in_batches
 
 try:
     import ray
@@ -39,7 +40,7 @@ class _Ray(Generic[T, R]):
             ray.init(address=address or "local", log_to_driver=False, **local)
             signal.signal(signal.SIGTERM, before)  # Ray has set one of its own
         cores = int(ray.cluster_resources().get("CPU", 1))
-        self.workers = max(1, min(cores if workers is None else workers, work.tasks))
+        self.room = max(1, min(cores if workers is None else workers, work.tasks)) * AHEAD
         self._work = ray.put(work)
         self._remote: Any = ray.remote(num_cpus=1, max_retries=_RETRIES, scheduling_strategy="SPREAD")(_call)
         self._tasks: dict[Any, T] = {}
@@ -53,9 +54,9 @@ class _Ray(Generic[T, R]):
             ready += ray.wait(rest, num_returns=len(rest), timeout=0)[0]
         return [(self._tasks.pop(ref), _result(ref)) for ref in ready]
 
-    def cancel(self) -> int:
+    def cancel(self) -> list[T]:
         """Drop all tasks: which of them have begun Ray does not say."""
-        dropped = len(self._tasks)
+        dropped = list(self._tasks.values())
         for ref in self._tasks:
             ray.cancel(ref, force=True)
         self._tasks.clear()
@@ -87,4 +88,4 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
     Raises:
         ConnectionError: no cluster is there.
     """
-    return _Ray(work, workers, address)
+    return Batches(_Ray(in_batches(work), workers, address), single=work.seconds is not None)
