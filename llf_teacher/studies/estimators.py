@@ -57,7 +57,7 @@ def interquartile_mean(scores: Strata) -> Estimate:
         first = np.clip(np.floor((0.25 - before) / weight + _ROUNDING), 0, times)  # whole copies are cut off
         last = np.clip(np.ceil((0.75 - before) / weight - _ROUNDING), 0, times)
         kept = (last - first) * weight
-        mean: Table = kept @ ranked / kept.sum(axis=1)
+        mean: Table = (kept * ranked).sum(axis=1) / kept.sum(axis=1)
         return mean
 
     estimates = [middle(np.concatenate(times, axis=1)) for times in _drawn([len(task) for task in tasks])]
@@ -75,15 +75,15 @@ def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
         ValueError: there is no task, or one without runs.
     """
     levels = np.asarray(thresholds, dtype=float)
-    above = [(task[:, None] > levels).astype(float) for task in _tasks(scores)]
-    mean = np.mean([task.mean(axis=0) for task in above], axis=0)
-    if min(map(len, above)) == 1:
+    tasks = _tasks(scores)
+    mean = np.mean([_above(task, levels, np.ones((1, len(task))))[0] for task in tasks], axis=0)
+    if min(map(len, tasks)) == 1:
         missing = np.full_like(mean, np.nan)
         return Profile(levels, Band(mean, missing, missing))
     samples = np.concatenate(
         [
-            np.mean([each @ task / len(task) for each, task in zip(times, above, strict=True)], axis=0)
-            for times in _drawn([len(task) for task in above])
+            np.mean([_above(task, levels, each) for task, each in zip(tasks, times, strict=True)], axis=0)
+            for times in _drawn([len(task) for task in tasks])
         ]
     )
     low, high = _ends(samples)
@@ -113,13 +113,25 @@ def probability_of_improvement(scores: Strata, others: Strata) -> Estimate:
     return _estimate(float(np.mean(once)), samples, first)
 
 
+def _above(runs: Table, levels: Table, times: Table) -> Table:
+    """Share of the runs above each level, for samples in which each run is so many times, shape (samples, levels)."""
+    order = np.argsort(runs)
+    share: Table = 1 - _first(times[:, order])[:, np.searchsorted(runs[order], levels, "right")] / len(runs)
+    return share
+
+
 def _wins(runs: Table, others: Table, times: Table) -> Table:
     """Share of the pairs in which the run is above the other, for samples with so many of each, shape (samples,)."""
     order = np.argsort(others)
-    below = np.pad(np.cumsum(times[:, order], axis=1), ((0, 0), (1, 0)))
+    below = _first(times[:, order])
     worse, not_better = (np.searchsorted(others[order], runs, side) for side in ("left", "right"))
     share: Table = (times * (below[:, worse] + below[:, not_better])).sum(axis=1) / 2 / len(runs) ** 2
     return share
+
+
+def _first(times: Table) -> Table:
+    """How many copies there are of the first runs, from none to all."""
+    return np.pad(np.cumsum(times, axis=1), ((0, 0), (1, 0)))
 
 
 def curve_areas(curves: ArrayLike) -> Table:
