@@ -18,6 +18,7 @@ from llf_teacher.studies.alone import alone
 from llf_teacher.studies.attempt import Failure, Packed, Stop, attempt, failure, set_up, told
 from llf_teacher.studies.executors import Executor, Lost, Work
 from llf_teacher.studies.limits import Limits
+from llf_teacher.studies.own import check_portable
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.study import EpisodeSpec, Study
 
@@ -156,6 +157,8 @@ class _Run:
         tally = self._count()
         for student in tally.students:
             parse_student(student).check(os.environ | self._environment)
+        if tally.todo and way.executor != "here":
+            check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
         store.write_manifest(manifest(self._study))
         if tally.todo:

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 import pytest
 
+from llf_teacher.studies import run
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.own import check_portable, parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.runner import Way
 from llf_teacher.studies.study import Study
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, Pipeline, Stage, parse_personality
@@ -155,6 +157,19 @@ def test_a_notebooks_own_is_for_this_process_alone(monkeypatch):
     study = Study(ids=["llf-gridworld-v0"], teachers=[Shy(), "oracle"], students=["obedient"], seeds=1)
     assert study.teachers[0] == "__main__:Shy"
     assert [play(spec).episode.claims > 0 for spec in study.episodes()] == [False, True]
-    with pytest.raises(ValueError, match=r"^vague \| __main__:Shy, __main__:f\(\): what a program .* with one worker"):
+    with pytest.raises(
+        ValueError, match=r"^vague \| __main__:Shy, __main__:f\(\): what a program .* in this process, by Way"
+    ):
         check_portable([*study.teachers[1:], "vague | __main__:Shy", "__main__:f()", "random"])
     check_portable(["oracle", "llf_teacher.__main__:x", "drifting(to='__main__:x')"])
+
+
+def test_it_is_refused_before_anything_runs_and_played_here(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys.modules["__main__"], "Shy", Shy, raising=False)
+    monkeypatch.setattr(Shy, "__module__", "__main__")
+    study = Study(ids=["llf-gridworld-v0"], teachers=[Shy()], students=["obedient"], seeds=1, max_turns=2)
+    with pytest.raises(ValueError, match="__main__:Shy: what a program"):
+        run(study, tmp_path / "s.db", workers=1)
+    assert not (tmp_path / "s.db").exists()
+    results = run(study, tmp_path / "s.db", way=Way("here"))
+    assert [(row["teacher"], row["claims"]) for row in results.rows()] == [("__main__:Shy", 0)]
