@@ -290,6 +290,7 @@ def _run(
         console.print(f"Played {played} episodes, stored in {path}.")
         if store.count:
             console.print("Writing the report ...")
-            write_report(store, study, report)
+            for student in write_report(store, study, report).unreadable:
+                errors.print(visible(f"warning: no answer of {student} could be read as an action; see a transcript"))
             console.print(f"Report: {report.resolve()}")
     raise typer.Exit(status)

@@ -5,6 +5,7 @@ Turns are never read. All is of one moment: a study may go on meanwhile.
 
 import itertools
 import sqlite3
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from typing import NamedTuple
@@ -106,6 +107,16 @@ class Columns:
         for setting, count, first, *values in self._db.execute(query):
             found[self._there[setting]] = Sums(count, first, dict(zip(_SUMMED, values, strict=True)))
         return found
+
+    def failures(self, planned: Plan) -> dict[tuple[str, str], int]:
+        """How many of the planned episodes have failed, and were not played since, by student and reason."""
+        wanted = {setting: set(seeds) for setting, seeds in planned.items()}
+        found: Counter[tuple[str, str]] = Counter()
+        for seed, reason, *shared in self._db.execute(f"SELECT seed, reason, {_SHARED} FROM failure"):  # noqa: S608
+            setting = EpisodeSpec._make((*shared[:_SEED], 0, *shared[_SEED:]))
+            if seed in wanted.get(setting, ()):
+                found[setting.student, reason] += 1
+        return dict(sorted(found.items()))
 
     def curves(self, order: Iterable[EpisodeSpec]) -> Iterator[Curves]:
         """The settings that have episodes, one by one in the given order; one that is not in it is left out."""

@@ -29,6 +29,8 @@ class Data:
     planned: Plan
     sums: Mapping[EpisodeSpec, Sums]
     """Of the study's episodes that are there, by setting."""
+    failures: Mapping[tuple[str, str], int]
+    """Episodes that failed, and were not played since, by student and reason."""
     sections: tuple[Section, ...]
     """In the order of families, types and grids; those without an episode are left out."""
     test: Test | None
@@ -48,6 +50,15 @@ class Data:
     def final(self) -> bool:
         """Whether all of the study has been played."""
         return self.present == self.expected
+
+    @property
+    def unreadable(self) -> tuple[str, ...]:
+        """Students none of whose answers was an action, which says more of how they are read than of what they know."""
+        answers = {student: [0.0, 0.0] for student in self.study.students}
+        for setting, each in self.sums.items():
+            for i, name in enumerate(("parse_failures", "turns")):
+                answers[setting.student][i] += each.sums[name]
+        return tuple(student for student, (failed, turns) in answers.items() if failed == turns > 0)
 
     @cached_property
     def outcomes(self) -> Outcomes:
@@ -82,8 +93,8 @@ def read(store: Store, study: Study) -> Data:
             study,
             lambda seeds: there.count(seeds) == sum(len(seeds.intersection(each)) for each in planned.values()),
         )
-        found = tuple(_sections(study, there, sums, test))
-    return Data(study=study, store=store, planned=planned, sums=sums, sections=found, test=test)
+        found, failures = tuple(_sections(study, there, sums, test)), there.failures(planned)
+    return Data(study=study, store=store, planned=planned, sums=sums, failures=failures, sections=found, test=test)
 
 
 def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], test: Test | None) -> Iterator[Section]:

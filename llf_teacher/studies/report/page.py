@@ -52,8 +52,11 @@ def check_writable(path: Path) -> None:
         raise ValueError(f"cannot write the report to {path}: the folder {folder} is not writable")
 
 
-def write_report(store: Store, study: Study, path: Path) -> None:
+def write_report(store: Store, study: Study, path: Path) -> Data:
     """Write what a store holds of a study as one HTML file; the file is replaced as a whole.
+
+    Returns:
+        What the report is made of.
 
     Raises:
         ValueError: no episode of the study has been played, or the path cannot be written.
@@ -61,10 +64,12 @@ def write_report(store: Store, study: Study, path: Path) -> None:
     check_writable(path)
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        draft.write_text(render(store, study), encoding="utf-8", newline="\n")
+        data = read(store, study)
+        draft.write_text(page(data), encoding="utf-8", newline="\n")
         os.replace(draft, path)
     finally:
         draft.unlink(missing_ok=True)
+    return data
 
 
 def render(store: Store, study: Study) -> str:
