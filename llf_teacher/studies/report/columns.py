@@ -108,9 +108,9 @@ class Columns:
             found[self._there[setting]] = Sums(count, first, dict(zip(_SUMMED, values, strict=True)))
         return found
 
-    def failures(self, planned: Plan) -> dict[tuple[str, str], int]:
-        """How many of the planned episodes have failed, and were not played since, by student and reason."""
-        wanted = {setting: set(seeds) for setting, seeds in planned.items()}
+    def failures(self) -> dict[tuple[str, str], int]:
+        """How many of the study's episodes have failed, and were not played since, by student and reason."""
+        wanted = {setting: set(seeds) for setting, seeds in self._planned.items()}
         found: Counter[tuple[str, str]] = Counter()
         for seed, reason, *shared in self._db.execute(f"SELECT seed, reason, {_SHARED} FROM failure"):  # noqa: S608
             setting = EpisodeSpec._make((*shared[:_SEED], 0, *shared[_SEED:]))

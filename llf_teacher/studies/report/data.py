@@ -93,7 +93,7 @@ def read(store: Store, study: Study) -> Data:
             study,
             lambda seeds: there.count(seeds) == sum(len(seeds.intersection(each)) for each in planned.values()),
         )
-        found, failures = tuple(_sections(study, there, sums, test)), there.failures(planned)
+        found, failures = tuple(_sections(study, there, sums, test)), there.failures()
     return Data(study=study, store=store, planned=planned, sums=sums, failures=failures, sections=found, test=test)
 
 
