@@ -4,6 +4,7 @@ import contextlib
 import hashlib
 import json
 import os
+import socket
 import sqlite3
 import threading
 import time
@@ -25,7 +26,8 @@ _SCHEMA = """
 CREATE TABLE IF NOT EXISTS answer (key TEXT PRIMARY KEY, request TEXT NOT NULL, text TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE IF NOT EXISTS ledger (id INTEGER PRIMARY KEY, time REAL NOT NULL, key TEXT NOT NULL, model TEXT NOT NULL,
     input_tokens INTEGER, output_tokens INTEGER, usd REAL);
-CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, usd REAL NOT NULL);
+CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, usd REAL NOT NULL, host TEXT NOT NULL,
+    process INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
 """
 _FACTS = ("reasoning", "finish", "model", "seconds", "call", "unsent")
@@ -92,7 +94,8 @@ class Cache:
                 )
 
     def pledge(self, usd: float, budget: float, seconds: float) -> int | None:
-        """Set aside what a request may cost at most, for so long unless `add` or `release` comes before.
+        """Set aside what a request may cost at most, until `add` or `release`, for so long at most, and no longer than
+        this process lives.
 
         Returns:
             A number for `add` and `release`; None if it is not known yet whether there is enough, since others are
@@ -100,15 +103,19 @@ class Cache:
 
         Raises:
             LookupError: there is not enough.
-        """
+        """  # noqa: D205
+        here, now = socket.gethostname(), time.time()
         with self._writing() as db:
-            now = time.time()
             db.execute("DELETE FROM pledge WHERE until < ?", (now,))
+            for (process,) in db.execute("SELECT DISTINCT process FROM pledge WHERE host = ?", (here,)).fetchall():
+                if not _lives(process):
+                    db.execute("DELETE FROM pledge WHERE host = ? AND process = ?", (here, process))
             if self.spent() + usd > budget:
                 raise LookupError
             if self.spent() + usd + db.execute("SELECT total(usd) FROM pledge").fetchone()[0] > budget:
                 return None
-            return db.execute("INSERT INTO pledge (until, usd) VALUES (?, ?)", (now + seconds, usd)).lastrowid
+            row = (now + seconds, usd, here, os.getpid())
+            return db.execute("INSERT INTO pledge (until, usd, host, process) VALUES (?, ?, ?, ?)", row).lastrowid
 
     def release(self, pledge: int | None) -> None:
         """Nothing was paid of what was pledged."""
@@ -175,6 +182,19 @@ class Cache:
             except BaseException:
                 cursor.execute("ROLLBACK")
                 raise
+
+
+def _lives(process: int) -> bool:
+    """Whether there is such a process on this machine; where that cannot be known, there is."""
+    if fcntl is None:
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 @cache

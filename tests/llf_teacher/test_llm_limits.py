@@ -4,6 +4,8 @@ import contextlib
 import json
 import os
 import sqlite3
+import subprocess
+import sys
 import threading
 import time
 import warnings
@@ -104,6 +106,16 @@ def test_a_pledge_of_one_who_died_runs_out(tmp_path):
         assert cache.pledge(6.0, 10.0, 0.2) is not None
         with pytest.raises(LookupError):
             cache.pledge(11.0, 10.0, 0.2)
+
+
+def test_a_pledge_goes_with_its_process(tmp_path):
+    path = f"{tmp_path / 'c.db'}"
+    program = "import sys, llf_teacher.models.cache as c; print(c.Cache(sys.argv[1]).pledge(6.0, 10.0, 1000.0))"
+    done = subprocess.run([sys.executable, "-c", program, path], capture_output=True, text=True, check=True)
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        assert db.execute("SELECT id FROM pledge").fetchone() == (int(done.stdout),)
+    with contextlib.closing(Cache(path)) as cache:
+        assert cache.pledge(6.0, 10.0, 1000.0) is not None
 
 
 def test_a_failed_request_gives_back_what_it_reserved(tmp_path):
