@@ -68,6 +68,7 @@ def said_by(seats, seed, turns=6):
         {"feedback_type": "m", "paraphrase": 2},
         {"feedback_type": "n"},
         {"teacher": "silent"},
+        {"budget": 3},
     ],
     ids=str,
 )

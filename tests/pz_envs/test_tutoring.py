@@ -225,3 +225,15 @@ def test_what_cannot_be_said_is_told_in_every_seating(seating):
     teacher = env.agent_selection
     env.step(env.address(1, 0b11011) if seating == "classroom" else 0b11011)
     assert env.infos[teacher]["trimmed"] == 0b00011
+
+
+def test_what_is_paid_adds_up_between_an_agents_turns_and_is_no_negative_zero():
+    env = GRID.raw_env(speech="kinds", cost=0.5, teacher_reward=lambda moment, oracle: 3.0)
+    env.reset(seed=0)
+    env.step(0)
+    assert str(env._cumulative_rewards) == str({TEACHER: 0.0, STUDENT: 0.0})
+    env.step(0)
+    assert env.last()[1] == 3.0
+    env.step(0b00001)
+    env.step(0)
+    assert env.last()[1] == 3.0 - 0.5

@@ -260,3 +260,10 @@ def test_a_catalogue_that_is_too_small_is_refused(tmp_path):
         Movies(catalogue=str(target))
     with pytest.raises(ValueError, match="cannot read the catalogue"):
         Movies(catalogue=str(tmp_path / "missing.db"))
+
+
+def test_an_answer_is_parsed_once(monkeypatch):
+    read = []
+    monkeypatch.setattr(json, "loads", lambda text, loads=json.loads: read.append(text) or loads(text))
+    earned(Profile(False), "Twelve Names of the Same River", "The Glimmerfoam Heist")
+    assert len(read) == 1
