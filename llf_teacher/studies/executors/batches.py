@@ -12,7 +12,7 @@ from typing import Generic, Self
 
 from llf_teacher.studies.executors import Executor, Lost, Process, R, T, Work
 
-_SECONDS = 0.05  # what a batch should take
+_SECONDS = 0.2  # what a batch should take
 _MOST = 32  # tasks in a batch
 _NEWS = 0.3  # weight of the last batch in the mean time of a task
 
