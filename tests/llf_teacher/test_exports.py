@@ -83,6 +83,8 @@ def test_chat_is_an_episode_a_line_with_the_facts_of_its_turns(found, tmp_path):
         assert math.fsum(turn["regret"] for turn in row["turns"]) == row["regret"] == episode["regret"]
         assert math.fsum(turn["reward"] for turn in row["turns"]) == row["total_reward"]
         assert row["last_feedback"] == turns[-1]["feedback"]
+        for name in ("key", "id", "teacher", "student", "seed", "sample"):
+            assert row[name] == episode[name]
         assert row["success"] is row["turns"][-1]["success"] is episode["success"]
 
 

@@ -83,7 +83,7 @@ def advised(row: dict[str, Any]) -> Any:
 
 def facts(episode: dict[str, Any]) -> dict[str, Any]:
     """What tells an episode from others."""
-    names = ("key", "id", "family", "teacher", "student", "instruction_type", "feedback_type", "seed")
+    names = ("key", "id", "family", "teacher", "student", "instruction_type", "feedback_type", "seed", "sample")
     return {name: episode[name] for name in names}
 
 
