@@ -130,7 +130,7 @@ def test_answers_in_json(action):
     assert contents(server.requests[-1])[2] == said
 
 
-@pytest.mark.parametrize("said", ["west or so", '{"action": 1, "action": 2}', "[1]", '{"thought": "west"}'])
+@pytest.mark.parametrize("said", ["west or so", '{"action": 1, "action": 2}', "[1, 2]", '{"thought": "west"}'])
 def test_what_is_not_the_json_that_was_asked_for_is_a_turn(said):
     with ScriptedEndpoint(lambda request: said) as server:
         assert episode(server.url, ", answer='json'").episode.parse_failures == 4

@@ -112,19 +112,19 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
 def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
     with ScriptedEndpoint(wanderer()) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
-        stopped = llf(tmp_path, "--llm-budget", "5")
+        stopped = llf(tmp_path, "--llm-budget", "8")
         assert stopped.returncode == 1
-        assert "llf: the spending limit of 5 USD is reached" in stopped.stderr
+        assert "llf: the spending limit of 8 USD is reached" in stopped.stderr
         assert "raise --llm-budget to go on" in stopped.stderr
         assert "Traceback" not in stopped.stderr
         spent = [usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")]
-        assert 2 < sum(spent) <= 5, "never exceeded, and not left by more than an answer could cost"
+        assert 5 < sum(spent) <= 8, "never exceeded, and not left by more than an answer could cost"
         played = len(rows(tmp_path / "llf-study.db")[0])
         assert 0 < played < 10
 
-        again = llf(tmp_path, LLF_LLM_BUDGET="5")
+        again = llf(tmp_path, LLF_LLM_BUDGET="8")
         assert again.returncode == 1
-        assert sum(usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")) <= 5
+        assert sum(usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")) <= 8
         played = len(rows(tmp_path / "llf-study.db")[0])
         finished = llf(tmp_path, "--llm-budget", "1000")
         assert finished.returncode == 0, finished.stderr
