@@ -90,7 +90,11 @@ def run(
         bool, typer.Option("--fail-fast", help="Begin no more episodes after one that failed.")
     ] = False,
     executor: Annotated[
-        str, typer.Option("--executor", help="What plays: processes, here (in this process) or ray.")
+        str,
+        typer.Option(
+            "--executor",
+            help="What plays: processes, threads (many that wait for a network), here (in this process) or ray.",
+        ),
     ] = "processes",
     address: Annotated[
         str | None, typer.Option("--address", help="Where Ray's cluster is; without it one is begun on this machine.")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.studies.episode import EpisodeRow, pack_turns, play
 from llf_teacher.studies.executors import Process
 from llf_teacher.studies.limits import Clock, Limits, TimeIsUp, within_memory
@@ -57,6 +57,8 @@ def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | 
         with within_memory(limits.memory), clock.running():
             record = play(spec, clock.turn)
         return Packed(record.episode, pack_turns(record.turns))
+    except NoAnswerError as error:
+        return failure("raised", f"{error}")
     except LLMError as error:
         return Stop(f"{error}" if isinstance(error, SpendingLimitError) else f"{told(spec)} failed: {error}")
     except TimeIsUp as error:

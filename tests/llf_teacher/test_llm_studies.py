@@ -133,7 +133,7 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
 
 
 def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):
-    reply = Reply(400, json.dumps({"error": {"message": f"no such model for {KEY}"}}))
+    reply = Reply(404, json.dumps({"error": {"message": f"no such model for {KEY}"}}))
     with ScriptedEndpoint(lambda request: reply) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
         result = llf(tmp_path)
