@@ -59,7 +59,7 @@ def timed(episodes: int, workers: int | None, way: Way) -> tuple[float, float, i
         path = Path(folder) / "study.db"
         with Store(path) as store:
             run(study(episodes), store, workers, progress, way=way)
-            size = os.path.getsize(path) // store.count
+        size = os.path.getsize(path) // marks[-1][2]
     (began, busy_before, first), (ended, busy, last) = marks
     return (last - first) / (ended - began), (busy - busy_before) / (last - first) * 1e6, size
 
