@@ -10,14 +10,15 @@ import threading
 from types import TracebackType
 from typing import Generic, Self
 
-from llf_teacher.studies.executors import Executor, Lost, R, T, Work
+from llf_teacher.studies.executors import AHEAD, Executor, Lost, R, T, Work
 
 _MANY = 64  # unless said otherwise
 
 
 class _Threads(Generic[T, R]):
     def __init__(self, work: Work[T, R], workers: int) -> None:
-        self._work, self.workers = work, workers
+        self._work, self._workers = work, workers
+        self.room = workers * AHEAD
         self._tasks: queue.SimpleQueue[T | None] = queue.SimpleQueue()
         self._results: queue.SimpleQueue[tuple[T, R | Lost]] = queue.SimpleQueue()
 
@@ -40,19 +41,19 @@ class _Threads(Generic[T, R]):
         except queue.Empty:
             return results
 
-    def cancel(self) -> int:
-        dropped = 0
+    def cancel(self) -> list[T]:
+        dropped: list[T] = []
         try:
             while True:
-                self._tasks.get_nowait()
-                dropped += 1
+                if (task := self._tasks.get_nowait()) is not None:
+                    dropped.append(task)
         except queue.Empty:
             return dropped
 
     def __enter__(self) -> Self:
         self._environment = dict(os.environ)
         self._work.begin()
-        for number in range(self.workers):  # nobody waits for them at the end: they may be waiting themselves
+        for number in range(self._workers):  # nobody waits for them at the end: they may be waiting themselves
             threading.Thread(target=self._play, name=f"llf-player-{number}", daemon=True).start()
         return self
 
@@ -60,7 +61,7 @@ class _Threads(Generic[T, R]):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.cancel()
-        for _ in range(self.workers):
+        for _ in range(self._workers):
             self._tasks.put(None)
         os.environ.clear()
         os.environ.update(self._environment)
