@@ -77,7 +77,7 @@ def legal_text(text: str, world: World[Any]) -> Any:
     try:
         return world.legal(text)
     except ValueError:
-        return failure(text, world, UNFIT)
+        return failure(text, world, UNFIT if world.verbatim else NOTHING)
 
 
 def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Setting = Mapping[str, Any]
-"""Keyword arguments of a row's `measure`, JSON values."""
+"""Keyword arguments of a row's `measure`, JSON values. What they do not say cannot change while results are kept."""
 FIRST_SEED = 10_000
 """Seeds from here on belong to results; those below it are for trying things out."""
 VERDICTS = ("yes", "in part", "no")

@@ -289,13 +289,20 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
         'students = ["random", "faulty:Agent(fault=\'deaf\')"]\n'
     )
     command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2"]
-    process = subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # jobs in the background ignore it
+    )
     path = folder / "llf-study.db"
     while process.poll() is None and not played(path):
         time.sleep(0.05)
     sent = time.monotonic()
     os.killpg(process.pid, number) if number == signal.SIGINT else process.send_signal(number)
-    told = process.communicate()[1]
+    told = process.communicate(timeout=60)[1]
     assert process.returncode == status, told
     assert time.monotonic() - sent < 15
     assert "What was played is in llf-study.db; the same command goes on from there." in told
@@ -366,4 +373,4 @@ def test_the_memory_of_a_run_does_not_grow_with_the_study(tmp_path, monkeypatch)
         return max(peaks)
 
     most(10)  # what is loaded once
-    assert most(1500) < most(100) + 100_000
+    assert most(2000) < most(100) + 500_000  # the specs of all episodes are some 1.5 MB

@@ -37,7 +37,12 @@ def test_an_empty_line_repeats_nothing():
 
 
 @pytest.mark.parametrize(
-    ("id", "turn"), [(GRID, "west\n"), ("llf-poem-Haiku-v0", "one\ntwo\n\n"), ("llf-alfworld-v0", "look\n")]
+    ("id", "turn"),
+    [
+        (GRID, "west\n"),
+        pytest.param("llf-poem-Haiku-v0", "one\ntwo\n\n", marks=pytest.mark.full),
+        pytest.param("llf-alfworld-v0", "look\n", marks=pytest.mark.full),
+    ],
 )
 def test_a_turn_is_taken_back(id, turn):
     """What is seen then is what was seen before it; and what comes of the same turn is the same again."""

@@ -22,7 +22,7 @@ from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.family import all_families
 from pz_envs.learning import KINDS, Learning, NoRewards
 from pz_envs.seats import STUDENT, entitled
-from pz_envs.text_mode import parse_action
+from pz_envs.text_mode import read_exactly
 from teachers.atoms import EditClaim, ParseFailure
 from teachers.phrasebook import Draws
 from teachers.voice import voice_names
@@ -183,7 +183,7 @@ def said_slots(heard):
 
 
 def is_action(world, text):
-    return type(parse_action(text, world)) is not ParseFailure
+    return type(read_exactly(text, world)) is not ParseFailure
 
 
 def recovers(env, reader, episodes):

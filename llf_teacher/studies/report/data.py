@@ -54,10 +54,11 @@ class Data:
     @property
     def unreadable(self) -> tuple[str, ...]:
         """Students none of whose answers was an action, which says more of how they are read than of what they know."""
-        answers = {student: [0.0, 0.0] for student in self.study.students}
+        answers: dict[str, list[float]] = {}
         for setting, each in self.sums.items():
+            told = answers.setdefault(setting.student, [0.0, 0.0])
             for i, name in enumerate(("parse_failures", "turns")):
-                answers[setting.student][i] += each.sums[name]
+                told[i] += each.sums[name]
         return tuple(student for student, (failed, turns) in answers.items() if failed == turns > 0)
 
     @cached_property
