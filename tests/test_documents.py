@@ -84,7 +84,17 @@ def test_a_document_needs_places_for_tables(text):
 def test_links_lead_somewhere():
     for path in DOCUMENTS:
         for target in re.findall(r"\]\(([^)]+)\)", path.read_text(encoding="utf-8")):
-            assert target.startswith("https://") or (path.parent / target).exists(), f"{path.name}: {target}"
+            if not target.startswith("https://"):
+                file, _, heading = target.partition("#")
+                there = path.parent / file if file else path
+                assert there.exists(), f"{path.name}: {target}"
+                assert not heading or heading in headings(there), f"{path.name}: {target}"
+
+
+def headings(path):
+    """The names under which a document's headings can be linked."""
+    found = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", text).lower().replace(" ", "-") for text in found}
 
 
 def test_the_version_is_in_the_changelog():
