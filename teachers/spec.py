@@ -6,11 +6,14 @@ import difflib
 import importlib
 import pkgutil
 import reprlib
+import threading
 import warnings
 from collections.abc import Iterable
 from functools import cache, cached_property
 from types import ModuleType
 from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeVar, get_type_hints
+
+_PARSER = threading.Lock()  # Python 3.11 counts the depth of what is parsed for all threads together, and may fail
 
 
 class Range(NamedTuple):
@@ -162,7 +165,8 @@ def read_expression(text: str) -> ast.expr:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SyntaxWarning)
-            return ast.parse(text.strip(), mode="eval").body
+            with _PARSER:
+                return ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         raise ValueError(f"{reprlib.repr(text)} is no expression") from None
 

@@ -195,6 +195,9 @@ class Endpoint:
                 status := getattr(error, "status_code", None), getattr(error, "body", None) or f"{error}", body
             )
             problem = self._describe(error)
+            own = error.__cause__ if isinstance(error.__cause__, TimeoutError | LLMError) else None
+        if own is not None:  # older clients wrap what `BoundedClient` raises
+            raise own
         if refusal is None:  # raised outside of `except`: the client's own exception holds the request, and so the key
             raise (NoAnswerError if status in range(400, 500) and status not in _OF_ALL else LLMError)(problem)
         return "", refusal

@@ -15,7 +15,7 @@ from sampling import fewer
 from pz_envs.family import all_families
 from pz_envs.text_mode import parse_action
 from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, Moment, ParseFailure, PlanClaim, R
-from teachers.oracle import claims_of
+from teachers.oracle import RefusalError, claims_of
 from teachers.oracles import bandits, gridworld
 from teachers.oracles.poem import PoemOracle
 from teachers.oracles.poem.claims import AllRight, Empty, LinesRight, WrongLine, WrongNumber
@@ -112,12 +112,16 @@ def test_a_turn_without_an_action_loses_what_is_lost_where_nothing_moves(name):
     oracle = ENVIRONMENTS[name][0].make_teacher(world).oracle
     oracle.start(world.truth)
     failure = Moment(None, ParseFailure("?", ""), world.failure_reward, world.truth, False, 1, False)
-    assert oracle.regret(failure) == oracle.idle(world.truth) > 0
+    try:
+        lost = oracle.regret(failure)
+    except RefusalError:
+        return  # an oracle need not tell regrets
+    assert lost == oracle.idle(world.truth) > 0
     best = world.legal(oracle.plan(world.truth, 1)[0])
     before = world.truth
     _, reward, _, _, info = world.advance(best)
     played = Moment(before, best, reward, world.truth, info["success"], 1, False)
-    assert oracle.regret(played) < oracle.regret(failure)
+    assert oracle.regret(played) < lost
 
 
 @on_every_environment
