@@ -183,6 +183,28 @@ def read_call(node: ast.expr) -> tuple[str, dict[str, Any]] | None:
     return (call.func.id, values) if len(values) == len(call.keywords) else None
 
 
+def import_call(role: str, kind: str, spec: str) -> tuple[ModuleType, str, dict[str, Any]]:
+    """The module, the name and the keyword arguments of `package.module:name(key=value)`; this imports the module.
+
+    `role` and `kind` are for the message: what the spec describes, and what the name is of.
+
+    Raises:
+        ValueError: bad syntax, or a module that cannot be imported.
+    """
+    module, _, call = spec.strip().partition(":")
+    try:
+        parsed = read_call(read_expression(call))
+    except ValueError:
+        parsed = None
+    if parsed is None:
+        form = f"package.module:{kind}"
+        raise ValueError(f"bad {role} spec {spec!r}; expected `{form}` or `{form}(key=value)`")
+    try:
+        return (importlib.import_module(module.strip()), *parsed)
+    except Exception as error:  # whatever a user's module does when it is imported
+        raise ValueError(f"{role} {spec!r}: cannot import the module {module.strip()!r}: {error!r}") from error
+
+
 def unknown(what: str, got: object, allowed: Iterable[str]) -> str:
     """The message for a name that is not among the allowed ones, with the nearest of them."""
     allowed = tuple(allowed)

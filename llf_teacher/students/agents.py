@@ -22,7 +22,7 @@ from typing import Any
 
 from llf_teacher.students.chat import can_answer
 from llf_teacher.students.student import READS, Policy, Student, Telling, state_of
-from teachers.spec import read_call, read_expression, unknown
+from teachers.spec import import_call, unknown
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
 _SPEC = re.compile(r"\s*([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)\s*:(.*)", re.DOTALL)
@@ -138,24 +138,11 @@ def parse_agent(spec: str) -> Agent:
     Raises:
         ValueError: bad syntax, no such module or factory, or arguments that the factory does not take.
     """
-    module, call = _SPEC.match(spec).groups()  # type: ignore[union-attr]
-    try:
-        parsed = read_call(read_expression(call))
-    except ValueError:
-        parsed = None
-    if parsed is None:
-        raise ValueError(
-            f"bad student spec {spec!r}; expected `package.module:factory` or `package.module:factory(key=value)`"
-        )
-    factory, options = parsed
-    try:
-        imported = importlib.import_module(module)
-    except Exception as error:  # whatever a user's module does when it is imported
-        raise ValueError(f"student {spec!r}: cannot import the module {module!r}: {error!r}") from error
-    make = getattr(imported, factory, None)
+    module, factory, options = import_call("student", "factory", spec)
+    make = getattr(module, factory, None)
     if not callable(make):
-        names = [name for name, value in vars(imported).items() if callable(value) and not name.startswith("_")]
-        raise ValueError(f"student {spec!r}: {unknown(f'factory in {module}', factory, sorted(names))}")
+        names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
+        raise ValueError(f"student {spec!r}: {unknown(f'factory in {module.__name__}', factory, sorted(names))}")
     try:
         inspect.signature(make).bind(**options)
     except TypeError as error:
@@ -166,7 +153,7 @@ def parse_agent(spec: str) -> Agent:
         raise ValueError(f"student {spec!r}: {shown} cannot be called so: {error}{hint}") from None
     except ValueError:  # a builtin without a signature
         pass
-    agent = Agent(module, factory, tuple(options.items()))
+    agent = Agent(spec.partition(":")[0].strip(), factory, tuple(options.items()))
     if agent.reads not in READS:
         raise ValueError(f"student {spec!r}: reads is {agent.reads!r}; allowed: {', '.join(READS)}")
     return agent

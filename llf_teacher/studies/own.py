@@ -15,7 +15,7 @@ from llf_teacher.students.agents import is_agent
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
 from teachers.personality import Personality, Pipeline, parse_personality, stages_of
-from teachers.spec import read_call, read_expression, unknown
+from teachers.spec import import_call, unknown
 
 MAIN = "__main__"
 """The program itself, a notebook's cells included: what is defined there, no other process can import."""
@@ -102,24 +102,12 @@ def _one(part: str) -> Personality:
     """One stage."""
     if not is_agent(part):
         return parse_personality(part.strip())
-    module, _, call = part.strip().partition(":")
-    try:
-        parsed = read_call(read_expression(call))
-    except ValueError:
-        parsed = None
-    if parsed is None:
-        raise ValueError(
-            f"bad teacher spec {part.strip()!r}; expected `package.module:Class` or `package.module:Class(key=value)`"
-        )
-    name, values = parsed
-    try:
-        found = vars(importlib.import_module(module.strip()))
-    except Exception as error:  # whatever a user's module does when it is imported
-        raise ValueError(f"teacher {part.strip()!r}: cannot import the module {module!r}: {error!r}") from error
-    cls = found.get(name)
+    module, name, values = import_call("teacher", "Class", part.strip())
+    cls = getattr(module, name, None)
     if not (isinstance(cls, type) and issubclass(cls, Personality)):
-        names = [name for name, each in found.items() if isinstance(each, type) and issubclass(each, Personality)]
-        raise ValueError(f"teacher {part.strip()!r}: {unknown(f'personality in {module}', name, names)}")
+        found = vars(module).items()
+        names = [name for name, each in found if isinstance(each, type) and issubclass(each, Personality)]
+        raise ValueError(f"teacher {part.strip()!r}: {unknown(f'personality in {module.__name__}', name, names)}")
     try:
         return cls(**values)
     except TypeError as error:

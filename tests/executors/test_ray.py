@@ -2,12 +2,14 @@
 
 import contextlib
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
 import sys
 import time
 
+import faulty
 import pytest
 import ray
 from ray.cluster_utils import Cluster
@@ -20,43 +22,10 @@ from llf_teacher.studies.study import Study, load_study
 
 pytestmark = pytest.mark.filterwarnings("default")
 NODE = {"num_cpus": 1, "object_store_memory": 80_000_000}
-AGENTS = """
-import os
-import time
-
-
-class Slow:
-    def __init__(self, fault="none"):
-        self.fault = fault
-
-    def act(self, observation):
-        time.sleep(0.02)
-        getattr(self, self.fault)()
-        return "north"
-
-    def none(self):
-        pass
-
-    def raises(self):
-        raise KeyError("no idea")
-
-    def sleeps(self):
-        time.sleep(600)
-
-    def deaf(self):
-        while True:
-            try:
-                time.sleep(600)
-            except BaseException:
-                pass
-
-    def exits(self):
-        os._exit(0)
-"""
 STUDY = """
 ids = ["llf-gridworld-v0"]
 teachers = ["oracle", "silent"]
-students = ["random", "slow_agents:Slow"]
+students = ["random", "faulty:Agent(seconds=0.02)"]
 seeds = 20
 max_turns = 5
 """
@@ -66,7 +35,7 @@ max_turns = 5
 def folder(tmp_path_factory):
     """Where the agents are, for the nodes too."""
     folder = tmp_path_factory.mktemp("agents")
-    (folder / "slow_agents.py").write_text(AGENTS)
+    shutil.copy(faulty.__file__, folder)
     (folder / "study.toml").write_text(STUDY)
     before = dict(os.environ)
     os.environ["PYTHONPATH"] = f"{folder}{os.pathsep}{before.get('PYTHONPATH', '')}"
@@ -126,7 +95,7 @@ def test_a_killed_driver_goes_on(cluster, folder, undisturbed):
 
 def test_faults_fail_their_episodes(cluster, folder, monkeypatch):
     monkeypatch.setattr(limits_module, "_GRACE", 0.5)
-    students = [f"slow_agents:Slow(fault='{fault}')" for fault in ("raises", "sleeps", "deaf", "exits")]
+    students = [f"faulty:Agent(seconds=0.02, fault='{fault}')" for fault in ("raises", "sleeps", "deaf", "exits")]
     study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[*students, "random"], seeds=1)
     way = Way("ray", address=cluster.address, limits=Limits(episode_seconds=4))
     with Store(folder / "faults.db") as store:

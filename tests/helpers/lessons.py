@@ -3,9 +3,15 @@
 from functools import cache
 
 import numpy as np
+import pytest
+from scipy.stats import binomtest
 from shelf import FAMILIES
 
 from teachers.testing import Pupil
+
+ALPHA = 1e-4
+CHEAP = ("bandits", "gridworld")
+on_cheap_families = pytest.mark.parametrize("name", CHEAP)
 
 
 @cache
@@ -50,3 +56,27 @@ def oracles(name, turns=2000):
         oracle.start(moments[0].after)
         begun.append(oracle)
     return begun
+
+
+def rows(name, spec, **settings):
+    """Per episode its oracle, and per turn the moment, the claims said and the oracle's claims."""
+    for oracle, episode in zip(oracles(name), taught(name, spec, **settings), strict=True):
+        yield oracle, [(moment, [atom.claim for atom in atoms], list(true)) for moment, atoms, true in episode]
+
+
+def turns(name, spec, **settings):
+    for oracle, episode in rows(name, spec, **settings):
+        for moment, said, true in episode:
+            yield oracle, moment, said, true
+
+
+def of(claims, *kinds):
+    return [claim for claim in claims if claim.kind in kinds]
+
+
+def without(claims, *kinds):
+    return [claim for claim in claims if claim.kind not in kinds]
+
+
+def fits(successes, trials, p):
+    return binomtest(int(successes), trials, p).pvalue > ALPHA

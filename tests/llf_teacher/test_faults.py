@@ -1,6 +1,5 @@
 """Agents that raise, hang, exit or eat memory fail their episode; the rest goes on, and the rows are the same."""
 
-import importlib
 import io
 import os
 import re
@@ -12,6 +11,7 @@ import time
 import tracemalloc
 from pathlib import Path
 
+import faulty
 import pytest
 from rich.console import Console
 
@@ -27,83 +27,6 @@ from llf_teacher.studies.runner import EpisodeError, Way, run
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 
-MODULE = """
-import os
-import sys
-import time
-
-KEPT = []
-
-
-def square(number):
-    if number in (37, 61):
-        os._exit(0)
-    return number**2
-
-
-class Agent:
-    def __init__(self, fault="none"):
-        self.fault = fault
-
-    def act(self, observation):
-        getattr(self, self.fault)()
-        return "north"
-
-    def none(self):
-        pass
-
-    def raises(self):
-        raise KeyError("no idea")
-
-    def unspeakable(self):
-        class Unspeakable(BaseException):
-            def __repr__(self):
-                raise ValueError
-
-        raise Unspeakable
-
-    def sleeps(self):
-        time.sleep(600)
-
-    def deaf(self):
-        while True:
-            try:
-                time.sleep(600)
-            except BaseException:
-                pass
-
-    def leaves(self):
-        sys.exit(3)
-
-    def exits(self):
-        os._exit(0)
-
-    def eats(self):
-        while True:
-            KEPT.append(bytes(1 << 25))
-
-
-class Odd:
-    def __init__(self, answer):
-        self.answer = answer
-
-    def act(self, observation):
-        return getattr(self, self.answer)()
-
-    def circle(self):
-        circle = []
-        circle.append(circle)
-        return circle
-
-    def deep(self):
-        deep = []
-        for _ in range(100_000):
-            deep = [deep]
-        return deep
-
-    def keys(self):
-        return {(1, 2): 3}
-"""
 FAULTS = {
     "raises": ("raised", r"^KeyError\('no idea'\)$"),
     "unspeakable": ("raised", "^Unspeakable$"),
@@ -117,12 +40,9 @@ FAULTS = {
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Where the agents are."""
-    (tmp_path / "faulty.py").write_text(MODULE)
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
-    yield tmp_path
-    sys.modules.pop("faulty", None)
+    """Where other processes find the agents."""
+    monkeypatch.setenv("PYTHONPATH", f"{Path(faulty.__file__).parent}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    return tmp_path
 
 
 def study(*students, seeds=1, **changes):
@@ -156,9 +76,8 @@ def test_each_fault_fails_its_episode_and_no_other(folder, monkeypatch):
 
 
 def test_of_a_batch_only_that_task_is_lost_that_ends_its_process(folder):
-    square = importlib.import_module("faulty").square
     told, submitted = {}, 0
-    with executors.start("processes", executors.Work(int, square, 100), 2) as engine:
+    with executors.start("processes", executors.Work(int, faulty.square, 100), 2) as engine:
         while len(told) < 100:
             while submitted < min(100, len(told) + engine.room):
                 engine.submit(submitted)
@@ -172,16 +91,14 @@ def test_of_a_batch_only_that_task_is_lost_that_ends_its_process(folder):
     assert rooms > 6 * 2, "short tasks travel together"
 
 
-def test_failed_episodes_are_played_again_when_asked_for(folder):
+def test_failed_episodes_are_played_again_when_asked_for(folder, monkeypatch):
     fails = study("faulty:Agent(fault='raises')", "random")
     with Store(folder / "s.db") as store:
         for match in ("no idea", "^1 of 2 episodes failed in an earlier run$"):
             with pytest.raises(EpisodeError, match=match) as caught:
                 run(fails, store, workers=1, way=Way("here"))
         assert caught.value.played == 0
-        text = (folder / "faulty.py").read_text().replace('raise KeyError("no idea")', "pass")
-        (folder / "faulty.py").write_text(text)
-        sys.modules["faulty"].Agent.raises = lambda self: None
+        monkeypatch.setattr(faulty.Agent, "raises", faulty.Agent.none)
         assert run(fails, store, workers=1, way=Way("here", retry_failed=True)) == 1
         assert not list(store.failures())
         assert store.count == 2

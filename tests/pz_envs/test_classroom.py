@@ -10,8 +10,7 @@ import pytest
 
 import llf_teacher
 from pz_envs.family import all_families
-from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import RULES, Attention
+from pz_envs.scripted import RULES
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.testing import require_aec, require_parallel
 from teachers.atoms import Utterance
@@ -289,108 +288,11 @@ def test_rules_of_attention(rule):
         assert [each[0] for each in heard[:4]] == [f"student_{i}" for i in range(4)]
 
 
-def test_unknown_rule():
-    with pytest.raises(ValueError, match=r"unknown rule 'loudest'; .*round_robin"):
-        Attention("loudest")
-
-
 def test_the_parallel_form_has_kinds_only():
     assert GRID.parallel_env(seating="classroom", speech="kinds").env.speech == "kinds"
     for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
         with pytest.raises(ValueError, match=match):
             pettingzoo.make("parallel", "llf/gridworld-classroom-v0", speech=speech)
-
-
-class Guide:
-    """A partner in a student's seat."""
-
-    def __init__(self, action):
-        self.action = action
-
-    def reset(self, rng):
-        self.rng = rng
-
-    def act(self, observation, info):
-        return self.action
-
-
-def test_the_teachers_seat_alone():
-    def make():
-        aec = GRID.raw_env(seating="classroom", students=2, attention=2, max_cycles=3)
-        return ParallelSeats(aec, {student: Guide(0) for student in aec.students})
-
-    require_parallel(make)
-    env = make()
-    observations, _ = env.reset(seed=0)
-    steps = 0
-    while env.agents:
-        action = int(np.flatnonzero(observations[TEACHER]["action_mask"])[-1])
-        observations, rewards, _, truncations, _ = env.step({TEACHER: action})
-        assert set(rewards) == {TEACHER}
-        steps += 1
-    assert steps == 8
-    assert truncations == {TEACHER: True}
-
-
-@pytest.mark.parametrize(
-    ("partners", "match"),
-    [
-        ({"student_9": Guide(0)}, "there is no seat 'student_9'; allowed: teacher_0, student_0"),
-        ({TEACHER: Guide(0), "student_0": Guide(0)}, "every seat is taken"),
-    ],
-)
-def test_seats_of_partners(partners, match):
-    with pytest.raises(ValueError, match=match):
-        ParallelSeats(GRID.raw_env(), partners)
-
-
-@pytest.mark.parametrize(
-    ("settings", "match"),
-    [
-        ({"students": 0}, "students must be an integer from 1 to 64, got 0"),
-        ({"students": 65}, "students must be an integer from 1 to 64, got 65"),
-        ({"students": "3"}, "students must be an integer from 1 to 64, got '3'"),
-        ({"students": True}, "students must be an integer from 1 to 64, got True"),
-        ({"attention": 9}, "attention must be an integer from 1 to 8, the number of students, got 9"),
-        ({"attention": 0}, "attention must be an integer from 1 to 8"),
-        ({"attention": True}, "attention must be an integer from 1 to 8, the number of students, got True"),
-        ({"speech": "song"}, "speech 'song' is unknown"),
-        ({"cost": -1}, "cost must be a finite number of at least 0"),
-        ({"attention_cost": "x"}, "attention_cost must be a finite number of at least 0, got 'x'"),
-        ({"budget": 0}, "budget must be None or an integer of at least 1"),
-        ({"render_mode": "x"}, "render_mode 'x' is unknown"),
-        ({"teacher_reward": "gold"}, "unknown teacher_reward 'gold'; .*student_reward"),
-    ],
-)
-def test_bad_arguments(settings, match):
-    with pytest.raises(ValueError, match=match):
-        GRID.raw_env(seating="classroom", **settings)
-
-
-def test_numbers_may_be_numpys():
-    env = GRID.raw_env(
-        seating="classroom",
-        students=np.int64(2),
-        attention=np.int64(2),
-        cost=np.float32(0.5),
-        attention_cost=np.int64(1),
-        budget=np.int64(1),
-    )
-    env.reset(seed=0)
-    env.step(env.address(0, ALL))
-    assert env.rewards[TEACHER] == -1.5
-    assert env.observe(TEACHER) in env.observation_space(TEACHER)
-
-
-@pytest.mark.parametrize(
-    ("speech", "action"), [("kinds", 249), ("kinds", -1), ("message", {"student": 1}), ("message", "x")]
-)
-def test_other_actions_of_the_teacher_are_refused(speech, action):
-    env = GRID.raw_env(seating="classroom", speech=speech)
-    env.reset(seed=0)
-    with pytest.raises(ValueError, match="the teacher's action must be"):
-        env.step(action)
-    assert env.agent_selection == TEACHER
 
 
 def test_rendering():

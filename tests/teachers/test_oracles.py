@@ -4,28 +4,17 @@ import sys
 from itertools import combinations, islice
 from types import ModuleType
 
-import networkx as nx
 import numpy as np
 import pytest
 from gymnasium import spaces
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from moments import opening
 from sampling import fewer
 
 from pz_envs.family import all_families
 from pz_envs.text_mode import parse_action
 from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, Moment, ParseFailure, PlanClaim, R
 from teachers.oracle import RefusalError, claims_of
-from teachers.oracles import bandits, gridworld
-from teachers.oracles.poem import PoemOracle
-from teachers.oracles.poem.claims import AllRight, Empty, LinesRight, WrongLine, WrongNumber
-from teachers.testing import Pupil, check_oracle
-from worlds.bandits import Bandit
-from worlds.bandits import Truth as Arms
-from worlds.gridworld import DIRECTIONS, NO_DOOR, Gridworld, Layout
-from worlds.gridworld import Truth as Place
-from worlds.poem import Poem
-from worlds.poem import Truth as Form
+from teachers.testing import Pupil
 
 ENVIRONMENTS = {
     name: (family, dict(options)) for family in all_families() for name, options in family.environments.items()
@@ -37,40 +26,13 @@ on_every_environment = pytest.mark.parametrize(
         for name, (family, _) in ENVIRONMENTS.items()
     ],
 )
-NORTH, EAST, WEST, SOUTH = DIRECTIONS
 SUBSETS = [frozenset(chosen) for size in range(6) for chosen in combinations(KINDS, size)]
-
-# Four rooms in a square; 0 is in the south-west, the treasure in the north-east: two shortest paths.
-SQUARE = Layout(
-    doors=((2, 1, NO_DOOR, NO_DOOR), (3, NO_DOOR, 0, NO_DOOR), (NO_DOOR, 3, NO_DOOR, 0), (NO_DOOR, NO_DOOR, 2, 1)),
-    names=("hall-1", "attic-1", "attic-2", "cellar-1"),
-    objects=((), (), (), ()),
-    treasure=3,
-)
 
 
 def pupil(name, turns=150):
     family, options = ENVIRONMENTS[name]
     turns = fewer(family, turns)
     return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=turns)
-
-
-def started(oracle_class, world, truth):
-    """An oracle that looks at a hand-made truth."""
-    world.restore(truth)
-    oracle = oracle_class(world.scratch)
-    oracle.start(truth)
-    return oracle
-
-
-def opening(truth):
-    return Moment.opening(truth)
-
-
-def turn(world, truth, action, number=1):
-    world.restore(truth)
-    _, reward, _, _, info = world.step(action)
-    return Moment(truth, world.legal(action), reward, world.truth, info["success"], number, False)
 
 
 @on_every_environment
@@ -208,185 +170,6 @@ def test_judging_again_says_the_same(name):
     for oracle, moment in islice(pupil(name).judged(), 40):
         assert oracle.judge(moment) == oracle.judge(moment)
         assert oracle.values(moment.after) == oracle.values(moment.after)
-
-
-@pytest.mark.parametrize("direction", DIRECTIONS)
-def test_every_tied_shortest_path_is_right(direction):
-    lab = Gridworld(num_rooms=4, min_goal_dist=1)
-    oracle = started(gridworld.GridworldOracle, lab.scratch(), Place(0, False, SQUARE))
-    right = direction in (NORTH, EAST)
-    start = opening(Place(0, False, SQUARE))
-    assert gridworld.Go(action=direction).holds(start, lab) == right
-    assert gridworld.Avoid(action=direction).holds(start, lab) != right
-    moment = turn(lab.scratch(), Place(0, False, SQUARE), direction)
-    hindsight = oracle.judge(moment, frozenset((HP, HN)))
-    verdict = gridworld.Nearer if right else gridworld.NoNearer
-    assert hindsight == (verdict(action=direction, room="hall-1"),)
-    assert hindsight[0].holds(moment, lab)
-    assert oracle.regret(moment) == (0 if right else 1)
-
-
-def test_no_tied_shortest_path_is_warned_of():
-    oracle = started(gridworld.GridworldOracle, Gridworld(num_rooms=4, min_goal_dist=1), Place(0, False, SQUARE))
-    warnings = [oracle.judge(opening(Place(0, False, SQUARE))._replace(turn=n), frozenset((FN,))) for n in range(8)]
-    assert {claim.action for claims in warnings for claim in claims} == {WEST, SOUTH}
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_advice_holds_exactly_on_shortest_paths(seed):
-    world = Gridworld()
-    world.reset(seed=seed)
-    layout, lab = world.truth.layout, world.scratch()
-    house = nx.Graph((room, behind) for room, row in enumerate(layout.doors) for behind in row if behind != NO_DOOR)
-    oracle = started(gridworld.GridworldOracle, world, world.truth)
-    for room in range(len(layout.doors)):
-        if room == layout.treasure:
-            continue
-        truth = Place(room, False, layout)
-        paths = list(nx.all_shortest_paths(house, room, layout.treasure))
-        good = {DIRECTIONS[layout.doors[room].index(path[1])] for path in paths}
-        assert {d for d in DIRECTIONS if gridworld.Go(action=d).holds(opening(truth), lab)} == good
-        assert {d for d, value in enumerate(oracle.values(truth)) if value == max(oracle.values(truth))} == good
-        assert len(oracle.plan(truth, 100)) == len(paths[0]) - 1
-
-
-def test_a_treasure_of_another_name_is_named():
-    options = {"room_types": ["cave"], "object_types": ["torch", "rope"], "treasure": "golden crown"}
-    family = next(each for each in all_families() if each.name == "gridworld")
-    check_oracle(Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=10))
-    world = family.make_world(**options)
-    world.reset(seed=0)
-    moment = Moment.opening(world.truth)
-    told = family.make_teacher(world).oracle.brief(world.truth, "b")
-    assert gridworld.Treasure(name="golden crown") in told
-    assert gridworld.Treasure(name="golden crown").holds(moment, world.scratch())
-    for name in ("torch", "rope", "treasure"):
-        assert not gridworld.Treasure(name=name).holds(moment, world.scratch())
-    plain = Gridworld()
-    plain.reset(seed=0)
-    assert gridworld.Treasure not in {
-        type(claim) for claim in family.make_teacher(plain).oracle.brief(plain.truth, "b")
-    }
-
-
-def test_after_the_treasure_nothing_but_the_reward_is_told():
-    world = Gridworld(num_rooms=4, min_goal_dist=1)
-    oracle = started(gridworld.GridworldOracle, world, Place(1, False, SQUARE))
-    entering = turn(world, Place(1, False, SQUARE), NORTH)
-    assert [type(claim) for claim in oracle.judge(entering)][1:] == [gridworld.Found]
-    for direction in DIRECTIONS:
-        later = turn(world, entering.after, direction)
-        assert [claim.kind for claim in oracle.judge(later)] == ["r"]
-        assert oracle.regret(later) == oracle.importance(later.after) == 0
-        assert oracle.plan(later.after, 5) == ()
-        assert not gridworld.Go(action=direction).holds(later, world.scratch())
-        assert not gridworld.Avoid(action=direction).holds(later, world.scratch())
-
-
-@pytest.mark.parametrize(("means", "best"), [((0.5, 0.5), {0, 1}), ((0.0, 0.0), {0, 1}), ((0.5, 0.25), {0})])
-def test_tied_arms_are_all_right(means, best):
-    truth = Arms(means, (1.0, 1.0), 0.0, means)
-    world = Bandit("TwoArmedHighLowFixed")
-    oracle, lab = started(bandits.BanditOracle, world, truth), world.scratch()
-    for arm in range(2):
-        moment = turn(world, truth, arm)
-        (verdict,) = oracle.judge(moment, frozenset((HP, HN)))
-        assert type(verdict) is (bandits.PulledBest if arm in best else bandits.PulledPoor)
-        assert verdict.holds(moment, lab)
-        assert bandits.Pull(action=arm).holds(moment, lab) == (arm in best)
-        assert bandits.Avoid(action=arm).holds(moment, lab) == (arm not in best)
-        assert (oracle.regret(moment) == 0) == (arm in best)
-    warned = {claim.action for n in range(4) for claim in oracle.judge(moment._replace(turn=n), frozenset((FN,)))}
-    assert warned == {0, 1} - best
-    assert all(
-        claim.holds(opening(truth), lab)
-        for each in "bpc"
-        for claim in oracle.brief(truth, each, np.random.default_rng(0))
-    )
-
-
-def test_warnings_go_through_all_poor_arms():
-    world = Bandit("TenArmedRandomFixed")
-    means = (0.1, 0.9, 0.2, 0.9, *[0.3] * 6)
-    oracle = started(bandits.BanditOracle, world, Arms(means, (1.0,) * 10, 0.0, means))
-    moments = [opening(world.truth)._replace(turn=n) for n in range(8)]
-    assert {oracle.judge(moment)[-1].action for moment in moments} == set(range(10)) - {1, 3}
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("", [Empty]),
-        ("snow", [WrongNumber]),
-        ("snow\nrain\nash\nmoss", [WrongNumber]),
-        ("snow\ncold rain", [AllRight]),
-        ("snow\nrain", [LinesRight, WrongLine]),
-        ("cold rain\nrain", [WrongLine, WrongLine]),
-        ("fire\nfire", [AllRight]),
-    ],
-)
-def test_poems_are_judged_line_by_line(text, said):
-    world = Poem("LineSyllableConstrainedPoem")
-    truth = Form((1, 2), False, "")
-    oracle, lab = started(PoemOracle, world, truth), world.scratch()
-    moment = turn(world, truth, text)
-    claims = oracle.judge(moment)
-    assert [type(claim) for claim in claims if claim.kind in (HP, HN)] == said
-    assert [claim for claim in claims if not claim.holds(moment, lab)] == []
-    advice = next(claim for claim in claims if claim.kind == FP)
-    assert turn(world, moment.after, advice.action).reward > moment.reward or moment.success
-
-
-PIECES = [
-    "fire",
-    "snow",
-    "every",
-    "glimmerfoam",
-    "19",
-    " ",
-    " ",
-    "-",
-    "'",
-    "\n",
-    "\n",
-    "\u2028",
-    "\t",
-    "%s {0}",
-    "\u0301",
-    "...",
-]
-patterns = st.builds(
-    Form, st.lists(st.integers(1, 40), min_size=1, max_size=40).map(tuple), st.just(False), st.just("")
-)
-free = st.builds(Form, st.tuples(st.integers(1, 40)), st.just(True), st.just(""))
-
-
-@given(
-    pieces=st.lists(st.sampled_from(PIECES), max_size=40),
-    times=st.sampled_from([1, 1, 1, 5, 400]),
-    truth=patterns | free,
-    number=st.integers(1, 50),
-)
-@settings(deadline=None)
-def test_what_is_said_of_any_poem_holds_and_its_advice_helps(pieces, times, truth, number):
-    world = Poem("SyllableConstrainedPoem" if truth.free else "LineSyllableConstrainedPoem")
-    oracle, lab = started(PoemOracle, world, truth), world.scratch()
-    moment = turn(world, truth, ("".join(pieces) * times)[: world.action_space.max_length], number)
-    claims = oracle.judge(moment)
-    assert [claim for claim in claims if not claim.holds(moment, lab)] == []
-    (advice,) = (claim for claim in claims if claim.kind == FP)
-    assert turn(world, moment.after, advice.action).reward > moment.reward or moment.success
-
-
-def test_following_the_advice_leads_to_a_right_poem():
-    world = Poem("LineSyllableConstrainedPoem")
-    truth = Form((5, 7, 5, 17, 40), False, "")
-    oracle = started(PoemOracle, world, truth)
-    moment = turn(world, truth, "snow")
-    for _ in range(6):
-        (advice,) = oracle.judge(moment, frozenset((FP,)))
-        moment = turn(world, moment.after, advice.action)
-    assert moment.success
 
 
 @on_every_environment

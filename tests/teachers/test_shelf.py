@@ -6,38 +6,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from lessons import lab, oracles, pupil, taught
-from scipy.stats import binomtest, norm
+from lessons import ALPHA, CHEAP, fits, lab, of, on_cheap_families, oracles, pupil, rows, taught, turns, without
+from scipy.stats import norm
 
 from teachers.atoms import FN, FP, HN, HP, R
-from teachers.common import Chance, NoDifference, Paid, Right, Trap, Truism, Wrong
+from teachers.common import NoDifference
 from teachers.fingerprint import Fingerprints
-from teachers.oracles.gridworld import Either, Go
+from teachers.oracles.gridworld.claims import Either, Go
 
-ALPHA = 1e-4
-CHEAP = ("bandits", "gridworld")
-on_cheap_families = pytest.mark.parametrize("name", CHEAP)
 HINDSIGHT = (HP, HN)
-
-
-def rows(name, spec, **settings):
-    """Per episode its oracle, and per turn the moment, the claims said and the oracle's claims."""
-    for oracle, episode in zip(oracles(name), taught(name, spec, **settings), strict=True):
-        yield oracle, [(moment, [atom.claim for atom in atoms], list(true)) for moment, atoms, true in episode]
-
-
-def turns(name, spec, **settings):
-    for oracle, episode in rows(name, spec, **settings):
-        for moment, said, true in episode:
-            yield oracle, moment, said, true
-
-
-def of(claims, *kinds):
-    return [claim for claim in claims if claim.kind in kinds]
-
-
-def without(claims, *kinds):
-    return [claim for claim in claims if claim.kind not in kinds]
 
 
 def regret(oracle, moment):
@@ -47,10 +24,6 @@ def regret(oracle, moment):
 
 def spread(values):
     return max(values) - min(values)
-
-
-def fits(successes, trials, p):
-    return binomtest(int(successes), trials, p).pvalue > ALPHA
 
 
 @on_cheap_families
@@ -375,69 +348,6 @@ def test_praise_for_the_same_good_action_has_diminishing_returns():
     assert not any(streak[-1] for streak in streaks)
 
 
-@pytest.mark.parametrize("name", ["bandits", "gridworld", "optimization", "poem"])
-def test_verification_gives_no_reason_and_the_elaborator_does(name):
-    for (_, moment, said, true), (_, _, elaborate, _) in zip(
-        turns(name, "verification"), turns(name, "elaborator"), strict=True
-    ):
-        verdict = Wrong if of(true, HN) else Right if of(true, HP) else None
-        assert [type(claim) for claim in said] == ([verdict] if verdict else [])
-        assert [claim for claim in elaborate if type(claim) not in (Right, Wrong)] == true
-        assert [type(claim) for claim in elaborate if claim not in true] == ([verdict] if verdict else [])
-        assert all(claim.action == moment.action for claim in said)
-
-
-@pytest.mark.parametrize("name", ["bandits", "gridworld", "optimization", "poem"])
-def test_the_same_truth_in_another_order(name):
-    sandwiches = 0
-    for _, _, said, true in turns(name, "sandwich"):
-        assert sorted(map(repr, said)) == sorted(map(repr, true))
-        kinds = [claim.kind for claim in said if claim.kind in (*HINDSIGHT, FP)]
-        if HP in kinds and HN in kinds:
-            assert kinds[0] is HP
-            assert kinds[-1] in (HP, FP) or len(of(true, HP)) == 1
-            sandwiches += 1
-    assert sandwiches > 20 or name in CHEAP
-    for _, _, said, true in turns(name, "encouraging"):
-        assert said == [*of(true, HP), *without(true, HP)]
-    for _, _, said, true in turns(name, "harsh"):
-        assert said == of(true, HN)
-
-
-@pytest.mark.parametrize("name", ["bandits", "gridworld", "optimization", "poem"])
-@pytest.mark.parametrize("q", [0.0, 0.3, 1.0])
-def test_vague_drops_numbers_and_names_at_its_rate(name, q):
-    vague = (Right, Wrong, Paid, Chance, Trap)
-    counts = Counter()
-    for _, _, said, true in turns(name, f"vague(q={q})"):
-        assert {claim.kind for claim in said} == {claim.kind for claim in true}
-        if len({claim.kind for claim in true}) == len(true):  # nothing could be said twice
-            counts["there"] += len(true)
-            counts["vague"] += sum(type(claim) in vague for claim in said)
-        assert all(claim in true or type(claim) in vague for claim in said)
-        assert len(set(said)) == len(said)
-    assert counts["there"] > 500
-    assert fits(counts["vague"], counts["there"], q)
-
-
-def test_what_is_vague_has_no_number_and_no_name():
-    for episode in taught("gridworld", "vague(q=1)"):
-        for _, atoms, _ in episode:
-            words = {word.strip(".,:").lower() for atom in atoms for word in atom.text.split()}
-            assert not words & {"north", "east", "west", "south"}
-            assert not [word for word in words if any(c.isdigit() for c in word)]
-
-
-@on_cheap_families
-@pytest.mark.parametrize("k", [0, 1, 5])
-def test_verbose_adds_its_number_of_truisms(name, k):
-    for _, _, said, true in turns(name, f"verbose(k={k})"):
-        assert [claim for claim in said if type(claim) is not Truism] == true
-        padding = [claim for claim in said if type(claim) is Truism]
-        assert len(padding) == (k if true else 0)
-        assert {claim.kind for claim in padding} <= {claim.kind for claim in true}
-
-
 def state(claim, moment):
     return moment.after if claim.kind in (FP, FN) or moment.before is None else moment.before
 
@@ -470,21 +380,3 @@ def test_limited_knowledge_knows_its_share_of_the_states(fraction):
 def test_pupils_play_long_enough():
     assert all(sum(len(e) for e in taught(name, "oracle")) > 2000 for name in CHEAP)
     assert {pupil(name).max_turns for name in CHEAP} == {20, 30}
-
-
-class Opaque:
-    """What has nothing but its place in memory."""
-
-
-def test_fingerprints_are_equal_for_equal_values_only():
-    prints = Fingerprints()
-    values = [0, 1, -1, 0.5, "", "0", None, (), (0,), ((0,),), (0, 0), frozenset("ab"), {"a": 1}, {"a": 2}, 2**60]
-    assert len({prints.of(value) for value in values}) == len(values)
-    for one, other in ((1, 1.0), (True, 1), ([1, 2], (1, 2)), (frozenset("ba"), {"a", "b"}), (np.float64(0.5), 0.5)):
-        assert prints.of(one) == prints.of(other) == Fingerprints().of(one)
-    assert prints.of(np.arange(3)) == prints.of(np.arange(3)) != prints.of(np.arange(3.0))
-    shares = [prints.share((i,)) for i in range(2000)]
-    assert all(0 <= share < 1 for share in shares)
-    assert fits(sum(share < 0.3 for share in shares), len(shares), 0.3)
-    with pytest.raises(TypeError, match=r"an? Opaque has no fingerprint; states must be made of"):
-        prints.of((1, Opaque()))

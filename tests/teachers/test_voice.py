@@ -11,7 +11,7 @@ from shelf import COMPLETE, FAMILIES, RICH
 
 from teachers.atoms import HN, HP, Claim, claim
 from teachers.common import Reward, Right, Solved, TryAgain
-from teachers.oracles.gridworld import Go, NoNearer
+from teachers.oracles.gridworld.claims import Go, NoNearer
 from teachers.personality import PERSONALITIES
 from teachers.phrasebook import Draws, Phrasebook, Rewriting, make_phrasebook
 from teachers.voice import Tone, compare, load_tone, voice_names

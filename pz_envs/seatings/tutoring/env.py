@@ -386,10 +386,8 @@ class TutoringEnv(SeatsEnv):
         self.infos[TEACHER] = info
         self.agent_selection = TEACHER
 
-    # What is paid between two turns of an agent adds up; a sum is never -0.0.
-
     def _pay(self, teacher: float, student: float) -> None:
-        """Rewards of the student's turn."""
+        """Rewards of the student's turn; what is paid between two turns of an agent adds up, to a sum never -0.0."""
         self.rewards = {TEACHER: teacher, STUDENT: student}
         self._cumulative_rewards[TEACHER] += teacher
         self._cumulative_rewards[STUDENT] = 0.0 + student

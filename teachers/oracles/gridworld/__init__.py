@@ -1,0 +1,150 @@
+"""The gridworld's oracle: shortest paths to the treasure from everywhere, every tie known."""
+
+from collections.abc import Sequence, Set
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from teachers.atoms import FN, FP, Claim, FeedbackType, Moment
+from teachers.oracle import Oracle
+from teachers.oracles.gridworld.claims import (
+    Answer,
+    Avoid,
+    Found,
+    Go,
+    Goal,
+    Moves,
+    Nearer,
+    NoNearer,
+    Route,
+    Treasure,
+    TriedInVain,
+    TriedWell,
+    walk,
+)
+from worlds.gridworld import (
+    DIRECTIONS,
+    SIDES,
+    TREASURE,
+    Direction,
+    Gridworld,
+    Truth,
+    distances_from,
+    look_around,
+)
+
+_GO = tuple(Go(action=direction) for direction in DIRECTIONS)
+_AVOID = tuple(Avoid(action=direction) for direction in DIRECTIONS)
+_BASICS = (Goal(), Moves(), Answer(names=tuple(map(str, DIRECTIONS))))
+_TRIES = 3
+
+
+@lru_cache(maxsize=4096)
+def _verdict(nearer: bool, action: Direction, room: str) -> Nearer | NoNearer:
+    return (Nearer if nearer else NoNearer)(action=action, room=room)
+
+
+class _Room(NamedTuple):
+    """What can be said of a room."""
+
+    values: tuple[float, ...]
+    importance: float
+    good: tuple[Direction, ...]
+    warnings: tuple[Avoid, ...]
+
+
+WARNED = tuple(sides.astray or sides.walls for sides in SIDES)
+"""Per compass of a room the directions to warn of, in turns: doors that lead astray, or walls where there are none."""
+_WARNINGS = tuple(tuple(_AVOID[direction] for direction in warned) for warned in WARNED)
+
+
+class _Rooms(dict[int, _Room]):
+    """Per room what can be said of it: all of its doors are judged when it is first asked for."""
+
+    def __init__(self, doors: Sequence[Sequence[int]], distance: Sequence[int]) -> None:
+        self._doors, self._distance = doors, distance
+
+    def __missing__(self, room: int) -> _Room:
+        steps, compass = look_around(room, self._doors, self._distance)
+        values = tuple([-float(each) for each in steps])
+        found = self[room] = _Room(values, float(max(steps) - min(steps)), SIDES[compass].nearer, _WARNINGS[compass])
+        return found
+
+
+class GridworldOracle(Oracle[Truth, Gridworld]):
+    """Judges moves by their distance to the treasure. A value is the negated number of moves still needed."""
+
+    max_importance = 2.0
+
+    def start(self, truth: Truth) -> None:
+        """Find all distances to the treasure, once an episode."""
+        doors = truth.layout.doors
+        self._rooms = _Rooms(doors, distances_from(truth.layout.treasure, doors))
+
+    def _basics(self, truth: Truth) -> tuple[Claim, ...]:
+        name = self.lab.things[-1]
+        return _BASICS if name == TREASURE else (_BASICS[0], Treasure(name=name), *_BASICS[1:])
+
+    def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
+        """A short random walk from the start, move by move; a move that was tried before is not told twice."""
+        told: dict[Claim, None] = {}
+        for _ in range(_TRIES):
+            if truth.found:
+                break
+            action = DIRECTIONS[rng.integers(len(DIRECTIONS))]
+            verdict = TriedWell if action in self._rooms[truth.room].good else TriedInVain
+            told[verdict(action=action, room=truth.layout.names[truth.room])] = None
+            truth = walk(self.lab, truth, action)
+        return tuple(told)
+
+    def _solution(self, truth: Truth) -> tuple[Claim, ...]:
+        actions = self.plan(truth, len(truth.layout.doors))
+        treasure = truth.layout.names[truth.layout.treasure]
+        return (Route(actions=actions, room=treasure),)
+
+    def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
+        assert moment.before is not None  # noqa: S101  # hindsight is about an executed action
+        room, found, layout = moment.before
+        if found:
+            return
+        action, after = moment.action, moment.after
+        if after.found:
+            verdict: Claim = Found(action=action, room=layout.names[after.room])
+        else:
+            verdict = _verdict(action in self._rooms[room].good, action, layout.names[room])
+        if verdict.kind in kinds:
+            claims.append(verdict)
+
+    def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
+        room, found, _ = moment.after
+        if found:
+            return
+        _, _, good, warnings = self._rooms[room]
+        if FP in kinds:
+            claims.append(_GO[good[0]])
+        if FN in kinds and warnings:
+            claims.append(warnings[moment.turn % len(warnings)])
+
+    def values(self, truth: Truth) -> tuple[float, ...]:
+        """Per direction the negated number of moves that are needed afterwards; all 0 once it is found."""
+        return (0.0, 0.0, 0.0, 0.0) if truth.found else self._rooms[truth.room].values
+
+    def idle(self, truth: Truth) -> float:
+        """A move; none once it is found."""
+        return float(not truth.found)
+
+    def importance(self, truth: Truth) -> float:
+        """Moves between the best and the worst direction, 0 to 2."""
+        return 0.0 if truth.found else self._rooms[truth.room].importance
+
+    def plan(self, truth: Truth, n: int) -> tuple[Direction, ...]:
+        """A shortest path, or its beginning."""
+        room, found, layout = truth
+        path: list[Direction] = []
+        while not found and len(path) < n:
+            direction = self._rooms[room].good[0]
+            path.append(direction)
+            room = layout.doors[room][direction]
+            found = room == layout.treasure
+        return tuple(path)

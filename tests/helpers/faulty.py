@@ -1,0 +1,78 @@
+"""Agents that raise, hang, exit, eat memory or answer what cannot be written down."""
+
+import contextlib
+import os
+import sys
+import time
+
+KEPT = []
+
+
+def square(number):
+    if number in (37, 61):
+        os._exit(0)
+    return number**2
+
+
+class Agent:
+    def __init__(self, fault="none", seconds=0.0):
+        self.fault = fault
+        self.seconds = seconds
+
+    def act(self, observation):
+        time.sleep(self.seconds)
+        getattr(self, self.fault)()
+        return "north"
+
+    def none(self):
+        pass
+
+    def raises(self):
+        raise KeyError("no idea")
+
+    def unspeakable(self):
+        class Unspeakable(BaseException):
+            def __repr__(self):
+                raise ValueError
+
+        raise Unspeakable
+
+    def sleeps(self):
+        time.sleep(600)
+
+    def deaf(self):
+        while True:
+            with contextlib.suppress(BaseException):
+                time.sleep(600)
+
+    def leaves(self):
+        sys.exit(3)
+
+    def exits(self):
+        os._exit(0)
+
+    def eats(self):
+        while True:
+            KEPT.append(bytes(1 << 25))
+
+
+class Odd:
+    def __init__(self, answer):
+        self.answer = answer
+
+    def act(self, observation):
+        return getattr(self, self.answer)()
+
+    def circle(self):
+        circle = []
+        circle.append(circle)
+        return circle
+
+    def deep(self):
+        deep = []
+        for _ in range(100_000):
+            deep = [deep]
+        return deep
+
+    def keys(self):
+        return {(1, 2): 3}
