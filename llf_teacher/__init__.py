@@ -11,7 +11,7 @@ from llf_teacher.registry import ids, register_all, supported_types
 __version__ = "0.2.0.dev0"
 __all__ = [
     "Conversation", "Lesson", "OldGym", "StudentEnv", "TeacherEnv", "TeacherVectorEnv",
-    "chat_student", "ids", "make", "prompt", "supported_types", "teach",
+    "chat_student", "ids", "make", "prompt", "rollout", "supported_types", "teach",
 ]  # fmt: skip
 
 register_all()
@@ -22,6 +22,7 @@ def __getattr__(name: str) -> object:  # `__init__.pyi` has the types
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     rooms = {"Lesson": "pz_envs.lesson", "OldGym": "worlds.wrapped.old_gym"}
     rooms |= {"Conversation": "llf_teacher.students.conversation", "chat_student": "llf_teacher.students.chat"}
+    rooms |= {"rollout": "llf_teacher.students.rollout"}
     return getattr(import_module(rooms.get(name, "llf_teacher.gym")), name)
 
 

@@ -2,6 +2,7 @@ from llf_teacher.gym import StudentEnv, TeacherEnv, TeacherVectorEnv, make, prom
 from llf_teacher.registry import ids, supported_types
 from llf_teacher.students.chat import chat_student
 from llf_teacher.students.conversation import Conversation
+from llf_teacher.students.rollout import rollout
 from pz_envs.lesson import Lesson
 from worlds.wrapped.old_gym import OldGym
 
@@ -17,6 +18,7 @@ __all__ = [
     "ids",
     "make",
     "prompt",
+    "rollout",
     "supported_types",
     "teach",
 ]

@@ -1,0 +1,281 @@
+"""Many conversations at once, for whoever trains what answers in them: `llf_teacher.rollout`."""
+
+import asyncio
+import inspect
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+from llf_teacher.gym import StudentEnv, make
+from llf_teacher.models.waiting import wait_for
+from llf_teacher.students.chat import ChatStudent, takes_messages
+from llf_teacher.students.conversation import Conversation, Message, as_prompt
+from pz_envs.subject import Subject
+from teachers.atoms import Moment, ParseFailure
+from teachers.oracle import Oracle, RefusalError
+from teachers.seeds import Seeds
+from teachers.spec import check_range
+
+_LONG = 1000  # past turns that are sent along, unless a `ChatStudent` says otherwise: all of them
+_ONE = ("prompt", "messages")  # what a function of one conversation calls it
+
+
+class RolloutTurn(NamedTuple):
+    """One turn of a conversation."""
+
+    prompt: list[Message]
+    """All that was sent: instruction, past turns as far as they were kept, and the question."""
+    answer: str
+    """What the policy said, as it said it."""
+    reward: float
+    regret: float | None
+    """Value that the action lost, in the family's unit; None if the oracle does not know."""
+    success: bool
+    failure: str | None
+    """Why the answer is no action; None if it is one."""
+    feedback: str
+    """What the teacher said of it."""
+
+
+class Rollout(NamedTuple):
+    """A conversation from its beginning to its end."""
+
+    id: str
+    """Of the environment."""
+    seed: int
+    turns: tuple[RolloutTurn, ...]
+
+    @property
+    def messages(self) -> list[Message]:
+        """The last prompt with its answer: where nothing was cut, the whole conversation."""
+        return _answered(self.turns[-1])
+
+    @property
+    def whole(self) -> bool:
+        """Whether `messages` has all that was sent and said, so that they can be trained on as one text.
+
+        It has not where history was cut, a thought was taken out of it, or an answer was empty; then each turn is a
+        text of its own.
+        """
+        following = zip(self.turns, self.turns[1:], strict=False)
+        return all(later.prompt[: len(turn.prompt) + 1] == _answered(turn) for turn, later in following)
+
+    @property
+    def answers(self) -> tuple[int, ...]:
+        """Where in `messages` the answer of each turn stands.
+
+        Raises:
+            ValueError: it is not whole.
+        """
+        if not self.whole:
+            raise ValueError(
+                f"the conversation of {self.id} with seed {self.seed} is not whole: history, a thought or an empty "
+                "answer was left out of later prompts; train on each of `turns` instead"
+            )
+        return tuple(len(turn.prompt) for turn in self.turns)
+
+    def spans(self, render: Callable[..., str]) -> tuple[str, list[tuple[int, int]]]:
+        """The conversation as one text, and where in it the policy's own characters begin and end, a pair a turn.
+
+        With them, and the offsets that a tokenizer gives, tokens are masked.
+
+        Args:
+            render: gives the text of messages, and with `add_generation_prompt=True` also what stands before an answer:
+                `functools.partial(tokenizer.apply_chat_template, tokenize=False)`. What it puts behind an answer is
+                counted to it, so that a model learns to end.
+
+        Raises:
+            ValueError: the conversation is not whole, or what `render` gives for its beginning is not the beginning.
+        """
+        text = render(self.messages)
+        spans: list[tuple[int, int]] = []
+        for place in self.answers:
+            before = render(self.messages[:place], add_generation_prompt=True)
+            after = render(self.messages[: place + 1])
+            if not (text.startswith(after) and after.startswith(before)):
+                raise ValueError(
+                    "render must give for the beginning of a conversation the beginning of its text; this one writes "
+                    f"the answer of turn {len(spans) + 1} otherwise once more follows: train on each of `turns` instead"
+                )
+            spans.append((len(before), len(after)))
+        return text, spans
+
+    @property
+    def rewards(self) -> tuple[float, ...]:
+        """That of each turn."""
+        return tuple(turn.reward for turn in self.turns)
+
+    @property
+    def regrets(self) -> tuple[float | None, ...]:
+        """That of each turn."""
+        return tuple(turn.regret for turn in self.turns)
+
+    @property
+    def success(self) -> bool:
+        """Whether the last turn succeeded."""
+        return self.turns[-1].success
+
+    @property
+    def failures(self) -> int:
+        """How many answers were no action."""
+        return sum(turn.failure is not None for turn in self.turns)
+
+
+def rollout(
+    policy: Callable[..., Any] | ChatStudent,
+    ids: str | Subject | Iterable[str | Subject],
+    seeds: int | Iterable[int],
+    batch: int = 64,
+    **settings: Any,
+) -> list[Rollout]:
+    """Play many conversations side by side, each to its end; it ends at success unless a task is asked repeatedly.
+
+    Args:
+        policy: `f(conversations) -> texts`, which gets a list of conversations, each a list of messages, and gives an
+            answer to each; or a function of one, whose parameter is called `prompt` or `messages`, or any that
+            `chat_student` was given. Either may be a coroutine function; of one conversation they are awaited together.
+        ids: one or several of `ids()`, or a `Lesson`.
+        seeds: of the episodes of each id; a number n stands for 0 to n - 1. A seed that comes several times makes a
+            group: several conversations about the same world.
+        batch: how many conversations go on at once; where one ends the next begins.
+        settings: those of `make`: `teacher`, `feedback_type`, `max_turns`, ...
+
+    Returns:
+        A conversation for each id and seed, in this order.
+
+    Raises:
+        ValueError: an argument is not allowed.
+        TypeError: the policy does not give a text for each conversation.
+    """
+    check_range("batch", batch, 1, 1_000_000, int)
+    if "text" in settings:
+        raise ValueError(f"rollout plays in texts; leave out text={settings['text']!r}")
+    answer = _answering(policy)
+    subjects = [ids] if isinstance(ids, str | Subject) else list(ids)
+    numbers = list(range(seeds) if isinstance(seeds, int) else seeds)
+    waiting = deque(_Lane(subject, seed, place) for place, (subject, seed) in enumerate(_cross(subjects, numbers)))
+    played: list[Rollout | None] = [None] * len(waiting)
+    kept: dict[Any, list[StudentEnv]] = {subject: [] for subject in subjects}  # to be played in again
+    going: list[_Lane] = []
+    try:
+        while waiting or going:
+            while waiting and len(going) < batch:
+                lane = waiting.popleft()
+                free = kept[lane.subject]
+                lane.env = free.pop() if free else _environment(lane.subject, settings)
+                going.append(lane)
+                lane.begin(policy)
+            texts = answer([lane.prompt for lane in going])
+            for lane, text in zip(going, texts, strict=True):
+                lane.step(text)
+            for lane in going:
+                if lane.over:
+                    played[lane.place] = Rollout(lane.env.env_id, lane.seed, tuple(lane.turns))
+                    kept[lane.subject].append(lane.env)
+            going = [lane for lane in going if not lane.over]
+    finally:
+        for env in [lane.env for lane in going] + [env for free in kept.values() for env in free]:
+            env.close()
+    return [each for each in played if each is not None]
+
+
+class _Lane:
+    """A conversation that is going on, or has yet to begin."""
+
+    env: StudentEnv
+    prompt: list[Message]
+    """What waits for an answer."""
+
+    def __init__(self, subject: str | Subject, seed: int, place: int) -> None:
+        self.subject, self.seed, self.place = subject, seed, place
+        self.turns: list[RolloutTurn] = []
+        self.over = False
+
+    def begin(self, policy: Any) -> None:
+        """Reset the environment, and ask."""
+        observation, _ = self.env.reset(seed=self.seed)
+        cut = isinstance(policy, ChatStudent)
+        self._talk = Conversation(
+            self.env,
+            history=policy.history if cut else _LONG,
+            max_prompt_tokens=policy.max_prompt_tokens if cut else None,
+            rng=Seeds(self.seed).stream("student"),
+        )
+        self.prompt = self._talk.ask(observation)
+
+    def step(self, text: str) -> None:
+        """Take an answer, and ask again unless it was the last."""
+        env = self.env
+        observation, reward, terminated, truncated, _ = env.step(self._talk.answer(text))
+        moment = env.aec.moment
+        failed = moment.action if type(moment.action) is ParseFailure else None
+        self.turns.append(
+            RolloutTurn(
+                prompt=self.prompt,
+                answer=text,
+                reward=reward,
+                regret=_regret(env.aec.teacher.oracle, moment),
+                success=moment.success,
+                failure=failed and failed.why,
+                feedback=f"{observation['feedback']}",
+            )
+        )
+        self.over = terminated or truncated or (moment.success and not env.family.repeated)
+        if not self.over:
+            self.prompt = self._talk.ask(observation)
+
+
+def _cross(subjects: Sequence[str | Subject], seeds: Sequence[int]) -> Iterator[tuple[str | Subject, int]]:
+    return ((subject, seed) for subject in subjects for seed in seeds)
+
+
+def _environment(subject: str | Subject, settings: dict[str, Any]) -> StudentEnv:
+    door: Callable[..., StudentEnv] = make if isinstance(subject, str) else StudentEnv
+    return door(subject, text=True, **settings)
+
+
+def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float | None:
+    try:
+        return float(oracle.regret(moment))
+    except RefusalError:
+        return None
+
+
+def _answered(turn: RolloutTurn) -> list[Message]:
+    return [*turn.prompt, {"role": "assistant", "content": turn.answer}]
+
+
+def _answering(policy: Callable[..., Any] | ChatStudent) -> Callable[[list[list[Message]]], list[str]]:
+    """A policy as a function of a batch, whose answers are checked."""
+    if not callable(policy) and not isinstance(policy, ChatStudent):
+        raise ValueError(f"policy must be a function of conversations, or what chat_student gives, got {policy!r}")
+    function: Any = policy.function if isinstance(policy, ChatStudent) else policy
+    alone = isinstance(policy, ChatStudent) or next(iter(inspect.signature(function).parameters), "") in _ONE
+
+    def answer(conversations: list[list[Message]]) -> list[str]:
+        if alone:
+            listed = takes_messages(function)
+            texts = [function(messages if listed else as_prompt(messages)) for messages in conversations]
+            if any(map(inspect.isawaitable, texts)):
+                texts = wait_for(_together(texts))
+        else:
+            texts = function(conversations)
+            if inspect.isawaitable(texts):
+                texts = wait_for(_one(texts))
+        fits = isinstance(texts, list | tuple) and all(isinstance(text, str) for text in texts)
+        if not fits or len(texts) != len(conversations):
+            raise TypeError(
+                f"policy must give a list of {len(conversations)} texts, one for each conversation, got {texts!r:.80}; "
+                "a function of one conversation calls its parameter `prompt` or `messages`, or comes from chat_student"
+            )
+        return list(texts)
+
+    return answer
+
+
+async def _together(awaitables: list[Any]) -> list[Any]:
+    return list(await asyncio.gather(*map(_one, awaitables)))
+
+
+async def _one(said: Any) -> Any:
+    return await said if inspect.isawaitable(said) else said

@@ -1,0 +1,202 @@
+"""Rollouts: the conversations of a study, many at once, with what a trainer has to know of each turn."""
+
+import asyncio
+import re
+
+import gymnasium
+import pytest
+
+from llf_teacher import chat_student, rollout
+from llf_teacher.studies.episode import play
+from llf_teacher.studies.study import Study
+from pz_envs.lesson import Lesson
+from worlds.world import World
+
+GRID = "llf-gridworld-v0"
+ARMS = "llf-bandits-BanditTenArmedGaussian-v0"
+WEST = "Thought: why not.\nResponse: west"
+
+
+def west(conversations):
+    return [WEST] * len(conversations)
+
+
+def advised(conversations):
+    """Goes where the teacher says, which is the last word that names a direction and is not warned of."""
+    said = [re.findall(r"\b(north|east|south|west)\b", each[-1]["content"]) for each in conversations]
+    return [f"Response: {(words or ['north'])[-1]}" for words in said]
+
+
+def render(messages, add_generation_prompt=False):
+    """As chat templates do."""
+    text = "".join(f"<{message['role']}>{message['content']}</s>\n" for message in messages)
+    return text + "<assistant>" * add_generation_prompt
+
+
+def test_a_conversation_for_each_id_and_seed_in_their_order():
+    played = rollout(west, [GRID, ARMS], [3, 1], batch=3, max_turns=4)
+    assert [(each.id, each.seed) for each in played] == [(GRID, 3), (GRID, 1), (ARMS, 3), (ARMS, 1)]
+    assert [len(each.turns) for each in played] == [4] * 4
+    assert [each.seed for each in rollout(west, GRID, 3, max_turns=1)] == [0, 1, 2]
+    assert rollout(west, GRID, 0) == []
+
+
+@pytest.mark.parametrize("batch", [1, 2, 64])
+def test_the_batch_changes_nothing_but_how_many_are_asked_at_once(batch):
+    sizes = []
+
+    def policy(conversations):
+        sizes.append(len(conversations))
+        return advised(conversations)
+
+    played = rollout(policy, GRID, 5, batch=batch, feedback_type="fp")
+    assert played == rollout(advised, GRID, 5, batch=3, feedback_type="fp")
+    assert max(sizes) == min(batch, 5)
+    assert len({len(each.turns) for each in played}) > 1  # so that places become free at different times
+    assert sum(sizes) == sum(len(each.turns) for each in played)
+
+
+def test_it_is_what_a_study_plays():
+    """The same prompts, and the same numbers."""
+    prompts = []
+
+    def answer(messages):
+        prompts.append(messages)
+        return advised([messages])[0]
+
+    study = Study(
+        ids=[GRID], teachers=["mistake(eps=0.3)"], students=[chat_student(answer)], seeds=1, feedback_types=["fp+hn"]
+    )
+    spec = next(study.episodes())
+    record = play(spec)
+    (played,) = rollout(answer, GRID, [spec.seed], teacher="mistake(eps=0.3)", feedback_type="fp+hn")
+    turns = record.turns[1:]
+    assert prompts[: len(turns)] == prompts[len(turns) :] == [turn.prompt for turn in played.turns]
+    assert played.rewards == tuple(turn.reward for turn in turns)
+    assert played.regrets == tuple(turn.regret for turn in turns)
+    assert [turn.feedback for turn in played.turns] == [turn.feedback for turn in turns]
+    assert (played.success, played.failures) == (record.episode.success, record.episode.parse_failures)
+
+
+def test_a_group_is_a_seed_that_comes_several_times():
+    one, other, third = rollout(west, GRID, [5, 5, 6], max_turns=2)
+    assert one == other != third
+    assert one.turns[0].prompt == other.turns[0].prompt
+
+
+def test_failures_are_told():
+    (played,) = rollout(lambda conversations: ["fly"], GRID, 1, max_turns=2)
+    assert played.failures == 2
+    assert [turn.failure for turn in played.turns] == ["it names no action that there is"] * 2
+    assert not played.success
+    assert rollout(west, GRID, 1, max_turns=2)[0].turns[0].failure is None
+
+
+def test_the_students_own_characters():
+    (played,) = rollout(advised, GRID, [2], feedback_type="fp")
+    assert len(played.turns) > 1
+    assert played.whole
+    text, spans = played.spans(render)
+    assert text == render(played.messages)
+    assert [text[slice(*span)] for span in spans] == [f"{turn.answer}</s>\n" for turn in played.turns]
+    assert [played.messages[place]["content"] for place in played.answers] == [turn.answer for turn in played.turns]
+    roles = [message["role"] for message in played.messages]
+    assert roles == ["system", *["user", "assistant"] * len(played.turns)]
+
+
+@pytest.mark.parametrize("answer", ["<think>Hm.</think>Response: west", ""])
+def test_what_was_left_out_of_later_prompts_is_trained_turn_by_turn(answer):
+    (played,) = rollout(lambda conversations: [answer], GRID, 1, max_turns=3)
+    assert [turn.answer for turn in played.turns] == [answer] * 3
+    assert not played.whole
+    with pytest.raises(ValueError, match=r"with seed 0 is not whole: .* train on each of `turns` instead"):
+        played.spans(render)
+
+
+def test_a_window_is_that_of_the_student():
+    played = rollout(chat_student(lambda prompt: WEST, history=1), GRID, 1, max_turns=4)[0]
+    assert [len(turn.prompt) for turn in played.turns] == [2, 4, 4, 4]
+    assert not played.whole
+    assert len(rollout(west, GRID, 1, max_turns=4)[0].turns[-1].prompt) == 8
+
+
+def test_a_rendering_that_changes_what_was_before():
+    def numbered(messages, add_generation_prompt=False):
+        return f"{len(messages)}: {render(messages)}"
+
+    (played,) = rollout(west, GRID, 1, max_turns=2)
+    with pytest.raises(ValueError, match=r"writes the answer of turn 1 otherwise .* train on each of `turns` instead"):
+        played.spans(numbered)
+
+
+def test_functions_of_one_conversation_and_coroutines():
+    together = []
+
+    def by_prompt(prompt):
+        assert "The task:" in prompt
+        return WEST
+
+    async def by_messages(messages):
+        together.append(1)
+        await asyncio.sleep(0.01)
+        assert len(together) == 3  # all are asked before the first is answered
+        return WEST
+
+    async def by_batch(conversations):
+        await asyncio.sleep(0.001)
+        return west(conversations)
+
+    def oddly(text):
+        return by_prompt(text)
+
+    expected = rollout(west, GRID, 3, max_turns=1)
+    for policy in (by_prompt, by_messages, by_batch, chat_student(oddly)):
+        assert rollout(policy, GRID, 3, max_turns=1) == expected
+
+    async def cell():  # as in a notebook, where a loop is running
+        return rollout(by_batch, GRID, 3, max_turns=1)
+
+    assert asyncio.run(cell()) == expected
+
+
+def test_a_lesson_of_ones_own():
+    lesson = Lesson(lambda: gymnasium.make("Taxi-v4"))
+    (played,) = rollout(lambda conversations: ["2"], lesson, 1, max_turns=2)
+    assert played.rewards == (-1.0, -1.0)
+    assert played.regrets == (None, None)  # nobody knows
+    assert "reward" in played.messages[0]["content"]
+
+
+def test_environments_are_kept_for_the_next_episode_and_closed_at_the_end(monkeypatch):
+    closed = []
+    close = World.close
+    monkeypatch.setattr(World, "close", lambda world: (closed.append(world), close(world))[1])
+    rollout(west, GRID, 6, batch=2, max_turns=2)
+    assert len(closed) == 2
+
+    def breaks(conversations):
+        raise RuntimeError("no model")
+
+    with pytest.raises(RuntimeError, match="no model"):
+        rollout(breaks, GRID, 6, batch=2)
+    assert len(closed) == 4
+
+
+@pytest.mark.parametrize("said", ["west", ["west"], ["west", 3], None])
+def test_what_is_no_text_for_each_conversation(said):
+    with pytest.raises(TypeError, match="policy must give a list of 2 texts, one for each conversation, got"):
+        rollout(lambda conversations: said, GRID, 2)
+
+
+@pytest.mark.parametrize(
+    ("policy", "settings", "match"),
+    [
+        (west, {"batch": 0}, "batch must be an integer from 1"),
+        (west, {"text": False}, "rollout plays in texts; leave out text=False"),
+        (west, {"feedback": "a"}, "does not take these options: unknown option 'feedback'"),
+        (3, {}, "policy must be a function of conversations, or what chat_student gives, got 3"),
+    ],
+)
+def test_refusals(policy, settings, match):
+    with pytest.raises(ValueError, match=match):
+        rollout(policy, GRID, 1, **settings)
