@@ -5,7 +5,7 @@ import json
 import math
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +18,6 @@ from llf_teacher.studies.design import TEST_TYPE, TESTER
 from llf_teacher.studies.lessons import attend
 from llf_teacher.studies.own import parse_teacher
 from llf_teacher.studies.study import EpisodeSpec
-from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT, entitled
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Label, Moment, ParseFailure, action_of
@@ -174,38 +173,32 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] = abs) -> Record:
     student = player.seat(env.family, env.aec.world)
     if spec.lessons:
         attend(spec, player, student)
-    oracle = env.aec.teacher.oracle
     rows = []
     for scene in scenes(env, student, spec.seed, sample=spec.sample):
-        moment = scene.moment
-        regret = oracle.regret(moment) if moment.turn else 0.0
-        said = student.record() if moment.turn else {}
-        rows.append(_row(scene, regret, _seen(env.aec), env.family.name)._replace(**said))
-        begins(moment.turn + 1)
+        turn = scene.moment.turn
+        said = student.record() if turn else {}
+        rows.append(turn_row(env, scene)._replace(**said))
+        begins(turn + 1)
     env.close()
     return Record(spec, summary(env.family.name, student.reads, rows), tuple(rows))
 
 
-def _seen(aec: TutoringEnv) -> str:
-    """The world as text, as the student sees it."""
-    return aec.state_now if aec.text else aec.world.describe(aec.state_now)
-
-
-def _row(scene: Scene, regret: float, text: str, family: str) -> TurnRow:
-    moment = scene.moment
+def turn_row(env: StudentEnv, scene: Scene) -> TurnRow:
+    """The turn that an environment has just played, as it is stored."""
+    moment, aec = scene.moment, env.aec
     failed = moment.action if type(moment.action) is ParseFailure else None
     return TurnRow(
         turn=moment.turn,
-        observation=text,
+        observation=aec.state_now if aec.text else aec.world.describe(aec.state_now),
         action=None if moment.before is None else to_json(moment.action),
         action_words=None if moment.before is None or isinstance(moment.action, str) else f"{moment.action}",
         reward=moment.reward,
-        regret=regret,
+        regret=aec.teacher.oracle.regret(moment) if moment.turn else 0.0,
         success=moment.success,
         parse_failure=failed and failed.got,
         instruction=str(scene.observation["instruction"]) or None,
         feedback=str(scene.observation["feedback"]),
-        atoms=to_json([as_dict(atom, label, family) for atom, label in scene.atoms]),
+        atoms=to_json([as_dict(atom, label, env.family.name) for atom, label in scene.atoms]),
     )
 
 
@@ -302,12 +295,17 @@ def unpack_regrets(packed: bytes) -> NDArray[np.float64]:
     return np.frombuffer(zlib.decompress(packed), "<f8")
 
 
-def pack_turns(rows: Sequence[TurnRow]) -> bytes:
-    """Turns as JSON, without what is null, compressed."""
+def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:
+    """Turns as JSON values, without what is null."""
     turns = [{name: value for name, value in row._asdict().items() if value is not None} for row in rows]
     for turn in turns:
         turn["atoms"] = json.loads(turn["atoms"])
-    return zlib.compress(json.dumps(turns, ensure_ascii=False, separators=(",", ":")).encode(), 9)
+    return turns
+
+
+def pack_turns(rows: Iterable[TurnRow]) -> bytes:
+    """Turns as JSON, without what is null, compressed."""
+    return zlib.compress(json.dumps(turns_as_dicts(rows), ensure_ascii=False, separators=(",", ":")).encode(), 9)
 
 
 def unpack_turns(packed: bytes) -> list[dict[str, Any]]:
