@@ -8,7 +8,7 @@ anew for each episode, in the process that plays it. Which of three protocols an
     policy      reset(rng)                 act(observation, info)       two arguments, the second named `info`
 
 Arguments with a default do not count. Agents of the first two read and write text, policies what is native to the
-world; an attribute `text` of the agent overrides this.
+world; an attribute `text` of the agent overrides this. What is no action of the world costs a turn, either way.
 """
 
 import importlib
@@ -22,6 +22,7 @@ from typing import Any
 
 from llf_teacher.students.chat import can_answer
 from llf_teacher.students.student import READS, Policy, Student, Telling, state_of
+from pz_envs.text_mode import failure
 from teachers.spec import import_call, unknown
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
@@ -60,7 +61,16 @@ class _Policy(Policy["Agent"]):
             action = agent.act({"observation": state, "instruction": told, "feedback": feedback})
         else:
             action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
-        return as_text(action) if self.spec.text else action
+        return as_text(action) if self.spec.text else self._native(action)
+
+    def _native(self, action: Any) -> Any:
+        """An action as it is, but for a `ParseFailure` in place of one that is outside of the action space."""
+        action = as_text(action) if isinstance(action, str) else action
+        try:
+            self.world.legal(action)
+        except Exception:  # values of a user's own may raise anything
+            return failure(as_text(action), self.world)
+        return action
 
     def record(self) -> Telling:
         """What the agent says of its last action, if it has a method of this name."""
@@ -182,7 +192,7 @@ def as_text(action: Any) -> str:
     """An action as an answer in text mode: a text as it is, anything else as JSON."""
     try:
         text = action if isinstance(action, str) else json.dumps(action, default=_plain)
-    except (ValueError, TypeError, RecursionError):  # a circle, a key that is no text, too deep
+    except Exception:  # a circle, a key that is no text, too deep, or what a value of a user's own raises
         text = f"something of type {type(action).__name__} that is no JSON"
     return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
 

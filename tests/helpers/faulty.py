@@ -76,3 +76,26 @@ class Odd:
 
     def keys(self):
         return {(1, 2): 3}
+
+    def nine(self):
+        return 9
+
+    def nan(self):
+        return float("nan")
+
+    def unspeakable(self):
+        class Unspeakable:
+            def __getattr__(self, name):
+                raise KeyError(name)
+
+            __repr__ = __eq__ = __lt__ = __getattr__
+
+        return Unspeakable()
+
+
+class Native(Odd):
+    def reset(self, rng):
+        pass
+
+    def act(self, observation, info):
+        return super().act(observation)

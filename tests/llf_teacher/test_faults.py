@@ -19,8 +19,8 @@ from llf_teacher import studies
 from llf_teacher.studies import executors, runner
 from llf_teacher.studies import limits as limits_module
 from llf_teacher.studies import progress as progress_module
-from llf_teacher.studies.attempt import REASONS, Packed
-from llf_teacher.studies.episode import pack_turns, play
+from llf_teacher.studies.attempt import REASONS, Packed, attempt
+from llf_teacher.studies.episode import pack_turns, play, unpack_turns
 from llf_teacher.studies.limits import Limits
 from llf_teacher.studies.progress import StudyProgress
 from llf_teacher.studies.runner import EpisodeError, Way, run
@@ -141,6 +141,18 @@ def test_an_answer_that_cannot_be_written_down_is_a_turn(folder, answer):
     record = play(spec)
     assert record.episode.parse_failures == record.episode.turns == 3
     assert "that is no JSON" in record.turns[1].parse_failure
+
+
+@pytest.mark.parametrize("id", ["llf-gridworld-v0", "llf-poem-Haiku-v0", "llf-optimization-Booth-v0"])
+@pytest.mark.parametrize("answer", ["circle", "nine", "nan", "unspeakable"])
+def test_a_native_action_that_there_is_not_is_a_turn_too(folder, answer, id):
+    (spec,) = study(f"faulty:Native(answer='{answer}')", ids=[id]).episodes()
+    result = attempt(spec)
+    assert isinstance(result, Packed), result
+    assert result.episode.parse_failures == result.episode.turns == 3
+    told = unpack_turns(result.turns)[1]
+    assert told["parse_failure"]
+    assert told["feedback"], "the teacher says what an action is"
 
 
 @pytest.mark.parametrize(

@@ -364,7 +364,9 @@ class TutoringEnv(SeatsEnv):
         self.world.close()
 
     def understand(self, action: Any) -> Any:
-        """The student's action in canonical form, or a `ParseFailure`."""
+        """The student's action in canonical form, or a `ParseFailure`; who has found one already gives that."""
+        if type(action) is ParseFailure:
+            return action
         if not self._texts:
             return self.world.legal(action)
         if not isinstance(action, str):
