@@ -96,7 +96,8 @@ def main() -> None:
     print("| executor | episodes a second | efficiency | parent, us an episode | overhead | bytes an episode |")
     print("|---|---|---|---|---|---|")
     runs: list[tuple[str, int, Callable[[], tuple[float, float, int]]]] = [
-        (f"processes, {n} workers", n, lambda n=n: timed(options.episodes, n, Way())) for n in options.workers
+        (f"processes, {n} workers", n, lambda n=n: timed(options.episodes, n, Way("processes")))
+        for n in options.workers
     ]
     runs += [
         (

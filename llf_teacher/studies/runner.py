@@ -64,8 +64,12 @@ def parse_shard(text: str) -> Shard:
 class Way(NamedTuple):
     """How a study is played; what is played does not depend on it."""
 
-    executor: str = "processes"
-    """What plays the episodes: a name of `executors.NAMES`."""
+    executor: str | None = None
+    """What plays the episodes: a name of `executors.NAMES`.
+
+    None: `processes`, but `here` for one worker without limits, which are sure to be kept only where a process can be
+    ended.
+    """
     address: str | None = None
     """Where the executor's cluster is."""
     limits: Limits = Limits()
@@ -74,6 +78,10 @@ class Way(NamedTuple):
     """Play episodes again that failed in an earlier run."""
     fail_fast: bool = False
     """Begin no more episodes after one that failed."""
+
+    def engine(self, workers: int | None) -> str:
+        """The executor for so many workers."""
+        return self.executor or ("here" if workers == 1 and self.limits == Limits() else "processes")
 
 
 class _Tally(NamedTuple):
@@ -110,7 +118,8 @@ def run(
     Args:
         study: what to play.
         store: where episodes go, each as it ends.
-        workers: how many episodes are played at once; None: one a core.
+        workers: how many episodes are played at once; None: one a core. One plays in this process, unless `way` says
+            otherwise.
         progress: called with the number of episodes that are done, and of all.
         environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
         way: how to play.
@@ -157,7 +166,8 @@ class _Run:
         tally = self._count()
         for student in tally.students:
             parse_student(student).check(os.environ | self._environment)
-        if tally.todo and way.executor != "here":
+        executor = way.engine(workers)
+        if tally.todo and executor not in executors.HERE:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
         store.write_manifest(manifest(self._study))
@@ -165,7 +175,7 @@ class _Run:
             call = partial(attempt, limits=way.limits)
             work = Work(partial(set_up, self._environment), call, tally.todo, way.limits.hard_seconds(tally.turns))
             try:
-                with executors.start(way.executor, work, workers, way.address) as engine:
+                with executors.start(executor, work, workers, way.address) as engine:
                     self._play(engine, tally)
             finally:
                 with contextlib.suppress(StoreError):  # of which the user hears, or which costs no episode

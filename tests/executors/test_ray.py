@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import shutil
 import signal
 import sqlite3
@@ -129,3 +130,14 @@ def test_a_lost_node_loses_no_episode(cluster, folder, undisturbed):
         assert not list(store.failures())
     assert removed[0] < 80
     assert content(path) == undisturbed
+
+
+@pytest.mark.parametrize("address", ["127.0.0.1:1", "ray://localhost:1", "[::1]:1"])
+def test_a_cluster_that_is_not_there_is_told_of_soon(folder, address):
+    study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=["random"], seeds=1)
+    began = time.monotonic()
+    with Store(folder / "nowhere.db") as store:
+        with pytest.raises(ConnectionError, match=re.escape(f"no Ray cluster can be reached at {address}: ")):
+            run(study, store, way=Way("ray", address=address))
+        assert store.empty
+    assert time.monotonic() - began < 30

@@ -296,7 +296,7 @@ def test_agents_fit_the_other_door(mine):
 def test_what_was_played_before_a_failure_is_stored(mine, tmp_path, student, match):
     with Store(tmp_path / "s.db") as store:
         with pytest.raises(EpisodeError, match=match) as caught:
-            run(study("random", f"{mine}:{student}"), store, workers=1)
+            run(study("random", f"{mine}:{student}"), store, workers=1, way=Way("processes"))
         assert ("raise self.problem()" in caught.value.trace) == (student != "Dies")
         assert [row["student"] for row in store.episodes()] == ["random"]
 

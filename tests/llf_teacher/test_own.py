@@ -1,5 +1,6 @@
 """Teachers and students of one's own in studies."""
 
+import os
 import sys
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ import pytest
 
 from llf_teacher.studies import run
 from llf_teacher.studies.episode import play
+from llf_teacher.studies.limits import Limits
 from llf_teacher.studies.own import check_portable, parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.runner import Way
 from llf_teacher.studies.study import Study
@@ -42,6 +44,16 @@ class Sleepy(Personality):
 def terse(claims, view, *, n: int = 1):
     """Says n things."""
     return claims[:n]
+
+
+class Counted:
+    made = 0
+
+    def __init__(self):
+        Counted.made += 1
+
+    def act(self, observation):
+        return "0"
 
 
 class Fixed:
@@ -158,7 +170,7 @@ def test_a_notebooks_own_is_for_this_process_alone(monkeypatch):
     assert study.teachers[0] == "__main__:Shy"
     assert [play(spec).episode.claims > 0 for spec in study.episodes()] == [False, True]
     with pytest.raises(
-        ValueError, match=r"^vague \| __main__:Shy, __main__:f\(\): what a program .* in this process, by Way"
+        ValueError, match=r"^vague \| __main__:Shy, __main__:f\(\): what a program .* in this process, by workers=1"
     ):
         check_portable([*study.teachers[1:], "vague | __main__:Shy", "__main__:f()", "random"])
     check_portable(["oracle", "llf_teacher.__main__:x", "drifting(to='__main__:x')"])
@@ -168,8 +180,28 @@ def test_it_is_refused_before_anything_runs_and_played_here(monkeypatch, tmp_pat
     monkeypatch.setattr(sys.modules["__main__"], "Shy", Shy, raising=False)
     monkeypatch.setattr(Shy, "__module__", "__main__")
     study = Study(ids=["llf-gridworld-v0"], teachers=[Shy()], students=["obedient"], seeds=1, max_turns=2)
-    with pytest.raises(ValueError, match="__main__:Shy: what a program"):
-        run(study, tmp_path / "s.db", workers=1)
-    assert not (tmp_path / "s.db").exists()
-    results = run(study, tmp_path / "s.db", way=Way("here"))
-    assert [(row["teacher"], row["claims"]) for row in results.rows()] == [("__main__:Shy", 0)]
+    for workers, way in ((2, Way()), (None, Way()), (1, Way("processes")), (1, Way(limits=Limits(turn_seconds=9)))):
+        with pytest.raises(ValueError, match=r"__main__:Shy: what a program .* by workers=1 without limits, or by Way"):
+            run(study, tmp_path / "s.db", workers, way=way)
+        assert not (tmp_path / "s.db").exists()
+    for number, (workers, way) in enumerate([(1, Way()), (None, Way("here")), (1, Way("threads"))]):
+        results = run(study, tmp_path / f"{number}.db", workers, way=way)
+        assert [(row["teacher"], row["claims"]) for row in results.rows()] == [("__main__:Shy", 0)]
+
+
+def test_one_worker_plays_here_and_leaves_everything_as_it_was(mine, tmp_path):
+    import random
+
+    import numpy as np
+
+    study = Study(ids=["llf-gridworld-v0"], teachers=["silent"], students=[mine.Counted], seeds=2, max_turns=2)
+
+    def everything():
+        return random.getstate(), np.random.get_state()[2:], dict(os.environ)  # noqa: NPY002 (whether it is left alone)
+
+    before = everything()
+    run(study, tmp_path / "s.db", workers=1)
+    assert mine.Counted.made == 2, "in this process"
+    assert everything() == before
+    run(study, tmp_path / "t.db", workers=1, way=Way("processes"))
+    assert mine.Counted.made == 2

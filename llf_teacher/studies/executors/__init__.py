@@ -19,7 +19,8 @@ AHEAD = 3
 """Tasks under way for each that is played: enough to keep processes busy, few to lose."""
 NAMES = tuple(sorted({module.name for module in pkgutil.iter_modules(__path__)} - {"batches"}))
 """Every executor."""
-
+HERE = frozenset({"here", "threads"})
+"""Those that play in this process, where what a notebook or a program defines itself is at hand."""
 
 SPOILED = 77
 """Exit status of a process that an earlier task has spoiled: the task that it has taken is for another process."""

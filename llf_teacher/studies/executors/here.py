@@ -1,13 +1,16 @@
 """`here`: tasks are played in this process, one after the other, as they are waited for.
 
 Anything can be played so, functions and classes of a notebook too. But nothing can be ended by force, so an agent that
-exits takes the study with it.
+ends its process takes the study with it. Environment and global generators are left as they were.
 """
 
 import os
+import random
 from collections import deque
 from types import TracebackType
 from typing import Generic, Self
+
+import numpy as np
 
 from llf_teacher.studies.executors import Executor, Lost, R, T, Work
 
@@ -33,6 +36,7 @@ class _Here(Generic[T, R]):
 
     def __enter__(self) -> Self:
         self._environment = dict(os.environ)
+        self._drawn = random.getstate(), np.random.get_state()  # noqa: NPY002 (which agents of the user's own may use)
         self._work.begin()
         return self
 
@@ -41,6 +45,8 @@ class _Here(Generic[T, R]):
     ) -> None:
         os.environ.clear()
         os.environ.update(self._environment)
+        random.setstate(self._drawn[0])
+        np.random.set_state(self._drawn[1])  # noqa: NPY002 (as above)
 
 
 def start(work: Work[T, R], workers: int | None, address: str | None) -> Executor[T, R]:

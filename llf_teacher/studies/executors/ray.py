@@ -2,7 +2,9 @@
 
 import faulthandler
 import os
+import re
 import signal
+import socket
 from types import TracebackType
 from typing import Any, Generic, Self
 
@@ -15,6 +17,7 @@ except ModuleNotFoundError as missing:
     raise ModuleNotFoundError("the executor 'ray' needs Ray; run: pip install 'llf-teacher[ray]'") from missing
 
 _RETRIES = 3  # times that a task is played again whose process or node is gone
+_ANSWER = 15.0  # seconds in which a cluster is to be reached
 
 
 def _call(work: Work[T, R], task: T) -> R:
@@ -30,10 +33,29 @@ def _call(work: Work[T, R], task: T) -> R:
         faulthandler.cancel_dump_traceback_later()
 
 
+def _reach(address: str) -> None:
+    """Make sure that something answers: Ray tries for minutes, and then ends the process.
+
+    Raises:
+        ConnectionError: nothing does.
+    """
+    if not (at := re.fullmatch(r"(?:ray://)?\[?(.+?)\]?:(\d+)", address)):
+        return  # `auto`, or what Ray refuses at once
+    try:
+        socket.create_connection((at[1], int(at[2])), _ANSWER).close()
+    except (OSError, OverflowError) as error:
+        raise ConnectionError(
+            f"no Ray cluster can be reached at {address}: {error}; expected the address that `ray start --head` "
+            "prints, as in 10.0.0.1:6379. Without an address a cluster is begun on this machine"
+        ) from None
+
+
 class _Ray(Generic[T, R]):
     def __init__(self, work: Work[T, R], workers: int | None, address: str | None) -> None:
         self._ours = not ray.is_initialized()
         if self._ours:
+            if address is not None:
+                _reach(address)
             os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
             local = {} if address is not None else {"num_cpus": workers, "include_dashboard": False}
             before = signal.getsignal(signal.SIGTERM)
