@@ -135,7 +135,7 @@ def test_dpo_pairs_answers_to_the_same_state(found, tmp_path):
 
 
 def check_every_eval_ever(told):
-    """What the schema 0.2.1 of Every Eval Ever demands, in short."""
+    """What the schema 0.3.0 of Every Eval Ever demands, in short."""
     needed = {"schema_version", "evaluation_id", "retrieved_timestamp", "source_metadata", "eval_library", "model_info"}
     assert told.keys() == needed | {"evaluation_results"}
     source = told["source_metadata"]
@@ -144,7 +144,12 @@ def check_every_eval_ever(told):
     assert isinstance(source["source_organization_name"], str)
     assert {"name", "version"} <= told["eval_library"].keys()
     assert {"name", "id"} <= told["model_info"].keys()
+    details = told["model_info"]["additional_details"]
+    assert details["deployment_type"] in ("self_deployed", "externally_managed", "unknown")
+    assert details["model_availability"] in ("open_weights", "closed_weights", "unknown")
     assert told["evaluation_id"].count("/") >= 2
+    ids = [result["evaluation_result_id"] for result in told["evaluation_results"]]
+    assert len(set(ids)) == len(ids)
     assert told["retrieved_timestamp"].isdigit()
     for result in told["evaluation_results"]:
         assert {"evaluation_name", "source_data", "metric_config", "score_details"} <= result.keys()
@@ -152,7 +157,10 @@ def check_every_eval_ever(told):
         assert isinstance(result["source_data"]["dataset_name"], str)
         metric = result["metric_config"]
         assert isinstance(metric["lower_is_better"], bool)
-        assert metric.get("score_type") != "continuous" or {"min_score", "max_score"} <= metric.keys()
+        assert metric["score_type"] == "continuous"
+        most = math.inf if metric["max_score"] == "Infinity" else metric["max_score"]
+        assert metric["min_score"] <= result["score_details"]["score"] <= most
+        assert metric["metric_id"] == f"llf-teacher.{metric['metric_name']}"
         for details in (metric, result["source_data"], told["model_info"]):
             assert all(isinstance(value, str) for value in details["additional_details"].values())
         assert isinstance(result["score_details"]["score"], float)
@@ -166,6 +174,7 @@ def test_results_are_in_the_schema_of_every_eval_ever(found, tmp_path):
     assert write_export(found, folder, "eee(organization='ours', relationship='first_party')") == 2
     files = {path.name.split("-")[0]: json.loads(path.read_text(encoding="utf-8")) for path in folder.glob("*.json")}
     assert files.keys() == {"text", "random"}
+    assert len({told["evaluation_id"] for told in files.values()}) == 2
     for told in files.values():
         check_every_eval_ever(told)
         assert len(told["evaluation_results"]) == 4 * 2 * 3
@@ -245,6 +254,7 @@ def test_what_is_no_format_is_refused(found, tmp_path):
         ("sft(regret_below=-1)", "regret_below"),
         ("dpo(margin='a')", "margin"),
         ("eee(relationship='friend')", "relationship must be one of first_party"),
+        ("eee(deployment='mine')", "deployment must be one of self_deployed"),
         ("sft(", "is no expression"),
         ("sft | dpo", "bad format"),
     ):

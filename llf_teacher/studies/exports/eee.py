@@ -13,9 +13,12 @@ from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.results import Results
 
-SCHEMA = "0.2.1"
+SCHEMA = "0.3.0"
 """The version of the schema."""
 _METRICS = ("success", "regret", "failures")
+_RELATIONSHIPS = ("first_party", "third_party", "collaborative", "other")
+_DEPLOYMENTS = ("self_deployed", "externally_managed", "unknown")
+_AVAILABILITIES = ("open_weights", "closed_weights", "unknown")
 _CELL = ("id", "teacher", "instruction_type", "feedback_type", "max_turns")
 
 
@@ -42,7 +45,15 @@ class _Mean:
         return {"score": self.mean, "uncertainty": uncertainty}
 
 
-def write(results: Results, path: Path, *, organization: str = "unknown", relationship: str = "other") -> int:
+def write(
+    results: Results,
+    path: Path,
+    *,
+    organization: str = "unknown",
+    relationship: str = "other",
+    deployment: str = "unknown",
+    availability: str = "unknown",
+) -> int:
     """Write the files; the number of them.
 
     Args:
@@ -50,10 +61,15 @@ def write(results: Results, path: Path, *, organization: str = "unknown", relati
         path: the folder.
         organization: who ran the study.
         relationship: to who made the models: `first_party`, `third_party`, `collaborative` or `other`.
+        deployment: who served them: `self_deployed`, `externally_managed` or `unknown`.
+        availability: of their weights: `open_weights`, `closed_weights` or `unknown`.
+
+    Raises:
+        ValueError: one of the last three is none of these.
     """
-    allowed = ("first_party", "third_party", "collaborative", "other")
-    if relationship not in allowed:
-        raise ValueError(f"relationship must be one of {', '.join(allowed)}, got {relationship!r}")
+    _check("relationship", relationship, _RELATIONSHIPS)
+    _check("deployment", deployment, _DEPLOYMENTS)
+    _check("availability", availability, _AVAILABILITIES)
     students: dict[str, dict[tuple[Any, ...], dict[str, _Mean]]] = {}
     for row in results.rows():
         if row["lessons"]:
@@ -61,12 +77,13 @@ def write(results: Results, path: Path, *, organization: str = "unknown", relati
         cells = students.setdefault(row["student"], {})
         means = cells.setdefault(tuple(row[name] for name in _CELL), {name: _Mean() for name in _METRICS})
         means["success"].add(float(row["success"]))
-        means["regret"].add(row["regret"] / max(1, row["turns"]))
+        means["regret"].add(max(0.0, row["regret"]) / max(1, row["turns"]))  # rounding may leave less than nothing
         means["failures"].add(row["parse_failures"] / max(1, row["turns"]))
     path.mkdir(parents=True, exist_ok=True)
     stamp = f"{time.time():.0f}"
     for student, cells in students.items():
         model = _model(student)
+        model["additional_details"] |= {"deployment_type": deployment, "model_availability": availability}
         source = {
             "source_name": "llf-teacher",
             "source_type": "evaluation_run",
@@ -75,7 +92,7 @@ def write(results: Results, path: Path, *, organization: str = "unknown", relati
         }
         told = {
             "schema_version": SCHEMA,
-            "evaluation_id": f"llf-teacher/{model['id']}/{stamp}",
+            "evaluation_id": f"llf-teacher-{_digest(student)}/{model['id']}/{stamp}",
             "retrieved_timestamp": stamp,
             "source_metadata": source,
             "eval_library": {"name": "llf-teacher", "version": __version__},
@@ -96,22 +113,38 @@ def _model(student: str) -> dict[str, Any]:
 
 def _results(cell: tuple[Any, ...], means: dict[str, _Mean]) -> list[dict[str, Any]]:
     told = {name: f"{value}" for name, value in zip(_CELL, cell, strict=True)}
-    share = {"score_type": "continuous", "min_score": 0.0, "max_score": 1.0}
     unit = entry(cell[0]).family.regret_unit
-    configured: tuple[dict[str, Any], ...] = (
-        {"evaluation_description": "share of episodes that end in success", "lower_is_better": False, **share},
-        {"evaluation_description": f"mean regret a turn: {unit}", "lower_is_better": True},
-        {"evaluation_description": "share of turns without an action", "lower_is_better": True, **share},
+    share: dict[str, Any] = {"metric_unit": "proportion", "max_score": 1.0}
+    loss = {"metric_unit": f"{unit} a turn", "max_score": "Infinity"}
+    metrics: tuple[tuple[str, bool, dict[str, Any]], ...] = (
+        ("share of episodes that end in success", False, share),
+        (f"mean regret a turn: {unit}", True, loss),
+        ("share of turns without an action", True, share),
     )
     return [
         {
+            "evaluation_result_id": _digest(json.dumps([name, *cell])),
             "evaluation_name": f"{cell[0]} {name}",
             "source_data": {"dataset_name": cell[0], "source_type": "other", "additional_details": told},
-            "metric_config": {**metric, "additional_details": told},
+            "metric_config": {
+                "evaluation_description": description,
+                "metric_id": f"llf-teacher.{name}",
+                "metric_name": name,
+                "lower_is_better": lower,
+                "score_type": "continuous",
+                "min_score": 0.0,
+                **scale,
+                "additional_details": told,
+            },
             "score_details": means[name].details(),
         }
-        for name, metric in zip(_METRICS, configured, strict=True)
+        for name, (description, lower, scale) in zip(_METRICS, metrics, strict=True)
     ]
+
+
+def _check(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise ValueError(f"{name} must be one of {', '.join(allowed)}, got {value!r}")
 
 
 def _digest(text: str) -> str:
