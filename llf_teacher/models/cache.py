@@ -10,6 +10,7 @@ import threading
 import time
 import weakref
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -28,9 +29,20 @@ CREATE TABLE IF NOT EXISTS ledger (id INTEGER PRIMARY KEY, time REAL NOT NULL, k
     input_tokens INTEGER, output_tokens INTEGER, usd REAL);
 CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, usd REAL NOT NULL, host TEXT NOT NULL,
     process INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS sent (model TEXT PRIMARY KEY, requests INTEGER NOT NULL, lost INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
 """
 _FACTS = ("reasoning", "finish", "model", "seconds", "call", "unsent")
+
+
+@dataclass
+class Sent:
+    """What went out to have an answer."""
+
+    requests: int = 0
+    """Requests that were sent."""
+    lost: int = 0
+    """Those of them that no reply came to; the endpoint may charge for them all the same."""
 
 
 class Cache:
@@ -74,12 +86,20 @@ class Cache:
         usage, unsent = Usage(*facts.pop("usage", ())), tuple(facts.pop("unsent", ()))
         return Answer(row[0], **facts, usage=usage, unsent=unsent)
 
-    def add(self, key: str, request: dict[str, Any], answer: Answer | None, usage: Usage, pledge: int | None) -> None:
-        """Enter a reply into the ledger, in place of what was pledged for it, and its answer, if any, into the cache;
-        all or nothing.
+    def add(
+        self,
+        key: str,
+        request: dict[str, Any],
+        answer: Answer | None,
+        usage: Usage,
+        pledge: int | None,
+        sent: Sent = Sent(1),  # noqa: B008 (never changed here)
+    ) -> None:
+        """Enter a reply into the ledger, in place of what was pledged for it, with what was sent for it, and its
+        answer, if any, into the cache; all or nothing.
         """  # noqa: D205
         with self._writing() as db:
-            db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
+            _settle(db, pledge, request["model"], sent)
             row = (time.time(), key, request["model"], usage.input_tokens, usage.output_tokens, usage.usd)
             db.execute(
                 "INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)", row
@@ -117,10 +137,10 @@ class Cache:
             row = (now + seconds, usd, here, os.getpid())
             return db.execute("INSERT INTO pledge (until, usd, host, process) VALUES (?, ?, ?, ?)", row).lastrowid
 
-    def release(self, pledge: int | None) -> None:
-        """Nothing was paid of what was pledged."""
+    def release(self, pledge: int | None, model: str, sent: Sent) -> None:
+        """Nothing is known to be paid of what was pledged; what was sent is counted."""
         with self._writing() as db:
-            db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
+            _settle(db, pledge, model, sent)
 
     def served(self, endpoint: str, model: str, id: str | None) -> str:
         """What an endpoint serves under a model's name: what it says now, else what it said last, else nothing."""
@@ -138,12 +158,20 @@ class Cache:
 
     def by_model(self) -> list[dict[str, Any]]:
         """The ledger summed up: per model the number of replies, their tokens, their price in USD, and of how many of
-        them the price is unknown.
+        them the price is unknown; and how many requests were sent, and to how many of these there was no reply.
         """  # noqa: D205
         names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
         sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"
-        rows = self._db.execute(f"SELECT model, {sums} FROM ledger GROUP BY model ORDER BY model")  # noqa: S608
-        return [dict(zip(names, row, strict=True)) for row in rows]
+        rows = self._db.execute(f"SELECT model, {sums} FROM ledger GROUP BY model")  # noqa: S608
+        paid = {row[0]: dict(zip(names, row, strict=True)) for row in rows}
+        sent = {model: counts for model, *counts in self._db.execute("SELECT model, requests, lost FROM sent")}
+        none = dict(zip(names[1:], (0, 0, 0, 0.0, 0), strict=True))
+        return [
+            {"model": model, **none, **paid.get(model, {}), **dict(zip(("sent", "lost"), counts, strict=True))}
+            for model in sorted(paid.keys() | sent.keys())
+            # of an earlier release it has no counts
+            for counts in [sent.get(model, [paid.get(model, none)["requests"], 0])]
+        ]
 
     @contextlib.contextmanager
     def alone(self, key: str) -> Iterator[None]:
@@ -182,6 +210,16 @@ class Cache:
             except BaseException:
                 cursor.execute("ROLLBACK")
                 raise
+
+
+def _settle(db: sqlite3.Cursor, pledge: int | None, model: str, sent: Sent) -> None:
+    """Give back what was pledged, and count what was sent."""
+    db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
+    db.execute(
+        "INSERT INTO sent VALUES (?, ?, ?) ON CONFLICT (model) DO UPDATE SET requests = requests + excluded.requests, "
+        "lost = lost + excluded.lost",
+        (model, sent.requests, sent.lost),
+    )
 
 
 def _lives(process: int) -> bool:

@@ -15,9 +15,10 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
-from llf_teacher.models.cache import Cache
+from llf_teacher.models.cache import Cache, Sent
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
+from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
 from llf_teacher.models.settings import KEY, TIMEOUT, Settings
 from llf_teacher.models.waiting import loop, wait_for
 
@@ -55,12 +56,11 @@ class Endpoint:
             warnings.warn(f"the API key goes to {base_url} for everyone to read; use https", UserWarning, stacklevel=2)
         self._cache = Cache(settings.cache)
         self._unsent: dict[str, tuple[str, ...]] = {}
-        # It retries connection errors, 408, 409, 429 and 5xx, with backoff and jitter or as Retry-After says.
         self._client = openai.AsyncOpenAI(
             base_url=base_url,
             api_key=settings.key or "none",
-            timeout=settings.timeout,
-            max_retries=settings.retries,
+            timeout=None,  # one clock, that of `BoundedClient`
+            max_retries=0,  # see `retries`
             http_client=BoundedClient(settings.timeout),
         )
         weakref.finalize(self, _close, self._client).atexit = False
@@ -104,9 +104,8 @@ class Endpoint:
     async def _serves(self, model: str) -> str | None:
         """What the endpoint itself says that it serves under a model's name; None if it does not say."""
         try:
-            client = self._client.with_options(max_retries=0, timeout=_LOOK)
             async with asyncio.timeout(_LOOK):
-                reply = await client.models.with_raw_response.list()
+                reply = await self._client.models.with_raw_response.list()
             return served(reply.content.decode("utf-8", "replace"), model)
         except Exception:  # it need not know such questions: then it is as it was
             return None
@@ -126,29 +125,26 @@ class Endpoint:
             self._cache.served(self._name, place, model)
 
     def _pay(self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None) -> Answer:
-        problem = ""
         for attempt in range(self._settings.retries + 1):
-            if attempt:  # no answer came in time, or a broken one: the client takes no notice of these
-                time.sleep(min(2.0 ** (attempt - 2), 8.0))
             try:
-                answer, reply = self._once(key, whole, request, prices)
-            except TimeoutError:
-                problem = f"timed out after {self._settings.timeout:g} seconds; {TIMEOUT} says how long it may take"
-                continue
-            if answer is not None:
-                return answer
-            problem = f"at last: {self._clean(reply)[:_EXCERPT]!r}"
-        raise LLMError(f"{self.base_url} sent no answer in {self._settings.retries + 1} attempts, {problem}")
+                return self._once(key, whole, request, prices)
+            except PassingError as error:
+                trouble = error
+            if attempt < self._settings.retries:
+                time.sleep(pause(attempt, trouble.seconds))
+        raise LLMError(f"{self.base_url} sent no answer in {self._settings.retries + 1} attempts, at last: {trouble}")
 
-    def _once(
-        self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None
-    ) -> tuple[Answer | None, str]:
-        """The answer in the next reply, if there is one, and the reply."""
+    def _once(self, key: str, whole: dict[str, Any], request: dict[str, Any], prices: Prices | None) -> Answer:
+        """The answer in the next reply.
+
+        Raises:
+            PassingError: there is none; it may be worth while to try again.
+        """
         pledge = self._pledge(request, prices)
-        answer, usage = None, Usage()
+        answer, usage, sent = None, Usage(), Sent()
         try:
             started = time.monotonic()
-            reply, unsent = self._reply(request)
+            reply, unsent = self._reply(request, sent)
             answer, usage = read(reply, prices)
             self._compare(whole, "" if answer is None else answer.model)
             if answer is not None:
@@ -160,27 +156,36 @@ class Endpoint:
                 )
         finally:
             if answer is None and usage.input_tokens is None:
-                self._cache.release(pledge)
+                self._cache.release(pledge, request["model"], sent)
             else:
-                self._cache.add(key, whole, answer, usage, pledge)
-        if self._settings.budget is not None and answer is not None and usage.usd is None:
+                self._cache.add(key, whole, answer, usage, pledge, sent)
+        if answer is None:
+            raise PassingError(f"{self._clean(reply)[:_EXCERPT]!r}")
+        if self._settings.budget is not None and usage.usd is None:
             raise LLMError(f"{self.base_url} does not tell the tokens it used, so that no spending limit can be kept")
-        return answer, reply
+        return answer
 
-    def _reply(self, request: dict[str, Any]) -> tuple[str, tuple[str, ...]]:
-        """The body of the endpoint's reply, and the parameters that it did not take."""
+    def _reply(self, request: dict[str, Any], sent: Sent) -> tuple[str, tuple[str, ...]]:
+        """The body of the endpoint's reply, and the parameters that it did not take; what is sent is counted."""
         while True:
             unsent = self._unsent.get(request["model"], ())
             body = adapted(request, unsent)
             if self._settings.budget is not None and length_of(body) is None:
                 raise LLMError(f"{self.base_url} takes no max_tokens, so that no spending limit can be kept")
-            reply, refusal = wait_for(self._post(body))
+            sent.requests += 1
+            try:
+                reply, refusal = wait_for(self._post(body))
+            except PassingError as error:
+                sent.lost += error.lost
+                raise
             if not refusal:
                 return reply, tuple(name for name in unsent if name in request)
             self._unsent[request["model"]] = (*unsent, refusal)  # each time one name less is sent
 
     async def _post(self, request: dict[str, Any]) -> tuple[str, str]:
-        """The body of the endpoint's reply; or none, and the parameter that it refuses."""
+        """The body of the endpoint's reply; or none, and the parameter that it refuses. It sends one request."""
+        import openai
+
         body = dict(request)
         try:
             # All but these two goes as it is, so that an endpoint may take what the client does not know.
@@ -188,26 +193,35 @@ class Endpoint:
             raw = self._client.chat.completions.with_raw_response
             reply = await raw.create(model=model, messages=messages, extra_body=body)
             return reply.content.decode("utf-8", "replace"), ""
-        except (TimeoutError, LLMError):
+        except LLMError:
             raise
         except Exception as error:  # not only its own errors: any may quote the key
+            own = error if isinstance(error, TimeoutError) else error.__cause__  # older clients wrap what is raised
             refusal = refused(
                 status := getattr(error, "status_code", None), getattr(error, "body", None) or f"{error}", body
             )
             problem = self._describe(error)
-            own = error.__cause__ if isinstance(error.__cause__, TimeoutError | LLMError) else None
-        if own is not None:  # older clients wrap what `BoundedClient` raises
+            headers = error.response.headers if isinstance(error, openai.APIStatusError) else {}
+            unreached = isinstance(error, openai.APIConnectionError)
+        # Raised outside of `except`: the client's own exception holds the request, and so the key.
+        if isinstance(own, TimeoutError):
+            seconds = f"{self._settings.timeout:g} seconds"
+            raise PassingError(f"timed out after {seconds}; {TIMEOUT} says how long it may take", lost=True)
+        if isinstance(own, LLMError):
             raise own
-        if refusal is None:  # raised outside of `except`: the client's own exception holds the request, and so the key
-            raise (NoAnswerError if status in range(400, 500) and status not in _OF_ALL else LLMError)(problem)
-        return "", refusal
+        if refusal is not None:
+            return "", refusal
+        if unreached or (status is not None and may_pass(status, headers)):
+            raise PassingError(problem, asked_for(headers), lost=unreached)
+        kind = NoAnswerError if status in range(400, 500) and status not in _OF_ALL else LLMError
+        raise kind(f"{self.base_url} gave no answer: {problem}")
 
     def _describe(self, error: Exception) -> str:
         status = getattr(error, "status_code", None)
         wait = error.response.headers.get("retry-after") if status else None  # type: ignore[attr-defined]
         hint = f"; set {KEY}" if status == 401 else f"; it asks to wait {wait} seconds" if wait else ""
         text = " ".join(dict.fromkeys(filter(None, map(str, [error] if status else _causes(error)))))
-        return f"{self.base_url} gave no answer: {type(error).__name__}: {self._clean(text)[:_EXCERPT]}{hint}"
+        return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{hint}"
 
     def _pledge(self, request: dict[str, Any], prices: Prices | None) -> int | None:
         """Set aside what the answer may cost at most; wait while others have set aside too much."""

@@ -18,6 +18,8 @@ def told(store: Store) -> Iterator[str]:
             f"{spent['model']}: {spent['requests']} answers paid so far, {spent['input_tokens']} tokens in, "
             f"{spent['output_tokens']} out, {price}{rest}"
         )
+        if lost := spent.get("lost"):
+            yield f"{spent['model']}: no reply to {lost} of {spent['sent']} requests, which may be charged all the same"
     for row in store.answers():
         student, answers, failures = row["student"], row["answers"], row["parse_failures"]
         if row["truncated"]:

@@ -43,8 +43,8 @@ def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], obje
                         whole.add_failure(spec, failure)
                 manifest = part.manifest()
                 for row in manifest.get("llm", ()):
-                    known = spent.setdefault(row["model"], dict.fromkeys(row, 0) | {"model": row["model"]})
-                    known.update({name: known[name] + value for name, value in row.items() if name != "model"})
+                    known = spent.setdefault(row["model"], {"model": row["model"]})
+                    known |= {name: known.get(name, 0) + value for name, value in row.items() if name != "model"}
             if not whole.manifest():
                 whole.write_manifest(manifest)
         if spent:

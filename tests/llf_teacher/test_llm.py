@@ -11,7 +11,8 @@ import pytest
 from endpoints import KEY, NORTH, REQUEST, endpoint, ledger
 
 from llf_teacher.models import LLMError, SpendingLimitError
-from llf_teacher.models.cache import Cache
+from llf_teacher.models.cache import Cache, spending
+from llf_teacher.models.retries import asked_for, may_pass, pause
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.students.parsing import parse_student
@@ -22,6 +23,9 @@ from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 
 pytestmark = pytest.mark.usefixtures("no_settings")
+
+
+NOTHING = {"model": "m", "requests": 0, "input_tokens": 0, "output_tokens": 0, "usd": 0.0, "unpriced": 0}
 
 
 def study(url, options="", **changes):
@@ -115,19 +119,61 @@ def test_a_slow_answer_is_asked_for_again():
     assert len(server.requests) == 2
 
 
-def test_an_endpoint_that_is_always_slow():
+def test_an_endpoint_that_is_always_slow(tmp_path):
+    """A request is sent once and for each retry once more, by nobody but us, and all of that is counted."""
+
     def answer(request):
         time.sleep(0.6)
         return NORTH
 
-    with ScriptedEndpoint(answer) as server, pytest.raises(LLMError, match="timed out"):
-        endpoint(server.url, timeout=0.1, retries=1).ask(REQUEST)
+    with ScriptedEndpoint(answer) as server, pytest.raises(LLMError, match="in 3 attempts, at last: timed out"):
+        endpoint(server.url, tmp_path / "c.db", timeout=0.1, retries=2).ask(REQUEST)
+    time.sleep(0.2)  # a fourth would be on its way
+    assert len(server.requests) == 3
+    assert spending(f"{tmp_path / 'c.db'}") == [NOTHING | {"sent": 3, "lost": 3}]
+
+
+@pytest.mark.parametrize("faults", [["429", "500", "cut"], ["no JSON", "no choices", "half a JSON"]])
+def test_attempts_for_whatever_reason_are_counted_together(tmp_path, faults):
+    replies = iter([*(FAULTS[fault] for fault in faults), NORTH])
+    with ScriptedEndpoint(lambda request: next(replies)) as server:
+        assert endpoint(server.url, tmp_path / "c.db", retries=3).ask(REQUEST, (1.0, 1.0)) == NORTH
+    (found,) = spending(f"{tmp_path / 'c.db'}")
+    assert (found["requests"], found["sent"], found["lost"]) == (1, 4, faults.count("cut"))
+    replies = iter([FAULTS[fault] for fault in faults])
+    with ScriptedEndpoint(lambda request: next(replies)) as server, pytest.raises(LLMError, match="in 3 attempts"):
+        endpoint(server.url, retries=2).ask(REQUEST)
+    assert len(server.requests) == 3
+
+
+@pytest.mark.parametrize(
+    ("headers", "seconds", "passes"),
+    [
+        ({}, None, True),
+        ({"retry-after": "1.5"}, 1.5, True),
+        ({"retry-after-ms": "250", "retry-after": "9"}, 0.25, True),
+        ({"retry-after": "121"}, 121.0, False),
+        ({"retry-after": "Wed, 21 Oct 2015 07:28:00 GMT"}, 0.0, True),
+        ({"retry-after": "soon"}, None, True),
+        ({"retry-after": "nan"}, None, True),
+        ({"x-should-retry": "false"}, None, False),
+    ],
+)
+def test_how_long_to_wait(headers, seconds, passes):
+    assert asked_for(headers) == seconds
+    assert may_pass(503, headers) == passes
+    assert not may_pass(400, headers)
+    assert may_pass(400, headers | {"x-should-retry": "true"}) == (seconds is None or seconds < 120)
+    assert pause(0, 1.5) == 1.5
+    assert 0.375 <= pause(0, None) <= 0.5 < 6.0 <= pause(99, 0.0) <= 8.0
 
 
 def test_nobody_is_there():
     with ScriptedEndpoint(lambda request: NORTH) as server:
         url = server.url
-    with pytest.raises(LLMError, match=r"gave no answer: APIConnectionError: Connection error\. .*Connect call failed"):
+    with pytest.raises(
+        LLMError, match=r"in 1 attempts, at last: APIConnectionError: Connection error\. .*Connect call failed"
+    ):
         endpoint(url, retries=0).ask(REQUEST)
 
 

@@ -84,7 +84,8 @@ def test_what_was_cut_and_what_is_of_unknown_price_is_said(tmp_path):
         store.add(play(spec(server.url, max_turns=4)))
         store.add(play(spec(student="obedient")))
         model = {"model": "m", "requests": 4, "input_tokens": 0, "output_tokens": 6, "usd": 1.5}
-        store.write_manifest({"llm": [model | {"unpriced": 4}, model | {"unpriced": 1}, model | {"unpriced": 0}]})
+        lost = {"unpriced": 0, "sent": 7, "lost": 2}
+        store.write_manifest({"llm": [model | {"unpriced": 4}, model | {"unpriced": 1}, model | lost]})
         lines = list(told(store))
         (row,) = store.answers()
     assert [line.partition("out, ")[2] for line in lines[:3]] == [
@@ -92,6 +93,7 @@ def test_what_was_cut_and_what_is_of_unknown_price_is_said(tmp_path):
         "1.5000 USD, without 1 of unknown price",
         "1.5000 USD",
     ]
+    assert lines.pop(3) == "m: no reply to 2 of 7 requests, which may be charged all the same"
     assert lines[3].endswith(": 2 of 4 answers were cut for their length; raise max_tokens")
     assert lines[4].endswith(": 2 of 4 answers were no actions; see the transcripts")
     assert len(lines) == 5
