@@ -27,4 +27,4 @@ def __getattr__(name: str) -> object:  # `__init__.pyi` has the types
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted([*__all__, *(name for name in globals() if name.startswith("__"))])

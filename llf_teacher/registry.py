@@ -77,7 +77,7 @@ def entry(id: str) -> Entry:
             return entries[name]
     from teachers.spec import unknown
 
-    raise ValueError(unknown("environment", id, ids()))
+    raise ValueError(unknown("environment", id, ids(), where="`llf list` and llf_teacher.ids()"))
 
 
 _SHOWN: set[str] = set()

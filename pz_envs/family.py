@@ -164,6 +164,15 @@ class Family(Subject):
         picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
         return picture
 
+    def label(self, seating: str, settings: Mapping[str, Any]) -> str:
+        """The PettingZoo id of what was made with an environment's options, whatever else was chosen."""
+        own = {name for options in self.environments.values() for name in options}
+        given = {name: value for name, value in settings.items() if name in own}
+        for environment, options in self.environments.items():
+            if options == given:
+                return f"llf/{_seated(environment, seating)}"
+        return self.name
+
     def missing(self) -> str:
         """What keeps the family from being played here, an extra that is not installed; empty if nothing does."""
         try:
@@ -187,13 +196,16 @@ class Family(Subject):
             for env_type, function in _FORMS.items():
                 entry_point = f"{module}:{function}"
                 register(env_type, f"llf/{environment}", entry_point=entry_point, kwargs=dict(options))
-            name, _, version = environment.rpartition("-")
             for seating, (env_type, function) in product(seating_names(), _FORMS.items()):
                 if seating != TUTORING:
-                    seated = {**options, "seating": seating}
-                    register(
-                        env_type, f"llf/{name}-{seating}-{version}", entry_point=f"{module}:{function}", kwargs=seated
-                    )
+                    seated, name = {**options, "seating": seating}, _seated(environment, seating)
+                    register(env_type, f"llf/{name}", entry_point=f"{module}:{function}", kwargs=seated)
+
+
+def _seated(environment: str, seating: str) -> str:
+    """The name of an environment in a seating."""
+    name, _, version = environment.rpartition("-")
+    return environment if seating == TUTORING else f"{name}-{seating}-{version}"
 
 
 _FORMS = {"aec": "env", "parallel": "parallel_env"}  # PettingZoo's name of a form, and the function that makes it

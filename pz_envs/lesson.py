@@ -87,6 +87,9 @@ class Lesson(Subject):
         check_learning(learning)
         self.repeated, self.regret_unit, self.learning = repeated, regret_unit, learning
 
+    def __repr__(self) -> str:
+        return f"<Lesson {self.name}>"
+
     def make_world(self, **options: Any) -> GymWorld:
         """A world around another environment like the given one. There are no options."""
         if options:

@@ -5,9 +5,23 @@ from typing import Any
 
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
+from pettingzoo.utils.conversions import turn_based_aec_to_parallel_wrapper
 
 from pz_envs.seats import STUDENT, SeatsEnv, entitled
 from teachers.seeds import Seeds
+
+
+class InTurns(turn_based_aec_to_parallel_wrapper):
+    """PettingZoo's parallel form, in which those whose turn it is not are ignored; it says what it wraps."""
+
+    @property
+    def env(self) -> SeatsEnv:
+        """What it is the parallel form of."""
+        env: SeatsEnv = self.aec_env.unwrapped
+        return env
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.env!r}>"
 
 
 class ParallelSeats(ParallelEnv):
@@ -49,6 +63,10 @@ class ParallelSeats(ParallelEnv):
         self.metadata = {**env.metadata, "is_parallelizable": True}
         self.render_mode = env.render_mode
         self._seeds = Seeds()
+
+    def __repr__(self) -> str:
+        partners = ", ".join(f"{agent}: {partner!r}" for agent, partner in self.partners.items())
+        return f"<{type(self).__name__} {self.env!r}, with {partners or 'no partners'}>"
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's observation space, the same object each time."""

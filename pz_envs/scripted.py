@@ -12,6 +12,9 @@ from teachers.spec import unknown
 class Frank:
     """A policy that says everything that it can, in a `TutoringEnv` or a `PanelEnv`."""
 
+    def __repr__(self) -> str:
+        return "Frank()"
+
     def reset(self, rng: np.random.Generator) -> None:
         """Begin an episode."""
 
@@ -35,6 +38,10 @@ class Attention:
         if rule not in RULES:
             raise ValueError(unknown("rule", rule, RULES))
         self._rank = RULES[rule]
+        self.rule = rule
+
+    def __repr__(self) -> str:
+        return f"Attention({self.rule!r})"
 
     def reset(self, rng: np.random.Generator) -> None:
         """Begin an episode."""

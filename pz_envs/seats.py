@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from gymnasium import logger, spaces
 from pettingzoo import AECEnv
+from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
 from teachers.atoms import Moment
 from worlds.world import World
@@ -58,6 +59,8 @@ class SeatsEnv(AECEnv):
 
     max_turns: int
     """Actions that a student has in an episode."""
+    label: str
+    """The id by which it was made, or what is taught."""
 
     def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
         if speech not in SPEECHES:
@@ -66,11 +69,15 @@ class SeatsEnv(AECEnv):
             allowed = ", ".join(self.metadata["render_modes"])
             raise ValueError(f"render_mode {render_mode!r} is unknown; allowed: None, {allowed}")
         self.metadata = {**self.metadata, "name": f"{name}_v0"}
+        self.label = name
         self.speech, self.render_mode = speech, render_mode
         self._window: Window | None = None
         self.agents: list[str] = []
         self.observation_spaces: dict[str, spaces.Space[Any]] = {}
         self.action_spaces: dict[str, spaces.Space[Any]] = {}
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.label} speech={self.speech!r} {self._company()}>"
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's observation space, the same object each time."""
@@ -146,6 +153,10 @@ class SeatsEnv(AECEnv):
         )
 
     @abstractmethod
+    def _company(self) -> str:
+        """Who teaches, and whom, for `repr`."""
+
+    @abstractmethod
     def _act(self, agent: str, action: Any) -> None:
         """The turn of an agent that is alive."""
 
@@ -158,6 +169,13 @@ class SeatsEnv(AECEnv):
         self.truncations = dict.fromkeys(self.agents, False)
         self.infos: dict[str, dict[str, Any]] = {}
         self._skip_agent_selection = None
+
+
+class OrderEnforcing(OrderEnforcingWrapper):
+    """PettingZoo's check of the calling order, which says what it wraps."""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.env!r}>"
 
 
 def entitled(policy: Any, env: SeatsEnv, student: str = STUDENT) -> dict[str, Any]:

@@ -1,19 +1,19 @@
 """What can be taught, and how it can be seated."""
 
 import importlib
+import inspect
 import pkgutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeGuard
-
-from pettingzoo.utils import wrappers
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeGuard, TypeVar
 
 from pz_envs.learning import Learning
 
 if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
+    from pz_envs.parallel_seats import InTurns, ParallelSeats
     from pz_envs.seats import SeatsEnv
     from teachers.oracle import Oracle
     from teachers.personality import Personality
@@ -25,6 +25,27 @@ if TYPE_CHECKING:
 
 TUTORING = "tutoring"
 """The seating of one teacher and one student, which is meant where none is named."""
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def settings_of(*doors: Callable[..., Any]) -> tuple[str, ...]:
+    """The names of the arguments of functions or classes, each once."""
+    found = (each for door in doors for each in inspect.signature(door).parameters.values())
+    return tuple(dict.fromkeys(each.name for each in found if each.kind != each.VAR_KEYWORD and each.name != "self"))
+
+
+def _takes(like: Callable[P, Any]) -> Callable[[Callable[..., R]], Callable[P, R]]:
+    """A function that takes its arguments by name as they come, and shows those of another one as its own."""
+
+    def shown(function: Callable[..., R]) -> Callable[P, R]:
+        result = inspect.signature(function).return_annotation
+        function.__signature__ = inspect.signature(like).replace(return_annotation=result)  # type: ignore[attr-defined]  # what `inspect.signature` looks for
+        return function
+
+    return shown
 
 
 class Subject(ABC):
@@ -98,25 +119,84 @@ class Subject(ABC):
             paraphrase=paraphrase,
         )
 
+    def _arguments(
+        self,
+        *,
+        seating: str = TUTORING,
+        teacher: "str | Personality | Teacher" = "oracle",
+        instruction_type: str = "b",
+        feedback_type: str | Iterable[str] = "a",
+        voice: "Voice" = "plain",
+        paraphrase: "Paraphrase" = "random",
+        speech: str = "message",
+        text: bool = False,
+        max_cycles: int | None = None,
+        cost: float = 0.01,
+        budget: int | None = None,
+        render_mode: str | None = None,
+        privileged_info: bool = False,
+        **options: Any,
+    ) -> None:
+        """What the three forms take; a seating may have other defaults."""
+
+    @_takes(_arguments)
     def raw_env(self, *, seating: str = TUTORING, **settings: Any) -> "SeatsEnv":
         """The bare AEC environment.
 
         Args:
             seating: a module of `pz_envs.seatings`: `tutoring`, `classroom`, `panel`, ...
-            settings: those of the seating, which its module tells, and the world's options.
+            teacher: a personality's spec string, a `Personality` or a `Teacher`; a panel has `teachers`, a list.
+            instruction_type, feedback_type, voice, paraphrase: of the teacher; see `teachers.teacher.Teacher`.
+            speech: what the teacher's action is, `message`, `kinds` or `claims`; where several sit, `kinds` is the
+                default.
+            text: text in, text out for the student.
+            max_cycles: turns of the student after which an episode is truncated; None: the family's.
+            cost: paid by the teacher for each atom that it says.
+            budget: atoms that it may say in an episode; None: any number.
+            render_mode: None, `ansi`, `rgb_array` or `human`.
+            privileged_info: show the truth in frames.
+            options: further settings of the seating, such as `students` of a classroom, which its module tells, and the
+                world's options.
 
         Raises:
             ValueError: no such seating, or an argument is not allowed.
         """
-        return find_seating(seating).raw_env(self, **settings)
+        env = self._seating(seating, settings).raw_env(self, **settings)
+        env.label = self.label(seating, settings)
+        return env
 
+    @_takes(_arguments)
     def env(self, **settings: Any) -> "AECEnv":
         """The AEC environment with PettingZoo's check of the calling order; arguments as in `raw_env`."""
-        return wrappers.OrderEnforcingWrapper(self.raw_env(**settings))
+        from pz_envs.seats import OrderEnforcing
 
+        return OrderEnforcing(self.raw_env(**settings))
+
+    @_takes(_arguments)
     def parallel_env(self, *, seating: str = TUTORING, **settings: Any) -> "ParallelEnv":
         """The parallel form, as the seating has it; arguments as in `raw_env`."""
-        return find_seating(seating).parallel_env(self, **settings)
+        env: InTurns | ParallelSeats = self._seating(seating, settings).parallel_env(self, **settings)
+        env.env.label = self.label(seating, settings)
+        return env
+
+    def label(self, seating: str, settings: Mapping[str, Any]) -> str:
+        """What such an environment is called by its `repr`."""
+        return self.name
+
+    def _seating(self, name: str, settings: Iterable[str]) -> "Seating":
+        """A seating that knows these settings, or leaves them to the world, which does.
+
+        Raises:
+            ValueError: there is no such seating, or neither knows a setting.
+        """
+        seating = find_seating(name)
+        known = {*seating.settings(), *self.options()}
+        if strange := [each for each in settings if each not in known]:
+            from teachers.spec import unknown
+
+            why = unknown("option", strange[0], sorted(known))
+            raise ValueError(f"{self.name} does not take these options: {why}")
+        return seating
 
 
 def _is_oracle(make: Any) -> "TypeGuard[type[Oracle[Any, Any]]]":
@@ -130,11 +210,17 @@ class Seating(ABC):
     def raw_env(self, subject: Subject, **settings: Any) -> "SeatsEnv":
         """The bare AEC environment."""
 
-    def parallel_env(self, subject: Subject, **settings: Any) -> "ParallelEnv":
+    def parallel_env(self, subject: Subject, **settings: Any) -> "InTurns | ParallelSeats":
         """The parallel form: all seats act, and those whose turn it is not are ignored."""
-        from pettingzoo.utils.conversions import turn_based_aec_to_parallel
+        from pz_envs.parallel_seats import InTurns
+        from pz_envs.seats import OrderEnforcing
 
-        return turn_based_aec_to_parallel(wrappers.OrderEnforcingWrapper(self.raw_env(subject, **settings)))
+        return InTurns(OrderEnforcing(self.raw_env(subject, **settings)))
+
+    def settings(self) -> tuple[str, ...]:
+        """The names of what it takes: its own settings, and those of tutoring, of which the others are made."""
+        named = settings_of(self.raw_env, self.parallel_env, find_seating(TUTORING).raw_env)
+        return tuple(name for name in named if name != "subject")
 
 
 @cache

@@ -205,11 +205,16 @@ def import_call(role: str, kind: str, spec: str) -> tuple[ModuleType, str, dict[
         raise ValueError(f"{role} {spec!r}: cannot import the module {module.strip()!r}: {error!r}") from error
 
 
-def unknown(what: str, got: object, allowed: Iterable[str]) -> str:
-    """The message for a name that is not among the allowed ones, with the nearest of them."""
+def unknown(what: str, got: object, allowed: Iterable[str], where: str = "") -> str:
+    """The message for a name that is not among the allowed ones, with the nearest of them.
+
+    All that are allowed are listed, unless `where` tells what shows them.
+    """
     allowed = tuple(allowed)
     near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4)
     hint = f"did you mean {' or '.join(near)}? " if near else ""
+    if where:
+        return f"unknown {what} {got!r}; {hint}all {len(allowed)} that are allowed are shown by {where}"
     listing = ", ".join(allowed) if len(allowed) <= 40 else f"{', '.join(allowed[:40])}, ..."
     return f"unknown {what} {got!r}; {hint}allowed: {listing}"
 

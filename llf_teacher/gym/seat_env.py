@@ -1,7 +1,5 @@
 """One seat of a `TutoringEnv` as a Gymnasium environment."""
 
-import inspect
-from collections.abc import Callable
 from typing import Any
 
 import gymnasium
@@ -9,13 +7,8 @@ from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
 from pz_envs.seatings.tutoring import SEATING as TUTORING
-from pz_envs.subject import Subject
+from pz_envs.subject import Subject, settings_of
 from teachers.spec import unknown
-
-
-def _settings(door: Callable[..., Any]) -> list[str]:
-    """The names of the arguments of a function or a class."""
-    return [name for name, each in inspect.signature(door).parameters.items() if each.kind != each.VAR_KEYWORD]
 
 
 class SeatEnv(gymnasium.Env):
@@ -32,19 +25,17 @@ class SeatEnv(gymnasium.Env):
             self.env_id, self.family = env_id.name, env_id
         else:
             self.env_id, self.family, options, _ = entry(env_id)
-        known = {*_settings(type(self)), *_settings(TUTORING.raw_env), *self.family.options()}
+        known = {*settings_of(type(self), TUTORING.raw_env), *self.family.options()}
         allowed = sorted(known - {"env_id", "max_cycles", "subject"})
         if strange := [name for name in settings if name not in allowed]:
             raise ValueError(f"{self.env_id} does not take these options: {unknown('option', strange[0], allowed)}")
         self.aec = TUTORING.raw_env(
             self.family, max_cycles=max_turns, render_mode=render_mode, **{**options, **settings}
         )
+        self.aec.label = self.env_id
         self.render_mode = render_mode
         self.action_space = self.aec.action_space(seat)
         self._running = False
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.env_id} {self.aec.teacher!r}>"
 
     @property
     def reward_range(self) -> tuple[float, float]:

@@ -106,6 +106,10 @@ class StudentEnv(SeatEnv):
         if numbers:
             self.observation_space = self.aec.observation_space(STUDENT)
 
+    def __repr__(self) -> str:
+        bound = "" if self._policy is None else f" feedback_type={self.aec.teacher.feedback_type!r}"
+        return f"<{type(self).__name__} {self.env_id} {self.teacher!r}{bound}>"
+
     @property
     def fields(self) -> tuple[Field, ...]:
         """What the numbers of an observation are, in their order; none without `numbers=True`."""

@@ -130,6 +130,10 @@ class TeacherEnv(SeatEnv):
         if more:
             self.observation_space = spaces.Dict({**self.observation_space, **more})  # type: ignore[dict-item]
 
+    def __repr__(self) -> str:
+        student = str(self._spec) if isinstance(self._spec, Student) else self._spec
+        return f"<{type(self).__name__} {self.env_id} student={student!r} {self.aec.teacher!r}>"
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:

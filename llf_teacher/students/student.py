@@ -54,6 +54,9 @@ class Policy(ABC, Generic[S_co]):
         self.spec, self.family, self.world = spec, family, world
         self.reads = spec.reads
 
+    def __repr__(self) -> str:
+        return f"<policy of {self.spec} in {self.family.name}>"
+
     @property
     def action_count(self) -> int:
         """How many actions there are.

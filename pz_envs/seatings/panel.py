@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from pettingzoo import ParallelEnv
 
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Frank, refuse_messages
@@ -170,6 +169,9 @@ class PanelEnv(SeatsEnv):
         super().close()
         self.desk.close()
 
+    def _company(self) -> str:
+        return f"{[seat.teacher for seat in self.seats.values()]}"
+
     def _act(self, agent: str, action: Any) -> None:
         if agent == STUDENT:
             self._learn(action)
@@ -305,7 +307,7 @@ class Panel(Seating):
             render_mode=render_mode,
         )
 
-    def parallel_env(self, subject: Subject, *, speech: str = "kinds", **settings: Any) -> ParallelEnv[str, Any, Any]:
+    def parallel_env(self, subject: Subject, *, speech: str = "kinds", **settings: Any) -> ParallelSeats:
         """The student alone; each teacher says all that its personality would say.
 
         Raises:

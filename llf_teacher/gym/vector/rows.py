@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from llf_teacher.registry import entry
 from pz_envs.seats import check_flags
+from pz_envs.subject import settings_of
 from pz_envs.teacher_seat import is_count
 from teachers.atoms import Moment
 from teachers.batches import Moments
@@ -60,7 +61,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         if self.family.world_batch:
             allowed = (*self.family.options(), *self.family.batch_options())
             if strange := [name for name in options if name not in allowed]:
-                why = unknown("option", strange[0], allowed)
+                why = unknown("option", strange[0], [*allowed, *settings_of(type(self))])
                 raise ValueError(f"{env_id} in arrays does not take these options: {why}; mode 'sync' may")
         self.worlds, self.oracle = self.family.make_batch(num_envs, **self._options)
         self._ends = until_success and not self.family.repeated
@@ -68,6 +69,11 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self._draws = np.random.default_rng()
         self._streams = Streams(np.zeros(num_envs, np.uint64))
         self._done: Bools | None = None
+
+    def _shown(self, **settings: Any) -> str:
+        """What `repr` gives."""
+        told = " ".join(f"{name}={value!r}" for name, value in settings.items())
+        return f"<{type(self).__name__} {self.env_id} num_envs={self.num_envs} {told}>"
 
     def _seat(self, observation: spaces.Space[Any], action: spaces.Space[Any]) -> None:
         """Take note of what a single seat observes, and how it acts."""

@@ -89,6 +89,9 @@ class StudentVectorEnv(RowsEnv):
         }
         self._seat(spaces.Dict(space), world.action_space)
 
+    def __repr__(self) -> str:
+        return self._shown(teacher="oracle", feedback_type=self._lesson["feedback_type"])
+
     def lesson(self, row: int) -> StudentEnv:
         """The scalar environment in a row's state, after the teacher has spoken.
 

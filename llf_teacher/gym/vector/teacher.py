@@ -146,6 +146,10 @@ class TeacherVectorEnv(RowsEnv):
         self._legal = LEGAL[:, self._subsets]
         self._seat(scalar.observation_space, scalar.action_space)
 
+    def __repr__(self) -> str:
+        student, feedback_type = str(self.students.spec), self._lesson["feedback_type"]
+        return self._shown(student=student, teacher="oracle", feedback_type=feedback_type)
+
     def lesson(self, row: int) -> TeacherEnv:
         """The scalar environment in a row's state, before the teacher speaks.
 

@@ -2,8 +2,6 @@
 
 from typing import Any
 
-from pettingzoo import ParallelEnv
-
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Attention, refuse_messages
 from pz_envs.seatings.classroom.env import MOST, ClassroomEnv
@@ -58,7 +56,7 @@ class Classroom(Seating):
 
     def parallel_env(
         self, subject: Subject, *, rule: str = "round_robin", speech: str = "kinds", **settings: Any
-    ) -> ParallelEnv[str, Any, Any]:
+    ) -> ParallelSeats:
         """The students, who act at the same time; a scripted teacher shares out its attention by a rule.
 
         See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.

@@ -203,6 +203,9 @@ class ClassroomEnv(SeatsEnv):
         for desk in self.desks:
             desk.close()
 
+    def _company(self) -> str:
+        return f"students={len(self.desks)} {self.desks[0].teacher!r}"
+
     def _act(self, agent: str, action: Any) -> None:
         if agent == TEACHER:
             self._teach(action)

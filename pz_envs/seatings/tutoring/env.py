@@ -254,6 +254,9 @@ class TutoringEnv(SeatsEnv):
         action = action.got if type(action) is ParseFailure else action
         return {"state": self.world.describe(self._state), "action": "" if action is None else f"{action}"}
 
+    def _company(self) -> str:
+        return f"{self.teacher!r}"
+
     def _act(self, agent: str, action: Any) -> None:
         turn = self.student_turn if agent == STUDENT else self.teacher_turn
         turn(action)
