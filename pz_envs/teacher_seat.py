@@ -252,6 +252,13 @@ class TeacherSeat:
         """The claims to choose from, at most `CLAIMS`: those of the moment that are feedback, in speaking order."""
         return [claim for claim in self.claims() if claim.kind is not None][:CLAIMS]
 
+    def sentences(self) -> tuple[str, ...]:
+        """How each of those would sound, in one of its wordings, which need not be the one that is drawn when it is said.
+
+        Nothing is drawn for it, and no voice that rewrites is asked.
+        """
+        return self.teacher.voice.first(self.listed(), self.teacher.paraphrase)
+
     def table(self) -> np.ndarray:
         """What is to be known of each claim that can be chosen, 0 or 1, int8 (32, 8); see `TRAITS`."""
         table = np.zeros((CLAIMS, len(TRAITS)), np.int8)

@@ -165,6 +165,11 @@ class Phrasebook:
         utterance.atoms = tuple(atoms)
         return utterance
 
+    def first(self, claims: Sequence[Claim], paraphrase: Paraphrase) -> tuple[str, ...]:
+        """A sentence for each of some claims: the first of its wordings, where one would be drawn. Nothing is drawn."""
+        chosen = 0 if paraphrase == "random" else paraphrase
+        return tuple(atom.text for atom in Phrasebook.say(self, claims, 0, _UNDRAWN, chosen).atoms)
+
     def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase, late: str | None = None) -> str:
         templates = self._templates[type(claim)]
         if paraphrase == "random":
@@ -224,6 +229,17 @@ class Draws:
         return self._drawn[begin:end]
 
 
+class _Undrawn(Draws):
+    """Stands for numbers that nobody looks at."""
+
+    def __init__(self) -> None:
+        """There is no generator."""
+
+    def take(self, n: int) -> list[float]:
+        return [0.0] * n
+
+
+_UNDRAWN = _Undrawn()
 _new_atom = tuple.__new__
 _new_text = str.__new__
 

@@ -16,7 +16,6 @@ app = typer.Typer(
     name="llf",
     help="Learning from language feedback: list environments, play, run studies, audit teachers.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
@@ -35,6 +34,34 @@ def say_missing() -> None:
     for family in all_families():
         if why := family.missing():
             errors.print(f"left out: {why}")
+
+
+def complete_id(incomplete: str) -> list[str]:
+    """The ids that begin so, for shells."""
+    from llf_teacher.registry import ids
+
+    return [id for id in ids() if id.startswith(incomplete)]
+
+
+def complete_teacher(incomplete: str) -> list[str]:
+    """The personalities whose names begin so; of a pipeline its last one."""
+    from teachers.personality import PERSONALITIES
+
+    return _ends(incomplete, PERSONALITIES.names)
+
+
+def complete_student(incomplete: str) -> list[str]:
+    """The students whose names begin so."""
+    from llf_teacher.students.parsing import STUDENTS
+
+    return _ends(incomplete, STUDENTS.names)
+
+
+def _ends(incomplete: str, names: tuple[str, ...]) -> list[str]:
+    """How the last stage of a spec may go on."""
+    last = incomplete.rpartition("|")[2].lstrip()
+    before = incomplete[: len(incomplete) - len(last)]
+    return [f"{before}{name}" for name in names if name.startswith(last)]
 
 
 def _say_version(wanted: bool) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from llf_teacher.cli import draw_off_screen
+from llf_teacher.cli import complete_id, complete_student, complete_teacher, draw_off_screen
 
 
 def add_to(app: typer.Typer) -> None:
@@ -14,10 +14,12 @@ def add_to(app: typer.Typer) -> None:
 
 
 def film(
-    id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.")],
+    id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.", autocompletion=complete_id)],
     path: Annotated[Path, typer.Argument(help="Where it goes: a .gif, a .webp, or with the extra `film` an .mp4.")],
-    teacher: Annotated[str, typer.Option(help="Personality spec of the teacher.")] = "oracle",
-    student: Annotated[str, typer.Option(help="Spec of the student.")] = "obedient",
+    teacher: Annotated[
+        str, typer.Option(help="Personality spec of the teacher.", autocompletion=complete_teacher)
+    ] = "oracle",
+    student: Annotated[str, typer.Option(help="Spec of the student.", autocompletion=complete_student)] = "obedient",
     instruction_type: Annotated[str, typer.Option(help="b, p or c.")] = "b",
     feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,

@@ -1,7 +1,9 @@
 """`llf list`: the environments, teachers and students that there are."""
 
 import dataclasses
-from typing import Any
+import inspect
+from fnmatch import fnmatchcase
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -9,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from llf_teacher.cli import say_missing
+from pz_envs.family import Family
 
 
 def add_to(app: typer.Typer) -> None:
@@ -16,30 +19,77 @@ def add_to(app: typer.Typer) -> None:
     app.command("list")(list_)
 
 
-def list_() -> None:
-    """List environments, teacher personalities and students."""
-    from llf_teacher.registry import entries, supported_types
+def list_(
+    pattern: Annotated[
+        str,
+        typer.Argument(help="A part of a name, or a pattern such as 'llf-metaworld-*'; tells all of what has it."),
+    ] = "",
+) -> None:
+    """List environments, teacher personalities and students: all, or those whose names match."""
+    from llf_teacher.registry import entries, ids
     from llf_teacher.students.parsing import STUDENTS
     from pz_envs.family import all_families
     from teachers.personality import PERSONALITIES
+    from teachers.spec import unknown
 
     console = Console(highlight=False)
-    console.print("[bold]Environments[/]")
-    say_missing()
-    for family in all_families():
-        if family.missing():
-            continue
-        ids = [id for id, its_family, *_ in entries().values() if its_family is family]
-        instructions, feedback = (" ".join(types) for types in supported_types(ids[0]))
-        console.print(f"\n[bold]{family.name}[/]: {escape(family.summary)}")
-        console.print(f"  {family.max_turns} turns, instructions {instructions}, feedback {feedback}")
-        for id in ids:
-            console.print(f"  [cyan]{id}[/]", soft_wrap=True)
-    for title, catalogue in (("Teacher personalities", PERSONALITIES), ("Students", STUDENTS)):
-        table = Table(box=None, show_header=False, padding=(0, 2, 0, 2))
-        for name in catalogue.names:
-            cls: Any = catalogue[name]
-            parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
-            spec = f"{name}({parameters})" if parameters else name
-            table.add_row(f"[cyan]{escape(spec)}[/]", (cls.__doc__ or "").partition("\n")[0])
-        console.print(f"\n[bold]{title}[/]", table, sep="\n")
+    here = [family for family in all_families() if not family.missing()]
+    found = {id: each.family for id, each in entries().items() if each.family in here and _matches(id, pattern)}
+    teachers, students = (
+        [name for name in shelf.names if _matches(name, pattern)] for shelf in (PERSONALITIES, STUDENTS)
+    )
+    if not (found or teachers or students):
+        every = [*ids(), *PERSONALITIES.names, *STUDENTS.names]
+        raise ValueError(unknown("name", pattern, every, where="`llf list` without one"))
+    if found:
+        console.print("[bold]Environments[/]")
+        say_missing()
+    for family in here:
+        _show_environments(console, family, [id for id, its_family in found.items() if its_family is family])
+    if teachers:
+        table = _table("teacher personality", "honest", "what it does")
+        for name in teachers:
+            cls: Any = PERSONALITIES[name]
+            honest = "[green]yes[/]" if cls().honest else "[red]no[/]"
+            table.add_row(_spec(name, cls), honest, escape(_description(cls, bool(pattern))))
+        console.print("", table, sep="\n")
+    if students:
+        table = _table("student", "what it does")
+        for name in students:
+            table.add_row(_spec(name, STUDENTS[name]), escape(_description(STUDENTS[name], bool(pattern))))
+        console.print("", table, sep="\n")
+
+
+def _matches(name: str, pattern: str) -> bool:
+    return pattern in name or fnmatchcase(name, pattern)
+
+
+def _show_environments(console: Console, family: Family, ids: list[str]) -> None:
+    from llf_teacher.registry import supported_types
+
+    if not ids:
+        return
+    instructions, feedback = (" ".join(types) for types in supported_types(ids[0]))
+    console.print(f"\n[bold]{family.name}[/]: {escape(family.summary)}")
+    console.print(f"  {family.max_turns} turns, instructions {instructions}, feedback {feedback}")
+    for id in ids:
+        console.print(f"  [cyan]{id}[/]", soft_wrap=True)
+
+
+def _table(*columns: str) -> Table:
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
+    for name in columns:
+        table.add_column(name)
+    return table
+
+
+def _spec(name: str, cls: Any) -> str:
+    """A spec with all parameters."""
+    parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
+    return f"[cyan]{escape(f'{name}({parameters})' if parameters else name)}[/]"
+
+
+def _description(cls: type, whole: bool) -> str:
+    """A docstring, or its first paragraph, in lines as long as there is room for."""
+    paragraphs = [" ".join(each.split()) for each in (inspect.getdoc(cls) or "").split("\n\n")]
+    return "\n".join(paragraphs if whole else paragraphs[:1])

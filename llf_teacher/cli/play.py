@@ -7,6 +7,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from llf_teacher.cli import complete_id, complete_student, complete_teacher
 from llf_teacher.visible import visible
 from teachers.atoms import KINDS
 from teachers.feedback import parse_kinds
@@ -40,12 +41,17 @@ def add_to(app: typer.Typer) -> None:
 
 
 def play(
-    id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.")],
+    id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.", autocompletion=complete_id)],
     seat: Annotated[str, typer.Option(help="Your seat: student or teacher.")] = "student",
     teacher: Annotated[
-        str, typer.Option(help="Personality spec of the teacher; of your claims in its seat.")
+        str,
+        typer.Option(
+            help="Personality spec of the teacher; of your claims in its seat.", autocompletion=complete_teacher
+        ),
     ] = "oracle",
-    student: Annotated[str, typer.Option(help="Spec of the student whom you teach.")] = "obedient",
+    student: Annotated[
+        str, typer.Option(help="Spec of the student whom you teach.", autocompletion=complete_student)
+    ] = "obedient",
     instruction_type: Annotated[str, typer.Option(help="b, p or c.")] = "b",
     feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
     budget: Annotated[int | None, typer.Option(help="Claims that you may make as the teacher.")] = None,

@@ -5,11 +5,12 @@ import signal
 import sys
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.progress import Progress
+from typer.core import TyperGroup
 
 from llf_teacher.cli import errors, say_missing
 from llf_teacher.models.settings import BUDGET
@@ -31,10 +32,21 @@ Report_ = Annotated[Path, typer.Option("--report", help="HTML file to write.")]
 Workers_ = Annotated[int | None, typer.Option("--workers", min=1, help="Parallel processes; one a core by default.")]
 
 
+class _Files(TyperGroup):
+    """Takes a study's file for `run` with that file."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is meant."""
+        named = args[0] in self.commands or not args[0].endswith(".toml")
+        return super().resolve_command(ctx, args if named else ["run", *args])
+
+
 def add_to(app: typer.Typer) -> None:
     """Add the command with its subcommand."""
     group = typer.Typer(
-        help="Run a feedback study; without a subcommand the built-in quickstart.", invoke_without_command=True
+        help="Run a feedback study: `llf study FILE.toml`; without a file or a subcommand the built-in quickstart.",
+        cls=_Files,
+        invoke_without_command=True,
     )
     group.callback()(quickstart)
     group.command("run")(run)

@@ -62,8 +62,8 @@ class PanelEnv(SeatsEnv):
         said before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. What it says of the
         instruction is not repeated.
     The notice that the student's text was no action is heard from the first who gives it in a round.
-    Info: the privileged `moment`; with `kinds` also `trimmed`, with `message` `suggestion`, with `claims` `claims`, as
-    in `TutoringEnv`.
+    Info: the privileged `moment`; with `kinds` also `trimmed`, with `message` `suggestion`, with `claims` `claims`
+    and `sentences`, as in `TutoringEnv`.
     A student who asks (`ask_cost`) asks all teachers: a round of answers follows, and then it acts.
 
     Rewards: at the student's step the student gets the world's reward, and each teacher its `teacher_reward`, by its
@@ -231,6 +231,7 @@ class PanelEnv(SeatsEnv):
                 info["trimmed"] = seat.trimmed
             elif self.speech == "claims":
                 info["claims"] = tuple(seat.listed())
+                info["sentences"] = seat.sentences()
             self.infos[teacher] = info
         self.agent_selection, *waiting = order
         self._waiting: list[str] = waiting

@@ -1,6 +1,7 @@
 """The command line, as a user meets it."""
 
 import json
+import os
 import re
 import sqlite3
 import subprocess
@@ -9,6 +10,7 @@ import sys
 import pytest
 
 import llf_teacher
+from llf_teacher.cli import complete_teacher
 
 STUDY = """
 ids = ["llf-gridworld-v0"]
@@ -30,6 +32,60 @@ def test_list(tmp_path):
         assert f"  {id}\n" in result.stdout
     assert "mistake(eps=0.1)" in result.stdout
     assert "text_only" in result.stdout
+
+
+def test_list_what_matches(tmp_path):
+    result = llf("list", "mistake", cwd=tmp_path, env=os.environ | {"COLUMNS": "160"})
+    words = " ".join(result.stdout.split())
+    assert re.search(r"^mistake\(eps=0.1\) +no ", result.stdout, re.MULTILINE)
+    assert re.search(r"^mistake_correcting\(.*\) +yes ", result.stdout, re.MULTILINE)
+    assert "counterpart is withheld." in words
+    assert "in our seats it has acted" in words
+    assert "Environments" not in words
+    result = llf("list", "llf-*-Booth-*", cwd=tmp_path)
+    assert [line.strip() for line in result.stdout.splitlines() if "llf-" in line] == ["llf-optimization-Booth-v0"]
+    result = llf("list", "misstake", cwd=tmp_path)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert "unknown name 'misstake'; did you mean mistake" in result.stderr
+
+
+def test_a_list_that_nobody_reads_to_its_end(tmp_path):
+    command = [sys.executable, "-m", "llf_teacher", "list"]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        process.stdout.close()
+        assert process.stderr.read() == ""
+        assert process.wait() in (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["play", "llf-gri"], ["llf-gridworld-v0"]),
+        (["film", "llf-poem-H"], ["llf-poem-Haiku-v0"]),
+        (["play", "llf-gridworld-v0", "--teacher", "mistake_"], ["mistake_correcting"]),
+        (["play", "llf-gridworld-v0", "--student", "text"], ["text_only"]),
+    ],
+)
+def test_shells_complete_names(tmp_path, typed, offered):
+    asked = {"_LLF_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(["llf", *typed]), "COMP_CWORD": f"{len(typed)}"}
+    code = "import sys; sys.argv = ['llf']; from llf_teacher.cli import main; main()"
+    command = [sys.executable, "-c", code]
+    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=os.environ | asked, check=False)
+    assert result.stdout.split() == offered, result.stderr
+
+
+def test_the_last_stage_of_a_spec_is_completed():
+    assert complete_teacher("mistake(eps=0.2) | dela") == ["mistake(eps=0.2) | delayed"]
+
+
+def test_a_file_is_run(tmp_path):
+    (tmp_path / "my.toml").write_text(STUDY)
+    result = llf("study", "my.toml", "--store", "a.db", "--report", "a.html", "--workers", "1", cwd=tmp_path)
+    assert "Played 4 episodes" in result.stderr
+    assert (tmp_path / "a.html").exists()
+    result = llf("study", "none.toml", cwd=tmp_path)
+    assert result.returncode == 2
+    assert "No such file" in result.stderr
 
 
 def test_a_study_from_file_to_report(tmp_path):

@@ -40,6 +40,31 @@ def test_one_claim_of_several_of_a_kind_is_said():
     assert env.agent_selection == STUDENT
 
 
+def test_candidates_have_sentences():
+    env = after_a_list(paraphrase=2)
+    info = env.infos[TEACHER]
+    assert len(info["sentences"]) == len(info["claims"]) > 1
+    env.step(2)
+    env.step(0)
+    assert str(env.observe(STUDENT)["feedback"]) == info["sentences"][1]
+
+
+def test_sentences_of_candidates_draw_nothing_and_ask_no_voice():
+    asked = []
+    env = after_a_list(voice=lambda sentence: asked.append(sentence) or sentence.upper())
+    assert len(env.infos[TEACHER]["sentences"]) > 1
+    assert asked == []
+    env.step(1)
+    env.step(0)
+    assert len(asked) == 1
+    twin, first = after_a_list(), after_a_list()
+    twin.seat.sentences()
+    for one in (first, twin):
+        one.step(1)
+        one.step(0)
+    assert first.observe(STUDENT)["feedback"] == twin.observe(STUDENT)["feedback"]
+
+
 def test_a_turn_ends_by_itself():
     env = after_a_list()
     for i in range(len(env.infos[TEACHER]["claims"])):

@@ -60,8 +60,8 @@ class TutoringEnv(SeatsEnv):
         there is to say its kind, one of five, and whether it is about an action, a plan, or an edit of a text.
         Action: Discrete(33): i says claim i - 1, and the seat is asked again; 0 ends the teacher's turn, which ends by
         itself when nothing else can be said. The student hears all of it at once, in speaking order. What cannot be
-        said (it has been said, or there is no such claim) ends the turn. Info: the privileged `moment`, and `claims`,
-        those that the numbers are about.
+        said (it has been said, or there is no such claim) ends the turn. Info: the privileged `moment`; `claims`,
+        those that the numbers are about; and `sentences`, what each of them sounds like.
 
     Asking, with `ask_cost`: in place of an action the student may ask, once a turn; see `pz_envs.asking` for how. The
     world does not step and the turn does not count; the teacher is asked for its advice (fp, fn) on the moment, its
@@ -386,6 +386,7 @@ class TutoringEnv(SeatsEnv):
             info["suggestion"] = seat.suggestion(brief=not self.turn and not self._asked)
         else:
             info["claims"] = tuple(seat.listed())
+            info["sentences"] = seat.sentences()
         if self._asked:
             info["asked"] = True
         self.infos[TEACHER] = info
