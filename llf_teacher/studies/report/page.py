@@ -9,9 +9,9 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
+from llf_teacher.look import pages, style
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
-from llf_teacher.studies.report.plots import SHADES
 from llf_teacher.studies.report.section import label, reads
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
@@ -128,14 +128,11 @@ def page(data: Data) -> str:
         )
         for part, values in filled
     ]
-    style, script = (
-        Markup(environment.get_template(name).render(shades=SHADES))  # noqa: S704 (files of ours)
-        for name in ("style.css.j2", "script.js")
-    )
-    allowed = f"style-src {_hash(style)}; script-src {_hash(script)}"
+    look, script = (Markup(text) for text in (style(), environment.get_template("script.js").render()))  # noqa: S704 (files of ours)
+    allowed = f"style-src {_hash(look)}; script-src {_hash(script)}"
     policy = Markup(f"default-src 'none'; {allowed}; base-uri 'none'; form-action 'none'")  # noqa: S704 (as above)
     frame = environment.get_template("page.html.j2")
-    return visible(frame.render(parts=parts, style=style, script=script, policy=policy))
+    return visible(frame.render(parts=parts, style=look, script=script, policy=policy))
 
 
 def _hash(text: str) -> str:
@@ -144,23 +141,7 @@ def _hash(text: str) -> str:
 
 
 def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("llf_teacher.studies.report", ""),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = pages("llf_teacher.studies.report")
     environment.globals |= {"figures": Room(_FIGURES), "shown": Room(_SHOWN)}
-    environment.filters |= {"label": label, "reads": reads, "number": _number, "percent": _percent}
+    environment.filters |= {"label": label, "reads": reads}
     return environment
-
-
-def _number(value: float, digits: int = 1) -> str:
-    """A number with a proper minus sign, and no sign at zero."""
-    text = f"{value:.{digits}f}"
-    return text.removeprefix("-") if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.0f}"

@@ -6,7 +6,6 @@ from typing import Any
 from llf_teacher.studies.ablation import ablations
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.report.transcript import KIND_NAMES
 from pz_envs.family import all_families
 from teachers.atoms import KINDS
 
@@ -19,7 +18,6 @@ def _values(data: Data) -> Mapping[str, Any] | None:
     return {
         "found": found,
         "kinds": kinds,
-        "kind_names": KIND_NAMES,
         "units": {family.name: family.regret_unit for family in all_families()},
     }
 

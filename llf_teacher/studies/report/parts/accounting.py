@@ -10,7 +10,6 @@ from llf_teacher.studies.report.columns import CHECKED, Sums
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.section import added, reads, share
-from llf_teacher.studies.report.transcript import KIND_NAMES
 from teachers.atoms import KINDS
 
 
@@ -67,7 +66,6 @@ def _values(data: Data) -> Mapping[str, Any]:
     return {
         "accounts": {pair: rows for pair, rows in told.items() if rows},
         "kinds": KINDS,
-        "kind_names": KIND_NAMES,
         "labels": CHECKED,
     }
 

@@ -7,14 +7,12 @@ from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.report.transcript import KIND_NAMES, MARKS, transcript
+from llf_teacher.studies.report.transcript import transcript
 
 
 def _values(data: Data) -> Mapping[str, Any]:
     return {
         "taught": TAUGHT,
-        "kind_names": KIND_NAMES,
-        "marks": MARKS,
         "transcripts": lambda section: [transcript(data.store, spec) for spec in section.transcripts],
     }
 
