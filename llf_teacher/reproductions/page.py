@@ -1,9 +1,10 @@
 """The page of known results: a table of claims, then each row with its protocol, figures and plot."""
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from llf_teacher.reproductions.row import Reading, Row, Values
+from llf_teacher.reproductions.row import FIRST_SEED, Reading, Row, Values
 
 HEAD = """# Known results
 
@@ -11,11 +12,13 @@ What is known about teaching, tried here. Each row is a claim of a paper, played
 on seeds that nothing was tuned on. `llf reproduce` plays them all and writes this page; `llf reproduce --only NAME`
 plays one of them, `--quick` a few seeds of each, to see that it runs. What is measured is stored as it ends, so that it
 can be stopped and taken up again. Intervals are 95 % bootstrap intervals over seeds.
+
+When to speak can be learned, too: [A teacher that learned](learn-to-teach.md).
 """
 
 
 def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> None:
-    """Write the page, and beside it a folder of its name with a plot for each row.
+    """Write the page, and beside it a folder of its name with a plot of each row, and with what was measured.
 
     Args:
         rows: by name.
@@ -27,6 +30,7 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
     folder.mkdir(parents=True, exist_ok=True)
     for name, row in rows.items():
         plot(row, values[name], folder / f"{name}.png")
+        (folder / f"{name}.json").write_text(raw(row, values[name]), encoding="utf-8")
     lines = [HEAD, "| claim | source | here | agrees | command | minutes of 2 cores |", "|---|---|---|---|---|---|"]
     for name, row in rows.items():
         link = f"[{row.claim}](#{name.replace('_', '-')})"
@@ -38,12 +42,24 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+def raw(row: Row, values: Values) -> str:
+    """What was measured, as JSON: a line a setting, with a list of its measures for each seed."""
+    lines = []
+    for setting in row.settings:
+        table = [[float(f"{number:.6g}") for number in numbers] for numbers in values(**setting).tolist()]
+        lines.append(json.dumps({"setting": setting, "values": table}))
+    head = f'"measures": {json.dumps(list(row.measures))}, "first_seed": {FIRST_SEED}'
+    return "{" + head + ', "results": [\n' + ",\n".join(lines) + "\n]}\n"
+
+
 def section(name: str, row: Row, finding: Reading, picture: str) -> list[str]:
     """A row in full."""
     lines = [f"## {name.replace('_', ' ')}", "", f"**{row.claim}** ({row.source})", "", row.protocol, "", finding.ours]
     if finding.why:
         lines += ["", finding.why]
-    return [*lines, "", f"![{row.claim}]({picture})", "", *table(finding.table)]
+    data = picture.removesuffix("png") + "json"
+    measured = f"[What was measured]({data}), by seeds: {', '.join(row.measures)}."
+    return [*lines, "", f"![{row.claim}]({picture})", "", *table(finding.table), "", measured]
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:

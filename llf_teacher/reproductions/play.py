@@ -88,7 +88,10 @@ def play(
 
 def _measure(name: str, setting: Setting, seed: int) -> Measurement:
     begun = time.process_time()
-    numbers = [float(number) for number in all_rows()[name].measure(**setting, seed=seed)]
+    row = all_rows()[name]
+    numbers = [float(number) for number in row.measure(**setting, seed=seed)]
+    if len(numbers) != len(row.measures):
+        raise ValueError(f"the row {name} must give {len(row.measures)} numbers, its measures, got {len(numbers)}")
     return Measurement(numbers, round(time.process_time() - begun, 3))
 
 

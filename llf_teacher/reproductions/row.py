@@ -64,6 +64,8 @@ class Row:
     """Number of seeds of each setting, the first of them `FIRST_SEED`."""
     measure: Callable[..., Sequence[float]]
     """Plays a setting with a `seed`; a function of a module, since other processes call it."""
+    measures: Sequence[str]
+    """What the numbers are that it gives, in their order."""
     read: Callable[[Values], Reading]
     draw: "Callable[[Values, Figure], None]"
 

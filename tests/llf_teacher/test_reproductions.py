@@ -8,10 +8,13 @@ from typer.testing import CliRunner
 
 from llf_teacher.cli import app
 from llf_teacher.reproductions import page
+from llf_teacher.reproductions.asking import attended
+from llf_teacher.reproductions.classes import accompanied
 from llf_teacher.reproductions.lessons import regrets
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.play import Measurement, load, play, tasks
 from llf_teacher.reproductions.row import FIRST_SEED, VERDICTS, Values, all_rows, digest, some_rows
+from llf_teacher.reproductions.rows import classroom, curriculum
 from llf_teacher.reproductions.rows.growth import exponent
 from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
@@ -26,7 +29,8 @@ def test_a_row_is_complete(name):
     assert row.seeds >= 20
     assert len({digest(setting) for setting in row.settings}) == len(row.settings)
     for setting in row.settings:
-        parse_student(setting["student"])
+        if "student" in setting:
+            parse_student(setting["student"])
         if "teacher" in setting:
             parse_personality(setting["teacher"])
     for text in (row.claim, row.source, row.protocol):
@@ -38,7 +42,7 @@ def test_a_row_reads_and_draws_whatever_was_measured(name, tmp_path):
     """With numbers drawn at random; a finding is of the allowed words, and its table is whole."""
     row = ROWS[name]
     rng = np.random.default_rng(0)
-    values = Values({digest(setting): rng.random((3, 2)) for setting in row.settings}, 120.0)
+    values = Values({digest(setting): rng.random((3, len(row.measures))) for setting in row.settings}, 120.0)
     finding = row.read(values)
     assert finding.agrees in VERDICTS
     assert len({len(cells) for cells in finding.table}) == 1
@@ -48,12 +52,16 @@ def test_a_row_reads_and_draws_whatever_was_measured(name, tmp_path):
     assert finding.ours in text
     assert f"](page/{name}.png)" in text
     assert (tmp_path / "page" / f"{name}.png").stat().st_size > 1000
+    results = json.loads((tmp_path / "page" / f"{name}.json").read_text())["results"]
+    assert [each["setting"] for each in results] == [dict(setting) for setting in row.settings]
+    assert np.allclose(results[-1]["values"], values(**row.settings[-1]), rtol=1e-5)
 
 
 @pytest.mark.parametrize("name", ROWS)
-def test_a_row_measures(name):
-    """The first setting, twice the same."""
+def test_a_row_measures(name, monkeypatch):
+    """The first setting, twice the same, with few episodes."""
     row = ROWS[name]
+    monkeypatch.setattr(f"llf_teacher.reproductions.rows.{name}.EPISODES", 3, raising=False)
     first, again = (row.measure(**row.settings[0], seed=FIRST_SEED) for _ in range(2))
     assert list(first) == list(again)
     assert np.isfinite(first).all()
@@ -115,3 +123,59 @@ def test_exponents():
     sizes = (1, 2, 4, 8)
     assert exponent(sizes, 3.0 * np.array(sizes) ** 1.5) == pytest.approx(1.5)
     assert exponent(sizes, np.array([1.0, 0.0, 1.0, 1.0])) is None
+
+
+LIFE = {"episodes": 3, "turns": 15, "seed": 4}
+
+
+def test_a_question_changes_nothing_but_what_is_answered():
+    """Who asks in each turn and is not answered lives as who does not ask; answered, as who is advised unasked."""
+    asks, says, budget = (lambda values, visits: True), (lambda importance, mistake: True), 10
+    id = "llf-gridworld-v0"
+    alone = attended(id, None, lambda importance, mistake: False, budget=budget, **LIFE)
+    unanswered = attended(id, asks, lambda importance, mistake: False, budget=budget, **LIFE)
+    assert alone == unanswered
+    assert alone.regret > 0
+    assert alone.said == 0 < alone.looked <= 3 * 15
+    assert attended(id, asks, says, budget=budget, **LIFE) == attended(id, None, says, budget=budget, **LIFE)
+    never = attended(id, lambda values, visits: False, says, budget=budget, **LIFE)
+    assert (never.regret, never.looked, never.said) == (alone.regret, 0, 0)
+
+
+def test_a_student_asks_by_what_it_has_learned():
+    """It has seen no room before the first time, and all is worth the same until the treasure is found."""
+    asked = []
+
+    def asks(values, visits):
+        asked.append((tuple(values), visits))
+        return False
+
+    house = {"num_rooms": 6, "min_goal_dist": 2}
+    attended("llf-gridworld-v0", asks, lambda importance, mistake: True, budget=1, **LIFE, **house)
+    assert asked[0] == ((0.0,) * 4, 0)
+    assert max(visits for _, visits in asked) > 1
+    assert any(max(values) > 0 for values, _ in asked)
+
+
+def test_a_class_that_is_always_advised_wastes_nothing():
+    by_rule = {
+        said: accompanied("llf-gridworld-v0", rule, seed=3, episodes=2, turns=30, budget=10_000)
+        for said, rule in {"all": lambda seen: seen.way > 0, "none": lambda seen: seen.way < 0}.items()
+    }
+    assert by_rule["all"].regret == by_rule["none"].said == 0
+    assert by_rule["all"].said >= 2 * 4  # the treasure is at least four moves away
+    assert by_rule["none"].regret > 1
+    assert 0.5 < by_rule["none"].greatest < 1
+
+
+def test_a_class_with_attention_for_all_wastes_nothing():
+    assert classroom.measure("at random", classroom.PUPILS, seed=2) == [0, 0]
+
+
+def test_practice_begins_in_the_room_that_was_picked():
+    school = curriculum._School(seed=1)
+    for room in (3, 7):
+        moves, wasted, found = school.episode(room, 1)
+        assert (moves, school.env.moment.before.room) == (1, room)
+        assert found == (wasted == 0 and school.steps[room] == 1)
+    assert school.steps[school.task.room] >= curriculum.LEAST

@@ -117,6 +117,7 @@ ROW = Row(
     ),
     seeds=30,
     measure=measure,
+    measures=("total regret", "whether any turn succeeded"),
     read=read,
     draw=draw,
 )

@@ -127,6 +127,7 @@ ROW = Row(
     settings=tuple(_setting(family, size, learns) for family in SIZES for size in SIZES[family] for learns in TEACHERS),
     seeds=20,
     measure=measure,
+    measures=("total regret",),
     read=read,
     draw=draw,
 )

@@ -117,6 +117,7 @@ ROW = Row(
     settings=tuple({"student": s, "teacher": t} for s in LEARNERS.values() for t in TEACHERS.values()),
     seeds=30,
     measure=measure,
+    measures=("regret per episode",),
     read=read,
     draw=draw,
 )

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval, paired_difference
@@ -67,8 +68,7 @@ def draw(values: Values, figure: "Figure") -> None:
             found = [
                 mean_interval(values(student=student, likelihood=likelihood, consistency=c)[:, 0]) for c in CONSISTENCY
             ]
-            spread = [[e.mean - e.low for e in found], [e.high - e.mean for e in found]]
-            axes.errorbar(CONSISTENCY, [e.mean for e in found], spread, marker="o", label=name)
+            axes.errorbar(CONSISTENCY, [each.mean for each in found], spread(found), marker="o", label=name)
         axes.axhline(alone, color="gray", linestyle="--", label="rewards alone")
         axes.set(title=f"a label in {likelihood:.0%} of turns", xlabel="share of right labels")
     panels[0].set_ylabel("regret per episode")
@@ -100,6 +100,7 @@ ROW = Row(
     ),
     seeds=30,
     measure=measure,
+    measures=("regret per episode",),
     read=read,
     draw=draw,
 )

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval
@@ -80,12 +81,11 @@ def read(values: Values) -> Reading:
 def draw(values: Values, figure: "Figure") -> None:
     """Regret at the end, a group a scheme."""
     axes = figure.subplots()
-    places, width = np.arange(len(SCHEMES)), 0.8 / len(LEARNERS)
-    for number, learner in enumerate(LEARNERS):
-        found = [mean_interval(values(**_setting(learner, scheme))[:, 0]) for scheme in SCHEMES]
-        spread = [[e.mean - e.low for e in found], [e.high - e.mean for e in found]]
-        axes.bar(places + (number - 2) * width, [e.mean for e in found], width, yerr=spread, label=learner)
-    axes.set_xticks(places, [f"{scheme} feedback" for scheme in SCHEMES])
+    found = {
+        learner: [mean_interval(values(**_setting(learner, scheme))[:, 0]) for scheme in SCHEMES]
+        for learner in LEARNERS
+    }
+    bars(axes, [f"{scheme} feedback" for scheme in SCHEMES], found)
     axes.set_ylabel(f"regret per episode, last {LAST}")
     axes.legend()
 
@@ -108,6 +108,7 @@ ROW = Row(
     settings=tuple(_setting(learner, scheme) for learner in LEARNERS for scheme in SCHEMES),
     seeds=30,
     measure=measure,
+    measures=(f"regret per episode, last {LAST}", "regret per episode"),
     read=read,
     draw=draw,
 )

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval, paired_difference
@@ -80,13 +81,12 @@ def read(values: Values) -> Reading:
 def draw(values: Values, figure: "Figure") -> None:
     """Regret and labels, by trainer."""
     panels = figure.subplots(1, 2)
-    places, width = np.arange(len(TRAINERS)), 0.8 / len(LEARNERS)
     for column, (axes, title) in enumerate(zip(panels, ("regret per episode", "labels until learned"), strict=True)):
-        for number, learner in enumerate(LEARNERS):
-            found = [mean_interval(values(**_setting(learner, trainer))[:, column]) for trainer in TRAINERS]
-            spread = [[e.mean - e.low for e in found], [e.high - e.mean for e in found]]
-            axes.bar(places + (number - 1.5) * width, [e.mean for e in found], width, yerr=spread, label=learner)
-        axes.set_xticks(places, TRAINERS)
+        found = {
+            learner: [mean_interval(values(**_setting(learner, trainer))[:, column]) for trainer in TRAINERS]
+            for learner in LEARNERS
+        }
+        bars(axes, list(TRAINERS), found)
         axes.set_title(title)
     panels[0].legend()
 
@@ -107,6 +107,7 @@ ROW = Row(
     settings=tuple(_setting(learner, trainer) for trainer in TRAINERS for learner in LEARNERS),
     seeds=40,
     measure=measure,
+    measures=("regret per episode", "labels until it is learned"),
     read=read,
     draw=draw,
 )

@@ -42,6 +42,10 @@ class _Policy(LearnerPolicy["QLearning"]):
         """Remember where it was taken."""
         self._last = self._here, int(action)
 
+    def worth(self) -> list[float]:
+        """What it holds the actions to be worth in the state that was seen last."""
+        return list(self._here)
+
     def recall(self, table: dict[Any, list[float]], here: Any, last: Any, action: int) -> None:
         """Know a table of values per state, the state that was seen last, and what was done in which state before."""
         self._values, self._here = table, table[here]

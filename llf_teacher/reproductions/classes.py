@@ -1,0 +1,107 @@
+"""Lifetimes in arrays that rows have in common: many learners of Q-values at once, each with a teacher by a rule."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from llf_teacher.gym import TeacherVectorEnv
+from llf_teacher.gym.lifetime import FIELDS, HALF, NEAR
+from worlds.batches import Bools, Floats
+
+LIFETIMES = 50
+"""In a class; a class is what a seed stands for."""
+STUDENT = "q_learning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)"
+"""Takes the advised action for the turn, and learns from what comes of it."""
+_ADVICE = 0b01000
+_COLUMN = {name: number for number, name in enumerate(FIELDS)}
+
+
+class Seen(NamedTuple):
+    """What a teacher sees of each lifetime, one value a row."""
+
+    importance: Floats
+    """Moves between the best and the worst next action."""
+    mistake: Bools
+    """Whether the student has announced an action that is not the best."""
+    erred: Bools
+    """Whether its last action was not the best."""
+    before: Floats
+    """Importance of that action; 0 at an opening."""
+    way: Floats
+    """Moves from here to the treasure."""
+    rng: np.random.Generator
+
+
+Rule = Callable[[Seen], Bools]
+"""In which rows to spend a piece of advice."""
+
+
+class Lives(NamedTuple):
+    """What became of a class, an average over its lifetimes each."""
+
+    regret: float
+    """Per episode."""
+    said: float
+    """Pieces of advice."""
+    greatest: float
+    """Share of turns in which importance had the greatest value that it can have."""
+
+
+def accompanied(
+    id: str, rule: Rule, *, seed: int, episodes: int, turns: int, budget: int, student: str = STUDENT, **options: Any
+) -> Lives:
+    """A class of lifetimes, each in a world of its own, with a teacher who advises by a rule.
+
+    Args:
+        id: the environment.
+        rule: when to advise.
+        seed: of the class; different ones have no world in common.
+        episodes: of a lifetime.
+        turns: of an episode, at most.
+        budget: pieces of advice in a lifetime, at least 1.
+        student: its spec.
+        options: the world's.
+    """
+    env = TeacherVectorEnv(
+        id,
+        LIFETIMES,
+        student=student,
+        episodes=episodes,
+        max_turns=turns,
+        feedback_type="fp",
+        budget=budget,
+        cost=0.0,
+        teacher_reward="student_progress",
+        announce=True,
+        pool=1,  # who has ended is not looked at
+        **options,
+    )
+    observation, _ = env.reset(seed=list(range(seed * LIFETIMES, (seed + 1) * LIFETIMES)))
+    living, regret, said = np.ones(LIFETIMES, bool), np.zeros(LIFETIMES), np.zeros(LIFETIMES)
+    most, before = env.oracle.oracle.max_importance, np.zeros(LIFETIMES)
+    turn_count = at_most = 0
+    rng = np.random.default_rng(seed)
+    while living.any():
+        features, life = observation["features"], observation["lifetime"].astype(float)
+        importance, share = features[:, 2].astype(float), life[:, _COLUMN["way"]]
+        opening = features[:, 0] == 0
+        seen = Seen(
+            importance=importance,
+            mistake=life[:, _COLUMN["mistake"]] > 0,
+            erred=~opening & (life[:, _COLUMN["optimal"]] == 0),
+            before=np.where(opening, 0.0, before),
+            way=np.rint(HALF * share / (1 - share)),
+            rng=rng,
+        )
+        speaks = rule(seen) & (observation["action_mask"][:, _ADVICE] > 0) & living
+        acts = living & (features[:, 4] == 0)
+        turn_count += int(acts.sum())
+        at_most += int((importance[acts] >= most - NEAR).sum())
+        before = importance
+        observation, reward, terminated, truncated, _ = env.step(np.where(speaks, _ADVICE, 0))
+        said += speaks
+        regret -= np.where(living, reward, 0.0)
+        living &= ~(terminated | truncated)
+    env.close()
+    return Lives(float(regret.mean()) / episodes, float(said.mean()), at_most / turn_count)

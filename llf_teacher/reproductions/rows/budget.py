@@ -1,0 +1,126 @@
+"""When to spend a few pieces of advice (Torrey & Taylor 2013), and what importance is worth that does not saturate."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from llf_teacher.reproductions.classes import LIFETIMES, Rule, Seen, accompanied
+from llf_teacher.reproductions.drawing import bars
+from llf_teacher.reproductions.row import Reading, Row, Values, told
+from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from worlds.batches import Bools
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CASES = {(20, 10): 4, (20, 30): 8, (40, 20): 6}
+"""By rooms and pieces of advice, the moves to the treasure within which discounted importance reaches its threshold."""
+EPISODES, MOVES, GREATEST = 60, 3, 2.0
+"""Episodes of a lifetime; moves per room in each at most; the greatest importance that there is."""
+RULES: dict[str, Rule] = {
+    "announced mistake": lambda seen: seen.mistake & (seen.importance >= GREATEST),
+    "correcting": lambda seen: seen.erred & (seen.before >= GREATEST),
+    "importance": lambda seen: seen.importance >= GREATEST,
+    "early": lambda seen: seen.importance >= 0,
+    "random": lambda seen: seen.rng.random(len(seen.importance)) < 0.1,
+    "no advice": lambda seen: seen.importance < 0,
+}
+DISCOUNTED = "discounted importance"
+TAUGHT = (*RULES, DISCOUNTED)
+
+
+def measure(rooms: int, budget: int, rule: str, near: int, seed: int) -> Sequence[float]:
+    """Regret per episode, advice that was given, and the share of turns in which importance is greatest."""
+
+    def discounted(seen: Seen) -> Bools:
+        return (seen.importance >= GREATEST) & (seen.way <= near)
+
+    return accompanied(
+        "llf-gridworld-v0",
+        RULES.get(rule, discounted),
+        seed=seed,
+        episodes=EPISODES,
+        turns=MOVES * rooms,
+        budget=budget,
+        num_rooms=rooms,
+    )
+
+
+def _setting(case: tuple[int, int], rule: str) -> dict[str, int | str]:
+    return {"rooms": case[0], "budget": case[1], "rule": rule, "near": CASES[case]}
+
+
+def _regrets(values: Values, rule: str) -> list[Estimate]:
+    return [mean_interval(values(**_setting(case, rule))[:, 0]) for case in CASES]
+
+
+def _less(values: Values, case: tuple[int, int], rule: str, than: str) -> Estimate:
+    """How much less regret a rule leaves than another."""
+    other, mine = (values(**_setting(case, each))[:, 0] for each in (than, rule))
+    return paired_difference(other, mine).estimate
+
+
+def read(values: Values) -> Reading:
+    """Orders of rules, and what the importance of the paper is worth beside one that has a greatest value."""
+    names = [f"{rooms} rooms, {budget} pieces" for rooms, budget in CASES]
+    table = [["teacher", *names]]
+    table += [[rule, *(told(each) for each in _regrets(values, rule))] for rule in TAUGHT]
+    taught = [rule for rule in TAUGHT if rule not in ("no advice", "random")]
+    above = [_less(values, case, rule, "random").low > 0 for case in CASES for rule in taught]
+    best = [
+        _less(values, case, "announced mistake", rule).low > 0
+        for case in CASES
+        for rule in TAUGHT
+        if rule != "announced mistake"
+    ]
+    plain = [_less(values, case, "importance", "early") for case in CASES]
+    fine = [_less(values, case, DISCOUNTED, "early") for case in CASES]
+    share = mean_interval(values(**_setting(next(iter(CASES)), "no advice"))[:, 2])
+    listed = [
+        ", ".join(f"{told(each)} ({name})" for each, name in zip(one, names, strict=True)) for one in (plain, fine)
+    ]
+    ours = (
+        f"Surely better than random advice are {sum(above)} of {len(above)}; correcting announced mistakes is surely "
+        f"better than another teacher in {sum(best)} of {len(best)} comparisons. Importance saves beside early "
+        f"advising {listed[0]} moves an episode; discounted importance {listed[1]}."
+    )
+    wins = [each.low > 0 for each in plain]
+    agrees = "yes" if all((*above, *best, *wins)) else "in part" if all(above) else "no"
+    why = (
+        f"Importance saturates: a door changes the distance by one, so that at most 2 moves are at stake, and they are "
+        f"in {told(share)} of the turns of a student without advice. It can leave out the other turns only. In the "
+        "paper importance comes from discounted values, which tell states near the goal from those far away. With "
+        "such an importance advising is better than early advising where the budget is small; where it is enough "
+        "for the whole way, nothing is gained by keeping it for the end."
+    )
+    return Reading(agrees, ours, why, table)
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """Regret, a group a case."""
+    axes = figure.subplots()
+    groups = [f"{rooms} rooms,\n{budget} pieces" for rooms, budget in CASES]
+    bars(axes, groups, {rule: _regrets(values, rule) for rule in TAUGHT})
+    axes.set(ylabel="regret per episode", yscale="log")
+    axes.legend(fontsize="small")
+
+
+ROW = Row(
+    claim="Advice on important states and before mistakes is worth more than early advice, and that more than random",
+    source="Torrey & Taylor 2013",
+    protocol=(
+        f"Houses of 20 and of 40 rooms, {EPISODES} episodes of at most {MOVES} moves per room from the same room, and "
+        "10 to 30 pieces of advice in all. The student is Q-learning, and takes the advised action for the turn; "
+        f"a seed is a class of {LIFETIMES} lifetimes in houses of their own. Early advises from the first turn on, "
+        "random in a tenth of the turns, importance where 2 moves are at stake, correcting after a mistake in such a "
+        "state, announced mistake before it. Discounted importance is the difference of discounted values, as in "
+        "the paper, with a threshold that was chosen on other seeds: it is reached where 2 moves are at stake at most "
+        f"{' and '.join(map(str, sorted(set(CASES.values()))))} moves from the treasure, by rooms and budget. Figures "
+        "are moves wasted per episode. The paper has Pac-Man and StarCraft."
+    ),
+    settings=tuple(_setting(case, rule) for case in CASES for rule in TAUGHT),
+    seeds=20,
+    measure=measure,
+    measures=("regret per episode", "pieces of advice", "share of turns with greatest importance"),
+    read=read,
+    draw=draw,
+)

@@ -1,0 +1,152 @@
+"""Attention for a class of learners: whom to advise in each round (Torrey & Taylor 2013, carried over to a class)."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher.registry import entry
+from llf_teacher.reproductions.drawing import bars
+from llf_teacher.reproductions.row import Reading, Row, Values, told
+from llf_teacher.students.shelf.q_learning import QLearning
+from llf_teacher.studies.statistics import mean_interval, paired_difference
+from pz_envs.seats import TEACHER, entitled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PUPILS, ATTENTION, EPISODES, TURNS = 8, (1, 2), 20, 40
+LEARNER = QLearning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)
+_ADVICE, _IMPORTANCE = 0b01000, 2  # fp among the kinds; the column of `students`
+
+
+class Class(NamedTuple):
+    """What a teacher knows when it shares out its attention, one value a student."""
+
+    importance: NDArray[np.float64]
+    """Moves between the best and the worst next action."""
+    heard: NDArray[np.float64]
+    """The round in which it was spoken to last; 0: never."""
+    wasted: NDArray[np.float64]
+    """Moves that it wasted in its lifetime."""
+    chance: NDArray[np.float64]
+    """Drawn uniformly."""
+
+
+RULES: dict[str, Callable[[Class], NDArray[np.float64]] | None] = {
+    "nobody": None,
+    "at random": lambda seen: seen.chance,
+    "who waited longest": lambda seen: -seen.heard + 1e-6 * seen.chance,
+    "most at stake": lambda seen: seen.importance + 1e-6 * seen.chance,
+    "who wasted most": lambda seen: seen.wasted + 1e-6 * seen.chance,
+    "who wasted least": lambda seen: -seen.wasted + 1e-6 * seen.chance,
+}
+"""Whose rank is greatest is advised; ties are broken at random."""
+
+
+def measure(rule: str, attention: int, seed: int) -> Sequence[float]:
+    """Moves wasted by a student in an episode: by all of them, and by the one who wasted most."""
+    rank, rng = RULES[rule], np.random.default_rng(seed)
+    family = entry("llf-gridworld-v0").family
+    env: Any = family.raw_env(
+        seating="classroom", students=PUPILS, attention=attention, speech="kinds", feedback_type="fp", max_cycles=TURNS
+    )
+    env.reset(seed=seed)
+    pupils: dict[str, Any] = {name: LEARNER.seat(family, env.desks[0].world) for name in env.students}
+    heard, wasted, rounds = np.zeros(PUPILS), np.zeros(PUPILS), 0
+    for _ in range(EPISODES):
+        env.reset(seed=seed)  # the same houses
+        for pupil in pupils.values():
+            pupil.reset(rng)
+        while env.agents:
+            agent = env.agent_selection
+            over = env.terminations[agent] or env.truncations[agent]
+            if agent == TEACHER and not over:
+                observation = env.observe(TEACHER)
+                may = observation["action_mask"][[env.address(i, _ADVICE) for i in range(PUPILS)]] > 0
+                rounds += 1
+                action = 0
+                if rank is not None and may.any():
+                    seen = Class(observation["students"][:, _IMPORTANCE], heard, wasted, rng.random(PUPILS))
+                    student = int(np.where(may, rank(seen), -np.inf).argmax())
+                    heard[student], action = rounds, env.address(student, _ADVICE)
+                env.step(action)
+            elif over:
+                if agent != TEACHER:
+                    pupil = pupils[agent]
+                    pupil.finish(env.observe(agent), entitled(pupil, env, agent), env.terminations[agent])
+                env.step(None)
+            else:
+                env.step(pupils[agent].act(env.observe(agent), entitled(pupils[agent], env, agent)))
+                number = env.students.index(agent)
+                wasted[number] += env.desks[number].teacher.oracle.regret(env.moment_of(agent))
+    env.close()
+    return [float(wasted.mean()) / EPISODES, float(wasted.max()) / EPISODES]
+
+
+def _lost(values: Values, rule: str, column: int) -> list[NDArray[np.float64]]:
+    return [values(rule=rule, attention=attention)[:, column] for attention in ATTENTION]
+
+
+def read(values: Values) -> Reading:
+    """Regret of all and of the last of the class, and who is surely better than turns in order."""
+    heads = [f"{whose}, attention for {n}" for whose in ("all", "the last of the class") for n in ATTENTION]
+    table = [["who is advised", *heads]]
+    for rule in RULES:
+        table.append([rule, *(told(mean_interval(each)) for column in (0, 1) for each in _lost(values, rule, column))])
+
+    def saved(rule: str, than: str, column: int) -> list[str]:
+        pairs = zip(_lost(values, than, column), _lost(values, rule, column), strict=True)
+        return [told(paired_difference(other, mine).estimate) for other, mine in pairs]
+
+    turns = "who waited longest"
+    gains = [
+        paired_difference(other, mine).estimate
+        for other, mine in zip(_lost(values, turns, 0), _lost(values, "most at stake", 0), strict=True)
+    ]
+    ours = (
+        f"Attention to whom most is at stake saves {' and '.join(map(told, gains))} moves an episode beside turns in "
+        f"order, with attention for {' and '.join(map(str, ATTENTION))} of {PUPILS}. Attention to who wasted least, "
+        f"beside who wasted most, saves {' and '.join(saved('who wasted least', 'who wasted most', 0))} for all, and "
+        f"{' and '.join(saved('who wasted least', 'who wasted most', 1))} for the last of the class."
+    )
+    agrees = (
+        "yes" if all(each.low > 0 for each in gains) else "in part" if any(each.low > 0 for each in gains) else "no"
+    )
+    why = (
+        "Whom to favour depends on what is wanted: who is led to the end leaves the attention to the others, so that "
+        "favouring the good serves the mean, and favouring the poor the last of the class."
+    )
+    return Reading(agrees, ours, why, table)
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """Regret of all, and of the last of the class."""
+    panels = figure.subplots(1, 2)
+    for column, (axes, title) in enumerate(zip(panels, ("all", "the last of the class"), strict=True)):
+        found = {
+            rule: [mean_interval(each) for each in _lost(values, rule, column)] for rule in RULES if rule != "nobody"
+        }
+        bars(axes, [f"attention for {n}" for n in ATTENTION], found)
+        axes.set(title=title, ylabel="regret per episode")
+    panels[0].legend(fontsize="small")
+
+
+ROW = Row(
+    claim="Attention is worth most where most is at stake, in a class as with one student",
+    source="Torrey & Taylor 2013, carried over to a class",
+    protocol=(
+        f"{PUPILS} students, each with Q-learning in a house of 20 rooms of its own, {EPISODES} episodes of at most "
+        f"{TURNS} moves from the same room. In each round the teacher advises one or two of them, who take the advised "
+        "action for the turn; who has found the treasure is out of the round. It picks by a rule, ties at random. "
+        "Figures are moves wasted per student and episode, and those of the student who wasted most. The paper has "
+        "one student; that a class is alike is tried here."
+    ),
+    settings=tuple({"rule": rule, "attention": attention} for attention in ATTENTION for rule in RULES),
+    seeds=100,
+    measure=measure,
+    measures=("regret per student and episode", "of the one with most"),
+    read=read,
+    draw=draw,
+)

@@ -1,0 +1,140 @@
+"""A teacher who says nothing and picks where an episode begins: from near the goal to far from it (Florensa 2017)."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from llf_teacher.registry import entry
+from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.row import Reading, Row, Values, told
+from llf_teacher.students.shelf.q_learning import QLearning
+from llf_teacher.studies.statistics import mean_interval, paired_difference
+from pz_envs.seats import STUDENT, entitled
+from worlds.gridworld import Truth, distances_from
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STARTS = ("the task's own", "anywhere", "from near to far")
+PRACTICE = (50, 100, 200, 400, 800)
+"""Moves of practice."""
+TURNS, TESTS, LEAST, READY = 40, 5, 6, 2
+"""Moves of an episode at most; episodes of the test; least distance of the task's own start; episodes in a row that a
+distance has to be mastered before the next one."""
+LEARNER = QLearning(forget=False, optimism=0.0, epsilon=0.1)
+
+
+class _School:
+    """A learner in one house, who can be put into any room."""
+
+    def __init__(self, seed: int) -> None:
+        family = entry("llf-gridworld-v0").family
+        self.env = family.raw_env(speech="kinds", max_cycles=TURNS, until_success=True, min_goal_dist=LEAST)
+        self.env.reset(seed=seed)
+        self.task: Truth = self.env.moment.after
+        self.steps = distances_from(self.task.layout.treasure, self.task.layout.doors)
+        """Moves to the treasure, by rooms."""
+        self.pupil: Any = LEARNER.seat(family, self.env.world)
+        self.rng = np.random.default_rng(seed)
+
+    def episode(self, room: int, turns: int) -> tuple[int, float, bool]:
+        """Moves, moves that were wasted, and whether the treasure was found, in an episode from a room."""
+        env, pupil = self.env, self.pupil
+        env.go_on(self.task._replace(room=room))
+        pupil.reset(self.rng)
+        wasted, done = 0.0, False
+        while not done and env.moment.turn < turns:
+            env.teacher_turn(0)
+            env.student_turn(pupil.act(env.observe(STUDENT), entitled(pupil, env)))
+            wasted += env.teacher.oracle.regret(env.moment)
+            done = any(env.ended)
+        pupil.finish(env.observe(STUDENT), entitled(pupil, env), env.ended[0])
+        return env.moment.turn, wasted, env.moment.success
+
+
+def measure(starts: str, practice: int, seed: int) -> Sequence[float]:
+    """Moves wasted in each episode of a test after practice, and the share of them in which the treasure was found."""
+    school = _School(seed)
+    steps, own = np.array(school.steps), school.task.room
+    far, mastered, left = 1, 0, practice
+    while left > 0:
+        away = steps == far if starts == "from near to far" else steps > 0
+        room = own if starts == STARTS[0] or far >= steps[own] else int(school.rng.choice(np.flatnonzero(away)))
+        turns, _, found = school.episode(room, left)
+        left -= turns
+        mastered = mastered + 1 if found and turns <= 2 * far else 0
+        if starts == "from near to far" and mastered == READY:
+            far, mastered = far + 1, 0
+    tests = [school.episode(own, TURNS) for _ in range(TESTS)]
+    school.env.close()
+    return [float(np.mean([wasted for _, wasted, _ in tests])), float(np.mean([found for *_, found in tests]))]
+
+
+def read(values: Values) -> Reading:
+    """Regret in the test, and from which practice on a curriculum is surely better."""
+    table = [["start of practice", *(f"{moves} moves" for moves in PRACTICE)]]
+    for starts in STARTS:
+        table.append([starts, *(told(mean_interval(values(starts=starts, practice=n)[:, 0]), 1) for n in PRACTICE)])
+    beside = {
+        other: [
+            paired_difference(
+                values(starts=other, practice=n)[:, 0], values(starts="from near to far", practice=n)[:, 0]
+            ).estimate
+            for n in PRACTICE
+        ]
+        for other in STARTS[:2]
+    }
+    better = {other: _where([each.low > 0 for each in found]) for other, found in beside.items()}
+    worse = {other: _where([each.high < 0 for each in found]) for other, found in beside.items()}
+    parts = [
+        f"than practice from {other if other == 'anywhere' else 'the own start'} after {_listed(better[other])} moves "
+        f"(after {PRACTICE[2]} it saves {told(found[2], 1)} moves an episode), and surely worse after "
+        f"{_listed(worse[other])}"
+        for other, found in beside.items()
+    ]
+    ours = f"Practice that begins near the treasure and moves away from it is surely better {'; '.join(parts)}."
+    agrees = "yes" if all(better.values()) and not any(worse.values()) else "in part" if better[STARTS[0]] else "no"
+    why = (
+        "In a house practice from anywhere finds the treasure often, too, since some rooms are always near it; the "
+        "paper has robots for whom a random start is as hopeless as their own."
+    )
+    return Reading(agrees, ours, why, table)
+
+
+def _where(flags: Sequence[bool]) -> list[int]:
+    return [moves for moves, flag in zip(PRACTICE, flags, strict=True) if flag]
+
+
+def _listed(moves: Sequence[int]) -> str:
+    return ", ".join(map(str, moves)) or "no number of"
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """Regret in the test by the moves of practice."""
+    axes = figure.subplots()
+    for starts in STARTS:
+        found = [mean_interval(values(starts=starts, practice=n)[:, 0]) for n in PRACTICE]
+        axes.errorbar(PRACTICE, [each.mean for each in found], spread(found), marker="o", label=starts)
+    axes.set(xlabel="moves of practice", ylabel="moves wasted in an episode of the test", xscale="log")
+    axes.legend()
+
+
+ROW = Row(
+    claim="Practice that begins near the goal and moves away from it learns rare rewards with less experience",
+    source="Florensa et al. 2017",
+    protocol=(
+        f"Houses of 20 rooms with the treasure at least {LEAST} moves from the start, rewards only, Q-learning. The "
+        "teacher says nothing and picks the room in which an episode of practice begins: the task's own start, any "
+        "room, or one at a distance that grows by a move when the treasure was found twice in a row in at most twice "
+        f"as many moves. After {PRACTICE[0]} to {PRACTICE[-1]} moves of practice come {TESTS} episodes of at most "
+        f"{TURNS} moves from the own start. Figures are moves wasted in each of them. The paper has robots and "
+        "policy gradients."
+    ),
+    settings=tuple({"starts": starts, "practice": moves} for starts in STARTS for moves in PRACTICE),
+    seeds=100,
+    measure=measure,
+    measures=("regret per episode of the test", "share of them with success"),
+    read=read,
+    draw=draw,
+)
