@@ -253,7 +253,7 @@ class TeacherSeat:
         return [claim for claim in self.claims() if claim.kind is not None][:CLAIMS]
 
     def sentences(self) -> tuple[str, ...]:
-        """How each of those would sound, in one of its wordings, which need not be the one that is drawn when it is said.
+        """How each of those would sound, in one of its wordings; another may be drawn when it is said.
 
         Nothing is drawn for it, and no voice that rewrites is asked.
         """

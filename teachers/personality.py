@@ -98,7 +98,7 @@ class Personality(Spec):
         return self.stage(self, rng)
 
     def __or__(self, after: "Personality") -> "Pipeline":
-        """This one, and then another that sees only what this one lets pass; the order matters.
+        """One after the other, which sees only what the first lets pass; the order matters.
 
         `harsh | mistake(eps=1)` errs about blame, and so praises what was wrong; `mistake(eps=1) | harsh` errs about
         everything and keeps what then is blame: of what was right.
