@@ -1,7 +1,8 @@
 """The matrix of students and teachers: how much of the gain is the teacher's, how much the student's.
 
-The question is that of arXiv 2606.30774: what a student gains beyond being told to try again, and whether that is due
-to the teacher, to the student who can use it, or to how they go together. The gain is the regret with the control less
+The question is that of Cupiał et al. (2026, arXiv 2606.30774): what a student gains beyond being told to try again, and
+whether that is due to the teacher, to the student who can use it, or to how they go together. They found, with language
+models in both seats, that it is the student more than the teacher. The gain is the regret with the control less
 that with the teacher on the same seed; its variance over the table is split as in a two-way layout.
 """
 
@@ -15,7 +16,7 @@ from scipy import stats
 from llf_teacher.studies.attempts import CONTROL
 from llf_teacher.studies.contrasts import can_differ
 from llf_teacher.studies.estimators import bootstrap_seeds
-from llf_teacher.studies.outcomes import Group, Outcomes, at_seeds, common_seeds
+from llf_teacher.studies.outcomes import Group, Numbers, Outcomes, at_seeds, common_seeds
 from llf_teacher.studies.statistics import Estimate, Split, mean_interval, variance_split
 
 
@@ -35,6 +36,8 @@ class Matrix(NamedTuple):
     """Lower ends of the 95 % intervals, of a bootstrap over seeds; None for a single seed, too."""
     high: Split | None
     """Upper ends."""
+    lead: tuple[float, float] | None
+    """Ends of the interval of the students' share less that of the teachers; None as `low`."""
     order: dict[str, tuple[str, ...]]
     """For each student the teachers, the greatest mean gain first."""
     agreement: float | None
@@ -62,9 +65,10 @@ def matrices(found: Outcomes, control: str = CONTROL) -> Iterator[Matrix]:
         )  # (teachers, students, seeds)
         means = table.mean(axis=2)
         split = variance_split(table)
-        low = high = None
+        low = high = lead = None
         if split is not None and len(seeds) > 1:
-            low, high = (Split(*ends) for ends in bootstrap_seeds(table, lambda drawn: variance_split(drawn) or _NONE))
+            lows, highs = (ends.tolist() for ends in bootstrap_seeds(table, _shares))
+            low, high, lead = Split(*lows[:-1]), Split(*highs[:-1]), (lows[-1], highs[-1])
         yield Matrix(
             group=group,
             teachers=tuple(teachers[i] for i in np.argsort(-means.mean(axis=1), kind="stable")),
@@ -76,6 +80,7 @@ def matrices(found: Outcomes, control: str = CONTROL) -> Iterator[Matrix]:
             split=split,
             low=low,
             high=high,
+            lead=lead,
             order={
                 s: tuple(teachers[i] for i in np.argsort(-means[:, j], kind="stable")) for j, s in enumerate(students)
             },
@@ -84,6 +89,12 @@ def matrices(found: Outcomes, control: str = CONTROL) -> Iterator[Matrix]:
 
 
 _NONE = Split(np.nan, np.nan, np.nan, np.nan)
+
+
+def _shares(table: Numbers) -> tuple[float, ...]:
+    """The shares of the variance, and how much more the students' is than that of the teachers."""
+    split = variance_split(table) or _NONE
+    return *split, split.students - split.teachers
 
 
 def _agreement(means: "np.ndarray[tuple[int, ...], np.dtype[np.float64]]") -> float | None:

@@ -147,6 +147,8 @@ def test_shares_have_intervals_over_seeds():
     assert found.low.teachers == pytest.approx(np.quantile(drawn, 0.025), abs=0.03)
     assert found.high.teachers == pytest.approx(np.quantile(drawn, 0.975), abs=0.03)
     assert found.low.seeds < found.split.seeds < found.high.seeds
+    assert found.lead[0] < found.split.students - found.split.teachers < found.lead[1]
+    assert found.lead[0] > found.low.students - found.high.teachers
 
 
 def test_a_matrix_needs_two_of_each():

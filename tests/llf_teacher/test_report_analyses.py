@@ -1,5 +1,6 @@
 """What a report says of attempts, kinds, the matrix, tests without a teacher and all families."""
 
+import csv
 import re
 from dataclasses import replace
 
@@ -7,14 +8,18 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from llf_teacher.studies import contrasts
+from llf_teacher.studies import contrasts, transfer
 from llf_teacher.studies.attempts import attempts
 from llf_teacher.studies.episode import EpisodeRow, Record, play
+from llf_teacher.studies.matrix import Matrix, matrices
 from llf_teacher.studies.outcomes import outcomes
 from llf_teacher.studies.overall import overall
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
+from llf_teacher.studies.report.parts import PARTS
+from llf_teacher.studies.report.parts.matrix import Verdicts, verdicts
 from llf_teacher.studies.sequential import levels
+from llf_teacher.studies.statistics import Split
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 
@@ -84,8 +89,48 @@ def test_the_estimates_over_all_families_are_told(store, page):
     assert f"oracle 4 {best.middle.mean:.2f} [" in part(page, "overall")
 
 
+def drawn(data, name):
+    """The figures of a part, each as its rows by name; drawing must not fail."""
+    (found,) = [part for part in PARTS if part.name == name]
+    for plot in found.plots(data):
+        assert "<text" in plot.svg()
+        yield plot.name, list(csv.DictReader(plot.csv.splitlines()))
+
+
+def test_each_analysis_is_drawn_and_has_its_data(store):
+    data = read(store, STUDY)
+    ((_, profiles),) = drawn(data, "overall")
+    first = next(overall(data.taught, "retry_only"))
+    shares = [float(row["above"]) for row in profiles if row["teacher"] == first.teacher]
+    np.testing.assert_allclose(shares, first.profile.band.mean, rtol=1e-4)
+    ((name, gains),) = drawn(data, "matrix")
+    assert name == "matrix-gains-b-a"
+    for each in matrices(data.taught):
+        for (teacher, student), gain in each.gains.items():
+            wanted = each.group.family, teacher, student
+            (row,) = [row for row in gains if (row["family"], row["teacher"], row["student"]) == wanted]
+            assert float(row["gain_high"]) == pytest.approx(gain.high, rel=1e-4)
+    ((_, tests),) = drawn(data, "transfer")
+    for told in transfer.tested(data.outcomes, "retry_only"):
+        (row,) = [r for r in tests if r["tested_in"] == told.group.ids[0] and r["teacher"] == told.teacher]
+        assert row["gain"] == ("" if told.gain is None else f"{told.gain.mean:.5g}")
+        assert float(row["regret"]) == pytest.approx(told.regret.mean, rel=1e-4)
+    assert not list(drawn(data, "ablation"))
+
+
+def test_whose_the_gain_is_is_counted():
+    def of(teachers, students, low=None, high=None):
+        split = Split(teachers, students, 0.0, 1 - teachers - students)
+        ends = None if low is None else (low, high)
+        return Matrix(None, (), (), {}, split, split, split, ends, {}, None)
+
+    found = [of(0.1, 0.5, 0.2, 0.6), of(0.2, 0.3, -0.1, 0.3), of(0.5, 0.1, -0.6, -0.2), of(0.2, 0.2), of(0.3, 0.1)]
+    assert verdicts([*found, found[0]._replace(split=None)]) == Verdicts(5, 2, 1, 2, 1)
+
+
 def test_the_matrix_is_told(page):
     told = part(page, "matrix")
+    assert "Here, in 2 tables, more of the variance lies between students in " in told
     assert "lies between teachers" in told
     assert "obedient : oracle , hinter" in told or "obedient : hinter , oracle" in told
 
@@ -98,6 +143,10 @@ def test_tests_are_told(page):
 
 def test_an_ablation_is_told_and_has_one_section(tmp_path):
     html = render(stored(tmp_path / "s.db", KINDS), KINDS)
+    ((_, rows),) = drawn(read(Store(tmp_path / "s.db"), KINDS), "ablation")
+    gains = {row["kind"]: float(row["gain"]) for row in rows}
+    assert list(gains) == ["r", "hp", "hn", "fp", "fn", "all kinds"]
+    assert sum(gains.values()) == pytest.approx(2 * gains["all kinds"], rel=1e-3)
     told = part(html, "ablation")
     assert "gain r hp hn fp fn gridworld oracle obedient" in told
     assert len(re.findall('<section id="gridworld-', html)) == 1

@@ -100,7 +100,7 @@ def test_policy_allows_the_pages_own_style_and_script_only(html):
 
 def test_each_figure_has_its_data_and_leads_to_its_transcripts(html, path):
     figures = re.findall(r'<figure id="([^"]*)">(.*?)</figure>', html, re.DOTALL)
-    assert len(figures) == 5
+    assert len(figures) == 6
     for name, figure in figures:
         address = re.search(rf'download="{name}.csv" href="data:text/csv;charset=utf-8,([^"]*)"', figure)[1]
         rows = list(csv.DictReader(io.StringIO(unquote(address.replace("&#39;", "'").replace("&amp;", "&")))))

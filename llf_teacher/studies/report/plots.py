@@ -17,10 +17,13 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 from llf_teacher.look import SHADES
 from llf_teacher.studies.statistics import Band, Estimate
 
-_SERIES = [shade.light for name, shade in SHADES.items() if name.startswith("series")]
-_MARKERS = "osD^vPX"  # one less than colours, so that pairs of both last longer
+SERIES = [shade.light for name, shade in SHADES.items() if name.startswith("series")]
+"""The colours of series."""
+MARKERS = "osD^vPX"
+"""One less than colours, so that pairs of both last longer."""
 _STRIPE = 8.0  # points
-_WIDTH = 10.0  # inches; the page scales it
+WIDTH = 10.0
+"""Inches; the page scales it."""
 STYLE: dict[str, Any] = {
     "axes.edgecolor": SHADES["muted"].light,
     "axes.labelcolor": SHADES["muted"].light,
@@ -71,17 +74,17 @@ def dot_plot(
         unit: what regret counts.
     """
     pitch = max(0.36, 0.1 * len(series) + 0.04)
-    figure = Figure(figsize=(_WIDTH, pitch * len(rows) + 1.0))
+    figure = Figure(figsize=(WIDTH, pitch * len(rows) + 1.0))
     axes = figure.subplots(1, 2, sharey=True)
     offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.2, 0.8 / len(series))
     for ax, estimates, label in zip(axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True):
         for row in range(1, len(rows), 2):
             ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
-        for name, offset, color, marker in zip(series, offsets, cycle(_SERIES), cycle(_MARKERS), strict=False):
+        for name, offset, color, marker in zip(series, offsets, cycle(SERIES), cycle(MARKERS), strict=False):
             there = [(i + offset, estimates[row, name]) for i, row in enumerate(rows) if (row, name) in estimates]
             ys = [y for y, _ in there]
             ax.hlines(ys, [e.low for _, e in there], [e.high for _, e in there], color, linewidth=1.6, alpha=0.55)
-            dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=_named(name), clip_on=False)[0]
+            dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=named(name), clip_on=False)[0]
             dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
         ax.set_xlabel(label)
         ax.grid(axis="x")
@@ -89,10 +92,10 @@ def dot_plot(
     axes[0].set_xlim(0, 1)
     axes[0].xaxis.set_major_formatter(PercentFormatter(1))
     axes[1].set_xlim(left=0)
-    axes[1].xaxis.set_major_locator(_ticks())
+    axes[1].xaxis.set_major_locator(ticks())
     axes[0].set_ylim(len(rows) - 0.5, -0.5)
-    axes[0].set_yticks(range(len(rows)), [_folded(row) for row in rows], color=SHADES["ink"].light)
-    _legend(figure, axes[0], 1.0)
+    axes[0].set_yticks(range(len(rows)), [folded(row) for row in rows], color=SHADES["ink"].light)
+    legend(figure, axes[0], 1.0)
     return figure
 
 
@@ -112,7 +115,7 @@ def gain_plot(
         single: shares of each family, drawn as marks; those beyond the axis stand at its end.
         baseline: the teacher at 0.
     """
-    figure = Figure(figsize=(_WIDTH, max(0.3, 0.11 * len(series) + 0.06) * len(rows) + 1.1))
+    figure = Figure(figsize=(WIDTH, max(0.3, 0.11 * len(series) + 0.06) * len(rows) + 1.1))
     ax = figure.subplots()
     ends = [end for gain in gains.values() for end in gain[:3] if not math.isnan(end)]
     least, most = min([-0.1, *ends]) - 0.03, max([1.0, *ends]) + 0.03
@@ -120,22 +123,22 @@ def gain_plot(
         ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
     ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
     offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.22, 0.8 / len(series))
-    for name, offset, color, marker in zip(series, offsets, cycle(_SERIES), cycle(_MARKERS), strict=False):
+    for name, offset, color, marker in zip(series, offsets, cycle(SERIES), cycle(MARKERS), strict=False):
         there = [(i + offset, (row, name)) for i, row in enumerate(rows) if (row, name) in gains]
         marks = [(min(max(share, least), most), y) for y, pair in there for share in single[pair]]
         ax.plot(*zip(*marks, strict=True), "|", color=color, alpha=0.35, markersize=6, clip_on=False)
         ys, estimates = [y for y, _ in there], [gains[pair] for _, pair in there]
         ax.hlines(ys, [e.low for e in estimates], [e.high for e in estimates], color, linewidth=2)
-        ax.plot([e.mean for e in estimates], ys, marker, color=color, label=_named(name), markersize=5.5)
+        ax.plot([e.mean for e in estimates], ys, marker, color=color, label=named(name), markersize=5.5)
     ax.set_xlim(least, most)
     ax.xaxis.set_major_formatter(PercentFormatter(1))
-    ax.xaxis.set_major_locator(_ticks())
+    ax.xaxis.set_major_locator(ticks())
     ax.set_xlabel(f"share of the regret with {baseline} that the teacher spares the student")
     ax.grid(axis="x")
     ax.set_axisbelow(True)
     ax.set_ylim(len(rows) - 0.5, -0.5)
-    ax.set_yticks(range(len(rows)), [_folded(row) for row in rows], color=SHADES["ink"].light)
-    _legend(figure, ax, 1.0)
+    ax.set_yticks(range(len(rows)), [folded(row) for row in rows], color=SHADES["ink"].light)
+    legend(figure, ax, 1.0)
     return figure
 
 
@@ -151,27 +154,27 @@ def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], 
     """
     columns = min(3, len(panels))
     height = math.ceil(len(panels) / columns)
-    figure = Figure(figsize=(_WIDTH, 2.3 * height + 0.8))
+    figure = Figure(figsize=(WIDTH, 2.3 * height + 0.8))
     axes = figure.subplots(height, columns, sharex=True, sharey=True, squeeze=False).flatten()
-    looks = dict(zip(series, zip(cycle(_SERIES), cycle(_MARKERS), strict=False), strict=False))
+    looks = dict(zip(series, zip(cycle(SERIES), cycle(MARKERS), strict=False), strict=False))
     for ax, (title, bands) in zip(axes, panels.items(), strict=False):
         _curves(ax, bands, looks)
         ax.set_title(title, loc="left", color=SHADES["ink"].light)
         ax.grid(axis="y")
         ax.set_axisbelow(True)
         ax.margins(x=0)
-    axes[0].xaxis.set_major_locator(_ticks(integer=True))
-    axes[0].yaxis.set_major_locator(_ticks())
+    axes[0].xaxis.set_major_locator(ticks(integer=True))
+    axes[0].yaxis.set_major_locator(ticks())
     axes[0].set_ylim(bottom=0)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
     for ax in axes[max(0, len(panels) - columns) : len(panels)]:
         ax.tick_params(labelbottom=True)
     for name, (color, marker) in looks.items():
-        axes[0].plot([], [], color=color, marker=marker, label=_named(name))
+        axes[0].plot([], [], color=color, marker=marker, label=named(name))
     figure.supxlabel("turn", size=9, color=SHADES["muted"].light)
     figure.supylabel(f"cumulative regret ({unit})", size=9, color=SHADES["muted"].light)
-    _legend(figure, axes[0], 2.2)
+    legend(figure, axes[0], 2.2)
     return figure
 
 
@@ -202,21 +205,29 @@ def _curves(ax: Axes, bands: Mapping[str, Band], looks: Mapping[str, tuple[str, 
             line.set(marker=marker, markevery=(first, every))
 
 
-def _ticks(integer: bool = False) -> MaxNLocator:
+def ticks(integer: bool = False) -> MaxNLocator:
+    """Few ticks, at round numbers."""
     return MaxNLocator(6, steps=[1, 2, 5, 10], integer=integer)
 
 
-def _folded(label: str) -> str:
+def folded(label: str) -> str:
+    """The label on several lines, if it is long."""
     return textwrap.fill(label, 30)
 
 
-def _named(label: str) -> str:
+def named(label: str) -> str:
     """The label as Matplotlib shows it: one that begins with an underscore is left out."""
     return f" {label}" if label.startswith("_") else label
 
 
-def _legend(figure: Figure, ax: Axes, handle: float) -> None:
-    """A legend above all axes, in as many columns as the figure has room for."""
+def legend(figure: Figure, ax: Axes, handle: float) -> None:
+    """A legend above all axes, in as many columns as the figure has room for.
+
+    Args:
+        figure: gets it.
+        ax: has the series.
+        handle: length of a sample, in ems.
+    """
     handles, labels = ax.get_legend_handles_labels()
     columns = max(1, min(len(labels), int(125 / (max(map(len, labels)) + 8))))
     figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=handle, columnspacing=1.8)

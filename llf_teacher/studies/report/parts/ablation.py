@@ -1,25 +1,69 @@
 """What each kind of feedback adds."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from llf_teacher.studies.ablation import ablations
+from llf_teacher.studies.ablation import Ablation, ablations
 from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.figure import Plot
+from llf_teacher.studies.report.panels import Pane, panel_plot
 from llf_teacher.studies.report.parts.part import Part
 from pz_envs.family import all_families
 from teachers.atoms import KINDS
 
+_ALL = "all kinds"
+
+
+def _found(data: Data) -> list[Ablation]:
+    return list(ablations({group: cells for group, cells in data.outcomes.items() if not group.lessons}))
+
+
+def _plot(found: Sequence[Ablation]) -> Plot:
+    """A panel a family and instruction type, a row a kind."""
+    units = {family.name: family.regret_unit for family in all_families()}
+    kinds = [kind for kind in KINDS if any(kind in each.shares for each in found)]
+    typed = len({each.group.instruction_type for each in found}) > 1
+    taught = len({each.teacher for each in found}) > 1
+    panes: dict[tuple[str, ...], Pane] = {}
+    series: dict[str, None] = {}
+    for each in found:
+        name = f"{each.teacher}, {each.student}" if taught else each.student
+        series[name] = None
+        group = each.group
+        title = f"{group.family} ({group.instruction_type})" if typed else group.family
+        pane = panes.setdefault((title, *group.ids), Pane(title, units[group.family], {}))
+        rows = {**each.shares, _ALL: each.total}
+        panes[title, *group.ids] = pane._replace(
+            dots={**pane.dots, **{(row, name): estimate for row, estimate in rows.items()}}
+        )
+    return Plot(
+        name="ablation-shares",
+        title="What each kind of feedback adds to the gain, and the gain of all kinds, one panel a family.",
+        draw=lambda: panel_plot(list(panes.values()), [*kinds, _ALL], list(series), "gain"),
+        columns=("family", "instruction_type", "teacher", "student", "kind", "seeds", "gain", "gain_low", "gain_high"),
+        rows=[
+            (each.group.family, each.group.instruction_type, each.teacher, each.student, kind, gain.n, *gain[:3])
+            for each in found
+            for kind, gain in {**each.shares, _ALL: each.total}.items()
+        ],
+    )
+
+
+def _plots(data: Data) -> list[Plot]:
+    return [_plot(found)] if (found := _found(data)) else []
+
 
 def _values(data: Data) -> Mapping[str, Any] | None:
-    found = list(ablations({group: cells for group, cells in data.outcomes.items() if not group.lessons}))
+    found = _found(data)
     if not found:
         return None
     kinds = [kind for kind in KINDS if any(kind in each.shares for each in found)]
     return {
+        "plot": _plot(found),
         "found": found,
         "kinds": kinds,
         "units": {family.name: family.regret_unit for family in all_families()},
     }
 
 
-PART = Part("ablation", _values, "What each kind adds")
+PART = Part("ablation", _values, "What each kind adds", plots=_plots)

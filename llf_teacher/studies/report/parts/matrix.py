@@ -1,13 +1,69 @@
 """Whose the gain is: students and teachers crossed, beyond being told to try again."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from llf_teacher.studies.attempts import CONTROL
-from llf_teacher.studies.matrix import matrices
+from llf_teacher.studies.matrix import Matrix, matrices
 from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.figure import Plot
+from llf_teacher.studies.report.panels import Pane, panel_plot
 from llf_teacher.studies.report.parts.part import Part
 from pz_envs.family import all_families
+
+
+class Verdicts(NamedTuple):
+    """Tables by whose share of the variance of gains is greater; `sure` are those whose interval is on one side."""
+
+    all: int
+    students: int
+    sure_students: int
+    teachers: int
+    sure_teachers: int
+
+
+def verdicts(found: Sequence[Matrix]) -> Verdicts:
+    """Count the tables whose gains are not all equal."""
+    leads = [(each.split.students - each.split.teachers, each.lead) for each in found if each.split]
+    return Verdicts(
+        len(leads),
+        sum(lead > 0 for lead, _ in leads),
+        sum(ends is not None and ends[0] > 0 for _, ends in leads),
+        sum(lead < 0 for lead, _ in leads),
+        sum(ends is not None and ends[1] < 0 for _, ends in leads),
+    )
+
+
+def _types(found: Sequence[Matrix]) -> list[tuple[str, str]]:
+    return list(dict.fromkeys((each.group.instruction_type, each.group.feedback_type) for each in found))
+
+
+def _plot(found: Sequence[Matrix], types: tuple[str, str]) -> Plot:
+    """A panel a family, a row a teacher; of one instruction type and feedback type."""
+    units = {family.name: family.regret_unit for family in all_families()}
+    found = [each for each in found if (each.group.instruction_type, each.group.feedback_type) == types]
+    return Plot(
+        name=f"matrix-gains-{'-'.join(types)}".replace("+", "-"),
+        title=f"Gain over {CONTROL} by teacher and student, one panel a family.",
+        draw=lambda: panel_plot(
+            [Pane(each.group.family, units[each.group.family], each.gains) for each in found],
+            list(dict.fromkeys(teacher for each in found for teacher in each.teachers)),
+            list(dict.fromkeys(student for each in found for student in each.students)),
+            f"gain over {CONTROL}",
+        ),
+        columns=("family", "instruction_type", "feedback_type", "teacher", "student", "seeds", *_GAIN),
+        rows=[
+            (each.group.family, *types, *pair, gain.n, *gain[:3]) for each in found for pair, gain in each.gains.items()
+        ],
+    )
+
+
+_GAIN = ("gain", "gain_low", "gain_high")
+
+
+def _plots(data: Data) -> list[Plot]:
+    found = list(matrices(data.taught))
+    return [_plot(found, types) for types in _types(found)]
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
@@ -15,10 +71,12 @@ def _values(data: Data) -> Mapping[str, Any] | None:
     if not found:
         return None
     return {
+        "plots": [_plot(found, types) for types in _types(found)],
+        "verdicts": verdicts(found),
         "found": found,
         "control": CONTROL,
         "units": {family.name: family.regret_unit for family in all_families()},
     }
 
 
-PART = Part("matrix", _values, "Whose the gain is")
+PART = Part("matrix", _values, "Whose the gain is", plots=_plots)

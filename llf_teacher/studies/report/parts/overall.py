@@ -1,15 +1,50 @@
 """What each teacher spares its students over all families, by estimators for many tasks."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from llf_teacher.studies.overall import THRESHOLDS, overall
+from llf_teacher.studies.overall import THRESHOLDS, Overall, overall
 from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.figure import Plot
+from llf_teacher.studies.report.panels import profile_plot
 from llf_teacher.studies.report.parts.part import Part
 
 _SHOWN = (0.0, 0.5, 0.9)
+_CURVES = 8  # that can be told apart
+
+
+def _typed(found: Sequence[Overall]) -> bool:
+    return len({(each.instruction_type, each.feedback_type) for each in found}) > 1
+
+
+def _plot(found: Sequence[Overall]) -> Plot:
+    """A line a teacher; of many, those whose interquartile means are greatest, and the least."""
+    ranked = sorted(found, key=lambda each: -each.middle.mean)
+    drawn = ranked if len(ranked) <= _CURVES else [*ranked[: _CURVES - 1], ranked[-1]]
+    typed = _typed(found)
+
+    def label(each: Overall) -> str:
+        return f"{each.teacher} ({each.instruction_type}, {each.feedback_type})" if typed else each.teacher
+
+    return Plot(
+        name="overall-profiles",
+        title="Performance profiles: the share of the runs above a score, by teacher, over all families.",
+        draw=lambda: profile_plot(
+            {label(each): (each.profile.thresholds.tolist(), each.profile.band) for each in drawn}
+        ),
+        columns=("teacher", "instruction_type", "feedback_type", "score", "above", "above_low", "above_high"),
+        rows=[
+            (each.teacher, each.instruction_type, each.feedback_type, float(score), *map(float, at))
+            for each in found
+            for score, at in zip(each.profile.thresholds, zip(*each.profile.band, strict=True), strict=True)
+        ],
+    )
+
+
+def _plots(data: Data) -> list[Plot]:
+    return [_plot(found)] if (found := list(overall(data.taught, data.study.baseline))) else []
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
@@ -18,9 +53,10 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         return None
     return {
         "found": found,
+        "plot": _plot(found),
         "thresholds": {value: int(np.abs(THRESHOLDS - value).argmin()) for value in _SHOWN},
-        "typed": len({(each.instruction_type, each.feedback_type) for each in found}) > 1,
+        "typed": _typed(found),
     }
 
 
-PART = Part("overall", _values, "Over all families")
+PART = Part("overall", _values, "Over all families", plots=_plots)

@@ -1,19 +1,73 @@
 """What lessons have left in a test without a teacher."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from llf_teacher.studies.outcomes import Group
 from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.figure import Plot
+from llf_teacher.studies.report.panels import Pane, panel_plot
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.transfer import tested
+from llf_teacher.studies.transfer import AfterLessons, tested
 from pz_envs.family import all_families
+
+
+def _row(group: Group) -> str:
+    """The lessons, as a row of the figure names them."""
+    return f"{group.lessons} {group.worlds}, {group.feedback_type}"
+
+
+def _plot(found: Sequence[AfterLessons], baseline: str) -> Plot | None:
+    """A panel for each environment of tests, a row for each kind of lessons; None if nothing is compared."""
+    units = {family.name: family.regret_unit for family in all_families()}
+    panes: dict[str, Pane] = {}
+    rows: dict[str, None] = {}
+    series: dict[str, None] = {}
+    for each in found:
+        if each.gain is None:
+            continue
+        group = each.group
+        where = ", ".join(group.ids) + ("" if group.ids == (group.taught,) else f" after {group.taught}")
+        title = f"{where} ({group.instruction_type})"
+        row, name = _row(group), f"{each.teacher}, {each.student}"
+        rows[row] = series[name] = None
+        pane = panes.setdefault(title, Pane(title, units[group.family], {}))
+        panes[title] = pane._replace(dots={**pane.dots, (row, name): each.gain})
+    if not panes:
+        return None
+    return Plot(
+        name="transfer-gains",
+        title=f"Regret in a test without a teacher, less than after as many lessons with {baseline}.",
+        draw=lambda: panel_plot(list(panes.values()), list(rows), list(series), "gain"),
+        columns=(
+            *("tested_in", "taught_in", "instruction_type", "lessons", "worlds", "feedback_type"),
+            *("teacher", "student", "seeds", "success", "regret", "gain", "gain_low", "gain_high"),
+        ),
+        rows=[
+            (
+                *(" ".join(each.group.ids), each.group.taught, each.group.instruction_type, each.group.lessons),
+                *(each.group.worlds, each.group.feedback_type, each.teacher, each.student, each.regret.n),
+                *(each.success.mean, each.regret.mean, *(each.gain[:3] if each.gain else ("", "", ""))),
+            )
+            for each in found
+        ],
+    )
+
+
+def _plots(data: Data) -> list[Plot]:
+    plot = _plot(list(tested(data.outcomes, data.study.baseline)), data.study.baseline)
+    return [plot] if plot else []
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
     found = list(tested(data.outcomes, data.study.baseline))
     if not found:
         return None
-    return {"found": found, "units": {family.name: family.regret_unit for family in all_families()}}
+    return {
+        "found": found,
+        "plot": _plot(found, data.study.baseline),
+        "units": {family.name: family.regret_unit for family in all_families()},
+    }
 
 
-PART = Part("transfer", _values, "Tests without a teacher")
+PART = Part("transfer", _values, "Tests without a teacher", plots=_plots)
