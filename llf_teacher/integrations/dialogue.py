@@ -6,9 +6,11 @@ from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
 from llf_teacher.students.student import Telling
 from llf_teacher.studies.episode import EpisodeRow, Scene, TurnRow, summary, turn_row, turns_as_dicts
+from llf_teacher.studies.own import parse_teacher
 from pz_envs.answers import split_thought
 from pz_envs.seats import STUDENT
 from teachers.atoms import KINDS
+from teachers.personality import Personality
 from teachers.seeds import Seeds
 
 SCORES = {
@@ -30,17 +32,25 @@ class Dialogue:
     Args:
         id: an id of `llf_teacher.ids()`.
         seed: of the episode.
+        teacher: as studies name it.
         history, max_prompt_tokens: see `Conversation`.
-        settings: more of `llf_teacher.make`, such as `teacher`, `feedback_type` and `max_turns`.
+        settings: more of `llf_teacher.make`, such as `feedback_type` and `max_turns`.
 
     Raises:
         ValueError: an argument is not allowed.
     """
 
     def __init__(
-        self, id: str, seed: int, *, history: int = 20, max_prompt_tokens: int | None = None, **settings: Any
+        self,
+        id: str,
+        seed: int,
+        *,
+        teacher: str | Personality = "oracle",
+        history: int = 20,
+        max_prompt_tokens: int | None = None,
+        **settings: Any,
     ) -> None:
-        self.env = make(id, text=True, **settings)
+        self.env = make(id, text=True, teacher=parse_teacher(teacher), **settings)
         self.talk = Conversation(
             self.env, history=history, max_prompt_tokens=max_prompt_tokens, rng=Seeds(seed).stream("student")
         )

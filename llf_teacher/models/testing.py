@@ -63,7 +63,7 @@ class ScriptedEndpoint:
             self.keys.append(handler.headers["Authorization"])
         reply = self._answer(request)
         if isinstance(reply, str):
-            body = "".join(_events(reply)) if request.get("stream") else completion(reply, request)
+            body = "".join(_events(reply, request)) if request.get("stream") else completion(reply, request)
             reply = Reply(body=body, headers=_STREAM if request.get("stream") else ())
         self._send(handler, reply)
 
@@ -106,17 +106,20 @@ def _parts(body: bytes, reply: Reply) -> Iterator[bytes]:
             yield body
 
 
-def _events(text: str) -> Iterator[str]:
-    """A streamed completion, a word at a time."""
+def _events(text: str, request: dict[str, Any]) -> Iterator[str]:
+    """A streamed completion, a word at a time, with its tokens at the end if they are asked for."""
+    begun = _begun("chat.completion.chunk", request)
     for word in text.split(" "):
-        yield _event({"content": f"{word} "}, None)
-    yield _event({}, "stop")
+        yield _event(begun, {"role": "assistant", "content": f"{word} "}, None)
+    yield _event(begun, {}, "stop")
+    if (request.get("stream_options") or {}).get("include_usage"):
+        yield f"data: {json.dumps({**begun, 'choices': [], 'usage': _usage(request, text)})}\n\n"
     yield "data: [DONE]\n\n"
 
 
-def _event(delta: dict[str, str], finish: str | None) -> str:
+def _event(begun: dict[str, Any], delta: dict[str, str], finish: str | None) -> str:
     choice = {"index": 0, "delta": delta, "finish_reason": finish}
-    return f"data: {json.dumps({'object': 'chat.completion.chunk', 'choices': [choice]})}\n\n"
+    return f"data: {json.dumps({**begun, 'choices': [choice]})}\n\n"
 
 
 def completion(text: str | None, request: dict[str, Any] | None = None, *, finish: str = "stop", **message: Any) -> str:
@@ -128,16 +131,24 @@ def completion(text: str | None, request: dict[str, Any] | None = None, *, finis
         finish: why the answer ended.
         message: more of the message, such as `reasoning_content` or `tool_calls`.
     """
-    asked = sum(_words(message["content"]) for message in (request or {"messages": []})["messages"])
     said = {"role": "assistant", "content": text, **message}
     return json.dumps(
         {
-            "object": "chat.completion",
-            "model": (request or {}).get("model", ""),
+            **_begun("chat.completion", request),
             "choices": [{"index": 0, "finish_reason": finish, "message": said}],
-            "usage": {"prompt_tokens": asked, "completion_tokens": _words(text)},
+            "usage": _usage(request, text),
         }
     )
+
+
+def _begun(kind: str, request: dict[str, Any] | None) -> dict[str, Any]:
+    return {"id": "scripted", "object": kind, "created": 0, "model": (request or {}).get("model", "")}
+
+
+def _usage(request: dict[str, Any] | None, text: str | None) -> dict[str, int]:
+    asked = sum(_words(message["content"]) for message in (request or {"messages": []})["messages"])
+    said = _words(text)
+    return {"prompt_tokens": asked, "completion_tokens": said, "total_tokens": asked + said}
 
 
 def refusal(parameter: str, status: int = 400) -> Reply:

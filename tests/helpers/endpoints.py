@@ -1,6 +1,7 @@
 """What tests of language models share: what is asked, what is answered, and what must not be kept."""
 
 import contextlib
+import re
 import sqlite3
 
 from llf_teacher.models.client import Endpoint
@@ -23,3 +24,10 @@ def ledger(path):
 
 def files_with(text, folder):
     return [path.name for path in folder.rglob("*") if path.is_file() and text.encode() in path.read_bytes()]
+
+
+def obey(request):
+    """Stands for a model: the way that the teacher's last words name last, or north."""
+    told = request["messages"][-1]["content"].partition("You observe")[0].lower()
+    ways = [word for word in re.findall(r"[a-z]+", told) if word in MOVES]
+    return f"Thought: it said so.\nResponse: {ways[-1] if ways else 'north'}"
