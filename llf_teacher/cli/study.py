@@ -183,7 +183,9 @@ def export(
     turns: Annotated[bool, typer.Option("--turns", help="A row a turn, in place of one an episode.")] = False,
     format: Annotated[
         str,
-        typer.Option("--format", help="Not a table, but data to train on: chat, sft, dpo, minari, eee, with options."),
+        typer.Option(
+            "--format", help="Not a table, but data to train on: chat, sft, dpo, sdpo, minari, eee, with options."
+        ),
     ] = "",
 ) -> None:
     """Write the episodes of a store, or their turns, as a table for other programs, or as data to train on."""

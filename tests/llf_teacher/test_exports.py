@@ -134,6 +134,26 @@ def test_dpo_pairs_answers_to_the_same_state(found, tmp_path):
     ]
 
 
+def test_sdpo_tells_what_was_said_of_an_answer_apart_from_the_prompt(found, tmp_path):
+    rows = written(found, tmp_path, "sdpo")
+    turns = {
+        (episode["key"], turn["turn"]): turn
+        for episode in found.rows()
+        for turn in found.turns(episode["key"])[1:]
+        if turn["feedback"]
+    }
+    assert [(row["key"], row["turn"]) for row in rows] == list(turns)
+    assert {row["teacher"] for row in rows} == {"oracle"}
+    for row in rows:
+        turn = turns[row["key"], row["turn"]]
+        assert row["privileged_context"] == f"Response: {row['taken']}\n\nThe teacher says: {turn['feedback']}"
+        assert (row["feedback"], row["regret"], row["reward"]) == (turn["feedback"], turn["regret"], turn["reward"])
+        assert len(row["prompt"]) == 2 * row["turn"]  # nothing of what came after
+    bad = written(found, tmp_path, "sdpo(regret_above=0.5)")
+    assert [row for row in rows if row["regret"] > 0.5] == bad
+    assert 0 < len(bad) < len(rows)
+
+
 def check_every_eval_ever(told):
     """What the schema 0.3.0 of Every Eval Ever demands, in short."""
     needed = {"schema_version", "evaluation_id", "retrieved_timestamp", "source_metadata", "eval_library", "model_info"}
@@ -232,7 +252,7 @@ class Many(Results):
             yield from super().rows()
 
 
-@pytest.mark.parametrize("spec", ["chat", "sft(hindsight=True)", "dpo", "eee"])
+@pytest.mark.parametrize("spec", ["chat", "sft(hindsight=True)", "sdpo", "dpo", "eee"])
 def test_memory_does_not_grow_with_the_store(found, tmp_path, spec):
     peaks = []
     for times in (1, 1, 6):
@@ -246,13 +266,14 @@ def test_memory_does_not_grow_with_the_store(found, tmp_path, spec):
 
 
 def test_what_is_no_format_is_refused(found, tmp_path):
-    assert export_names() == ("chat", "dpo", "eee", "minari", "sft")
+    assert export_names() == ("chat", "dpo", "eee", "minari", "sdpo", "sft")
     for spec, said in (
         ("char", "unknown format 'char'; did you mean chat"),
         ("sft(sucess=True)", "the format sft: unknown option 'sucess'; did you mean success"),
         ("sft(success=1)", "success must be True or False, got 1"),
         ("sft(regret_below=-1)", "regret_below"),
         ("dpo(margin='a')", "margin"),
+        ("sdpo(regret_above=-1)", "regret_above"),
         ("eee(relationship='friend')", "relationship must be one of first_party"),
         ("eee(deployment='mine')", "deployment must be one of self_deployed"),
         ("sft(", "is no expression"),

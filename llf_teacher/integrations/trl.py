@@ -1,0 +1,87 @@
+"""TRL: an environment for `GRPOTrainer(environment_factory=...)`, in which a model acts by calling a tool."""
+
+import json
+from typing import Any
+
+from llf_teacher.gym import StudentEnv, make, prompt
+from llf_teacher.students.conversation import Conversation, as_prompt
+from teachers.seeds import Seeds
+
+REWARDS = ("return", "success", "regret")
+"""What an episode pays: the sum of its rewards, 1 for success in its last turn, or what its turns lost, negated."""
+OVER = "The episode is over; there is nothing more to do."
+_COLUMNS = ("teacher", "feedback_type", "instruction_type", "voice", "max_turns")
+
+
+class FeedbackEnvironment:
+    """An environment with a teacher, as TRL wants one: the model calls `act`, and hears what the teacher says.
+
+    A row of the data set says by its columns `id`, `seed`, `teacher`, `feedback_type`, `instruction_type`, `voice` and
+    `max_turns` what is played, as far as it has them; it needs no `prompt`, and other columns are left alone.
+
+    Args:
+        id: the environment, of rows that have none.
+        reward: what an episode pays, one of `REWARDS`. Turns that the model did not take are texts that are no action.
+        settings: those of `llf_teacher.make`, for rows that do not say otherwise.
+
+    Raises:
+        ValueError: there is no such reward.
+    """
+
+    def __init__(self, id: str = "llf-gridworld-v0", *, reward: str = "return", **settings: Any) -> None:
+        if reward not in REWARDS:
+            raise ValueError(f"reward must be one of {', '.join(REWARDS)}, got {reward!r}")
+        self._id, self._reward, self._settings = id, reward, settings
+        self._made: dict[str, StudentEnv] = {}
+
+    def reset(self, **row: Any) -> str:
+        """Begin an episode; what the model is told is put behind the row's prompt."""
+        settings = self._settings | {name: row[name] for name in _COLUMNS if row.get(name) is not None}
+        id, seed = row.get("id") or self._id, int(row.get("seed") or 0)
+        self._env = self._environment(id, settings)
+        observation, _ = self._env.reset(seed=seed)
+        self._talk = Conversation(self._env, answer="tool", history=0, rng=Seeds(seed).stream("student"))
+        self._paid, self._lost, self._over = 0.0, 0.0, False
+        return as_prompt(self._talk.ask(observation))
+
+    def act(self, action: str, thought: str = "") -> str:
+        """Take one action and hear what the teacher says of it.
+
+        Args:
+            action: The action, as the task describes it.
+            thought: What the feedback means for this action, in a sentence or two.
+
+        Returns:
+            What the teacher says, and what there is to see.
+        """
+        if self._over:
+            raise ValueError(OVER)
+        observation = self._step(self._talk.answer(json.dumps({"thought": thought, "action": action})))
+        if self._over:
+            return f"{prompt(observation)}\n\n{OVER}".strip()
+        asked: str = self._talk.ask(observation)[-1]["content"]
+        return asked
+
+    def get_reward(self) -> float:
+        """What the episode pays."""
+        while not self._over:
+            self._step("")
+        if self._reward == "success":
+            return float(self._env.aec.moment.success)
+        return self._paid if self._reward == "return" else -self._lost
+
+    def _step(self, action: str) -> dict[str, Any]:
+        env = self._env
+        observation, reward, terminated, truncated, _ = env.step(action)
+        moment = env.aec.moment
+        self._paid += reward
+        self._lost += env.aec.teacher.oracle.regret(moment)
+        self._over = terminated or truncated or (moment.success and not env.family.repeated)
+        return observation
+
+    def _environment(self, id: str, settings: dict[str, Any]) -> StudentEnv:
+        """An environment, which is made once."""
+        name = repr((id, sorted(settings.items())))
+        if name not in self._made:
+            self._made[name] = make(id, text=True, **settings)
+        return self._made[name]
