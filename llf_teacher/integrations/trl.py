@@ -72,6 +72,7 @@ class FeedbackEnvironment:
 
     def _step(self, action: str) -> dict[str, Any]:
         env = self._env
+        observation: dict[str, Any]
         observation, reward, terminated, truncated, _ = env.step(action)
         moment = env.aec.moment
         self._paid += reward
