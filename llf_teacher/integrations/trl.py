@@ -25,10 +25,10 @@ class FeedbackEnvironment:
         settings: those of `llf_teacher.make`, for rows that do not say otherwise.
 
     Raises:
-        ValueError: there is no such reward.
+        ValueError: there is no such reward, or, by `reset`, no environment.
     """
 
-    def __init__(self, id: str = "llf-gridworld-v0", *, reward: str = "return", **settings: Any) -> None:
+    def __init__(self, id: str = "", *, reward: str = "return", **settings: Any) -> None:
         if reward not in REWARDS:
             raise ValueError(f"reward must be one of {', '.join(REWARDS)}, got {reward!r}")
         self._id, self._reward, self._settings = id, reward, settings
@@ -38,6 +38,8 @@ class FeedbackEnvironment:
         """Begin an episode; what the model is told is put behind the row's prompt."""
         settings = self._settings | {name: row[name] for name in _COLUMNS if row.get(name) is not None}
         id, seed = row.get("id") or self._id, int(row.get("seed") or 0)
+        if not id:
+            raise ValueError("no environment is given; add a column `id` to the data set, or pass `id=`")
         self._env = self._environment(id, settings)
         observation, _ = self._env.reset(seed=seed)
         self._talk = Conversation(self._env, answer="tool", history=0, rng=Seeds(seed).stream("student"))
