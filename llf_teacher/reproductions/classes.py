@@ -17,7 +17,7 @@ _ADVICE = 0b01000
 _COLUMN = {name: number for number, name in enumerate(FIELDS)}
 
 
-class Sight(NamedTuple):
+class Glance(NamedTuple):
     """What a teacher sees of each lifetime, one value a row."""
 
     importance: Floats
@@ -33,7 +33,7 @@ class Sight(NamedTuple):
     rng: np.random.Generator
 
 
-Rule = Callable[[Sight], Bools]
+Rule = Callable[[Glance], Bools]
 """In which rows to spend a piece of advice."""
 
 
@@ -86,7 +86,7 @@ def accompanied(
         features, life = observation["features"], observation["lifetime"].astype(float)
         importance, share = features[:, 2].astype(float), life[:, _COLUMN["way"]]
         opening = features[:, 0] == 0
-        seen = Sight(
+        seen = Glance(
             importance=importance,
             mistake=life[:, _COLUMN["mistake"]] > 0,
             erred=~opening & (life[:, _COLUMN["optimal"]] == 0),

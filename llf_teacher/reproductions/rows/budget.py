@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from llf_teacher.reproductions.classes import LIFETIMES, Rule, Seen, accompanied
+from llf_teacher.reproductions.classes import LIFETIMES, Glance, Rule, accompanied
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
@@ -31,7 +31,7 @@ TAUGHT = (*RULES, DISCOUNTED)
 def measure(rooms: int, budget: int, rule: str, near: int, seed: int) -> Sequence[float]:
     """Regret per episode, advice that was given, and the share of turns in which importance is greatest."""
 
-    def discounted(seen: Seen) -> Bools:
+    def discounted(seen: Glance) -> Bools:
         return (seen.importance >= GREATEST) & (seen.way <= near)
 
     return accompanied(
