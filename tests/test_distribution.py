@@ -70,3 +70,21 @@ def test_the_lowest_versions_that_are_declared_are_those_that_are_tried():
     stage = (ROOT / ".ci" / "run").read_text().partition("lowest() {")[2].partition("\n}")[0]
     assert f"python{python} -m venv" in stage
     assert "-c constraints-lowest.txt" in stage
+
+
+def test_each_commit_trains_in_another_folder_of_the_libraries_for_learning():
+    """`.ci/run` has the time for one of them: the number of commits says for which, so that none is left out."""
+    run = (ROOT / ".ci" / "run").read_text()
+    assert "$(turn tests/rl/[a-z]*/)" in run
+    turn = "turn() {" + run.partition("turn() {")[2].partition("\n}")[0] + "\n}"
+    chosen = [
+        subprocess.check_output(
+            [shutil.which("bash"), "-c", f"git() {{ echo {commits}; }}\n{turn}\nturn tests/rl/[a-z]*/"],
+            cwd=ROOT,
+            text=True,
+        ).strip()
+        for commits in range(100, 104)
+    ]
+    folders = [path.name for path in (ROOT / "tests" / "rl").iterdir() if path.is_dir() and path.name[0] != "_"]
+    assert sorted(set(chosen)) == sorted(folders)
+    assert chosen[:2] == chosen[2:]
