@@ -37,6 +37,8 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
         command = f"`llf reproduce --only {name}`"
         cells = (link, row.source, found[name].ours, found[name].agrees, command, f"{values[name].seconds / 120:.1f}")
         lines.append(f"| {' | '.join(cells)} |")
+    together = sum(values[name].seconds for name in rows) / 120
+    lines += ["", f"All of it takes {together:.0f} minutes of 2 cores."]
     for name, row in rows.items():
         lines += ["", *section(name, row, found[name], f"{folder.name}/{name}.png")]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
