@@ -104,37 +104,39 @@ class Rollouts:
     The reward of a decision is that of all turns until the next one, or until the end of the lifetime.
     """
 
-    def __init__(self, model: PPO, setting: Setting, seed: int) -> None:
-        self.model, self.seats = model, Seats(setting, range(seed * _ROWS, (seed + 1) * _ROWS))
+    def __init__(self, model: PPO, setting: Setting, seed: int, rows: int = _ROWS, without: Sequence[int] = ()) -> None:
+        """Rows for a training with this seed; `without` are numbers that it does not see."""
+        self.model, self.seats = model, Seats(setting, range(seed * rows, (seed + 1) * rows))
+        self._rows, self._decisions, self._without = rows, _ROWS * _DECISIONS // rows, list(without)
         spaces = model.observation_space, model.action_space
         rates = {"gae_lambda": model.gae_lambda, "gamma": model.gamma}
-        self.buffer = model.rollout_buffer = RolloutBuffer(_DECISIONS, *spaces, n_envs=_ROWS, **rates)
-        self._fresh = np.ones(_ROWS, bool)  # lifetimes without a decision so far
+        self.buffer = model.rollout_buffer = RolloutBuffer(self._decisions, *spaces, n_envs=rows, **rates)
+        self._fresh = np.ones(rows, bool)  # lifetimes without a decision so far
 
     def collect(self) -> None:
         """Live on until every row has made its decisions; what a row decides beyond them is not learned from."""
         self.buffer.reset()
-        self._known = np.zeros(_ROWS, np.int64)  # decisions whose reward is known
-        self._waiting = np.zeros(_ROWS, bool)  # for the reward of a decision
-        self._gained = np.zeros(_ROWS)
-        self._last_values, self._last_ended = torch.zeros(_ROWS), np.zeros(_ROWS, bool)
-        while (self._known < _DECISIONS).any():
+        self._known = np.zeros(self._rows, np.int64)  # decisions whose reward is known
+        self._waiting = np.zeros(self._rows, bool)  # for the reward of a decision
+        self._gained = np.zeros(self._rows)
+        self._last_values, self._last_ended = torch.zeros(self._rows), np.zeros(self._rows, bool)
+        while (self._known < self._decisions).any():
             rows = self.seats.choosing
             reward, ended = self.seats.step(self._decide(rows) if len(rows) else rows > 0)
             self._gained += reward
             self._close(np.flatnonzero(ended), ended=True)
             self._fresh |= ended
-        self.buffer.pos, self.buffer.full = _DECISIONS, True
+        self.buffer.pos, self.buffer.full = self._decisions, True
         self.buffer.compute_returns_and_advantage(self._last_values, self._last_ended)
 
     def _decide(self, rows: np.ndarray) -> np.ndarray:
-        seen = torch.as_tensor(self.seats.seen[rows])
+        seen = torch.as_tensor(hidden(self.seats.seen[rows], self._without))
         with torch.no_grad():
             actions, values, log_probs = self.model.policy(seen)
         waited = self._waiting[rows]
         self._last_values[rows[waited]] = values[waited].flatten()  # the last one stays
         self._close(rows, ended=False)
-        new = self._known[rows] < _DECISIONS
+        new = self._known[rows] < self._decisions
         into = self._known[rows[new]], rows[new]
         self.buffer.observations[into] = seen[new]
         self.buffer.actions[into] = actions[new, None]
@@ -194,9 +196,16 @@ def learner(seed: int) -> PPO:
     return model
 
 
-def policy_of(model: PPO, explores: bool = False) -> Policy:
-    """What a teacher does, by chance as in training or by what it thinks best."""
-    return lambda seen: len(seen) > 0 and model.predict(seen, deterministic=not explores)[0] > 0
+def hidden(seen: np.ndarray, without: Sequence[int]) -> np.ndarray:
+    """The same without some of the numbers, shape (n, 14)."""
+    shown = seen.copy()
+    shown[:, list(without)] = 0
+    return shown
+
+
+def policy_of(model: PPO, explores: bool = False, without: Sequence[int] = ()) -> Policy:
+    """What a teacher does, by chance as in training or by what it thinks best; `without` some of the numbers."""
+    return lambda seen: len(seen) > 0 and model.predict(hidden(seen, without), deterministic=not explores)[0] > 0
 
 
 def near_mistakes(others: float = 0.0, moves: int = _NEAR) -> Policy:
@@ -227,9 +236,12 @@ class Stage(NamedTuple):
     weights: Mapping[str, torch.Tensor]
 
 
-def train(model: PPO, setting: Setting, steps: int, seed: int) -> list[Stage]:
+def train(
+    model: PPO, setting: Setting, steps: int, seed: int, rows: int = _ROWS, without: Sequence[int] = ()
+) -> list[Stage]:
     """Train in stages; the model becomes the best of them."""
-    rollouts, stages = Rollouts(model, setting, seed), list[Stage]()
+    rollouts, stages = Rollouts(model, setting, seed, rows, without), list[Stage]()
+    acts = policy_of(model, without=without)
     updates = -(-steps // (_ROWS * _DECISIONS))
     rollouts.collect()
     model.policy.features_extractor.fit(rollouts.buffer.observations.reshape(-1, *_SEEN.shape))
@@ -239,7 +251,7 @@ def train(model: PPO, setting: Setting, steps: int, seed: int) -> list[Stage]:
             rollouts.collect()
             model.train()
             if update in ends:
-                regret = accompanied(policy_of(model), setting, range(TRIAL, TRIAL + _TRIALS)).mean()
+                regret = accompanied(acts, setting, range(TRIAL, TRIAL + _TRIALS)).mean()
                 weights = {name: values.clone() for name, values in model.policy.state_dict().items()}
                 stages.append(Stage(update * _ROWS * _DECISIONS, regret, weights))
                 progress.console.print(f"{stages[-1].decisions} decisions: regret per episode {regret:.2f} on trial")

@@ -60,6 +60,20 @@ def test_learn_to_teach(tmp_path):
     assert (tmp_path / "plot.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
+def test_learn_by_budget(tmp_path):
+    """Needs the extra `learn`. A second run trains nothing, and prints the same."""
+    store = tmp_path / "it.jsonl"
+    command = [sys.executable, ROOT / "examples" / "learn_by_budget.py", "--steps", "2000", "--lifetimes", "3"]
+    command += ["--budgets", "2", "--trainings", "1", "--without", "way", "--store", store]
+    first, again = (subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False) for _ in range(2))
+    assert first.returncode == 0, first.stderr
+    assert first.stdout == again.stdout
+    assert "| 2 | last iterate, without way | " in first.stdout
+    rules, training = map(json.loads, store.read_text().splitlines())
+    assert len(rules["announced mistake"]) == len(training["learned"]) == 3
+
+
 def test_checking_the_catalogue(tmp_path):
     """The films of other data are counted that are found, and that agree; those that are not found are named."""
     keys = ("Title", "Release Date", "MPAA Rating", "IMDB Votes")

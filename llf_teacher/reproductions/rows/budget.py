@@ -12,7 +12,7 @@ from worlds.batches import Bools
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CASES = {(20, 10): 4, (20, 30): 8, (40, 20): 6}
+CASES = {(20, 10): 4, (20, 30): 8}
 """By rooms and pieces of advice, the moves to the treasure within which discounted importance reaches its threshold."""
 EPISODES, MOVES, GREATEST = 60, 3, 2.0
 """Episodes of a lifetime; moves per room in each at most; the greatest importance that there is."""
@@ -108,8 +108,8 @@ ROW = Row(
     claim="Advice on important states and before mistakes is worth more than early advice, and that more than random",
     source="Torrey & Taylor 2013",
     protocol=(
-        f"Houses of 20 and of 40 rooms, {EPISODES} episodes of at most {MOVES} moves per room from the same room, and "
-        "10 to 30 pieces of advice in all. The student is Q-learning, and takes the advised action for the turn; "
+        f"Houses of 20 rooms, {EPISODES} episodes of at most {MOVES} moves per room from the same room, and "
+        "10 or 30 pieces of advice in all. The student is Q-learning, and takes the advised action for the turn; "
         f"a seed is a class of {LIFETIMES} lifetimes in houses of their own. Early advises from the first turn on, "
         "random in a tenth of the turns, importance where 2 moves are at stake, correcting after a mistake in such a "
         "state, announced mistake before it. Discounted importance is the difference of discounted values, as in "
