@@ -290,7 +290,7 @@ def _run(
     with Store(path) as store:
         try:
             with StudyProgress(console) as progress:
-                played = play(study, store, workers, progress, environment, way)
+                played = play(study, store, workers, progress, environment, way, lambda told: console.print(f"{told}"))
         except EpisodeError as error:
             errors.print(visible(f"{error.trace}llf: {error}"))
             if isinstance(error, StudyError) or way.fail_fast:

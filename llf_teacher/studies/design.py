@@ -132,6 +132,8 @@ class Looks(NamedTuple):
     """Numbers of seeds, ascending; the last is all."""
     spending: str = "obrien_fleming"
     """One of `SPENDING`."""
+    stop: bool = False
+    """Whether the study ends at the first look at which every comparison has found a difference."""
 
     def last(self, seeds: int) -> int | None:
         """The last look, counted from 0, for which so many seeds are enough; None before the first."""
@@ -142,7 +144,7 @@ def check_looks(table: Any, seeds: int, problems: list[str]) -> Looks | None:
     """The design that a study's table `looks` declares; what is wrong with it is added to the problems.
 
     Args:
-        table: `at`, and `spending` if it is another than O'Brien and Fleming's; empty: none.
+        table: `at`, `spending` if it is another than O'Brien and Fleming's, and `stop`; empty: none.
         seeds: the study's number of seeds.
         problems: are added to.
     """
@@ -152,7 +154,9 @@ def check_looks(table: Any, seeds: int, problems: list[str]) -> Looks | None:
         problems.append(f"looks must be a table with `at`, as in {{at = [10, 20, 40]}}, got {table!r}")
         return None
     problems += [f"looks: {unknown('key', name, Looks._fields)}" for name in table if name not in Looks._fields]
-    at, spending = table["at"], table.get("spending", "obrien_fleming")
+    at, spending, stop = table["at"], table.get("spending", "obrien_fleming"), table.get("stop", False)
+    if not isinstance(stop, bool):
+        problems.append(f"looks: stop must be true or false, got {stop!r}")
     if spending not in SPENDING:
         problems.append(f"looks: {unknown('spending', spending, SPENDING)}")
     counts = isinstance(at, Sequence) and not isinstance(at, str) and len(at) > 0 and all(map(is_count, at))
@@ -162,4 +166,4 @@ def check_looks(table: Any, seeds: int, problems: list[str]) -> Looks | None:
             f"for example, {sorted({max(1, seeds // 2), seeds})}"
         )
         return None
-    return Looks(tuple(at), spending)
+    return Looks(tuple(at), spending, stop)

@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from importlib import metadata
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from llf_teacher.models.cache import spending
 from llf_teacher.models.settings import CACHE
@@ -21,6 +21,9 @@ from llf_teacher.studies.limits import Limits
 from llf_teacher.studies.own import check_portable
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.study import EpisodeSpec, Study
+
+if TYPE_CHECKING:
+    from llf_teacher.studies.looking import Decision
 
 _PATIENCE = 1.0  # seconds without news, after which progress is told all the same
 
@@ -112,8 +115,11 @@ def run(
     progress: Callable[[int, int], None] | None = None,
     environment: Mapping[str, str] | None = None,
     way: Way = Way(),  # noqa: B008 (immutable)
+    looked: "Callable[[Decision], None] | None" = None,
 ) -> int:
     """Play and store every episode of the study that the store lacks.
+
+    A study with looks is played look by look. One that declares to stop ends where it may; its shards are refused.
 
     Args:
         study: what to play.
@@ -123,6 +129,7 @@ def run(
         progress: called with the number of episodes that are done, and of all.
         environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
         way: how to play.
+        looked: called with what is decided at each look that this run reaches.
 
     Returns:
         The number of episodes that were played.
@@ -136,7 +143,8 @@ def run(
     way.limits.check()
     with alone(store.path):
         store.check()
-        return _Run(study, store, way, progress or (lambda *_: None), environment or {}).play(workers)
+        silent: Callable[..., None] = lambda *_: None  # noqa: E731 (of two callbacks)
+        return _Run(study, store, way, progress or silent, environment or {}, looked or silent).play(workers)
 
 
 class _Run:
@@ -149,8 +157,10 @@ class _Run:
         way: Way,
         progress: Callable[[int, int], None],
         environment: Mapping[str, str],
+        looked: "Callable[[Decision], None]",
     ) -> None:
         self._study, self._store, self._way, self._progress = study, store, way, progress
+        self._looked = looked
         self._cache = os.environ.get(CACHE) or f"{store.path.absolute().with_suffix('.llm.db')}"
         self._environment = {CACHE: self._cache, **environment}
         self._fresh = store.empty
@@ -163,6 +173,11 @@ class _Run:
     def play(self, workers: int | None) -> int:
         """See `run`."""
         store, way = self._store, self._way
+        if way.shard.of > 1 and self._study.looks.get("stop"):
+            raise ValueError(
+                f"a shard ({way.shard}) does not know what the others found, so that a study of looks with `stop` "
+                "cannot be played in shards; play it whole, or leave out `stop`"
+            )
         tally = self._count()
         for student in tally.students:
             parse_student(student).check(os.environ | self._environment)
@@ -171,7 +186,7 @@ class _Run:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
         store.write_manifest(manifest(self._study))
-        if tally.todo:
+        if tally.todo and not self._ends(0):
             call = partial(attempt, limits=way.limits)
             work = Work(partial(set_up, self._environment), call, tally.todo, way.limits.hard_seconds(tally.turns))
             try:
@@ -211,8 +226,27 @@ class _Run:
                 turns = max(turns, spec.max_turns * (spec.lessons + 1))
         return _Tally(there, lost, todo, tuple(students), turns)
 
+    def _ends(self, look: int) -> bool:
+        """Whether the design ends the study at the last look that is whole, of which is told from `look` on."""
+        if not self._study.looks or self._way.shard.of > 1:
+            return False
+        from llf_teacher.studies.looking import decide  # which draws, too: not needed without looks
+
+        decision = decide(self._store, self._study)
+        if decision and decision.look >= max(look, 1):
+            self._looked(decision)
+        return decision is not None and decision.stops
+
     def _play(self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], tally: _Tally) -> None:
         todo = (spec for spec in self._specs() if not self._is_there(spec) and not self._is_lost(spec))
+        for look, specs in itertools.groupby(todo, lambda spec: self._study.look_of(spec.seed)):
+            self._play_these(engine, specs, tally)
+            if self._error or self._ends(look):
+                return
+
+    def _play_these(
+        self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], todo: Iterator[EpisodeSpec], tally: _Tally
+    ) -> None:
         under_way = 0
         while True:
             if self._error is None:

@@ -1,5 +1,6 @@
 """A study: which students meet which teachers in which environments, as a value that files hold."""
 
+import bisect
 import hashlib
 import itertools
 import json
@@ -98,8 +99,9 @@ class Study:
     is named, there is no comparison.
     """
     looks: Mapping[str, Any] = field(default_factory=dict)
-    """A sequential design: after how many seeds (`at`) p-values may be looked at, and how the error is spent
-    (`spending`). See `llf_teacher.studies.design.Looks`. Episodes are played in that order.
+    """A sequential design: after how many seeds (`at`) p-values may be looked at, how the error is spent (`spending`),
+    and whether the study ends when all is found (`stop`). See `llf_teacher.studies.design.Looks`. Episodes are played
+    in that order.
     """
     transfer: Mapping[str, Any] = field(default_factory=dict)
     """Tests without a teacher after so many `lessons`, beside the other episodes. See
@@ -244,6 +246,11 @@ class Study:
                 taught,
                 worlds,
             )
+
+    def look_of(self, seed: int) -> int:
+        """The look before which a seed is played, counted from 1; 1 without looks."""
+        at = self.looks["at"] if self.looks else [len(self._seeds)]
+        return 1 + bisect.bisect_right(at, self._seeds.index(seed))
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""

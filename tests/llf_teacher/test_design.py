@@ -46,7 +46,7 @@ def test_subsets_are_all_subsets_of_the_kinds():
 
 def test_looks_order_the_episodes():
     study = small(looks={"at": [1, 4]})
-    assert study.looks == {"at": (1, 4), "spending": "obrien_fleming"}
+    assert study.looks == {"at": (1, 4), "spending": "obrien_fleming", "stop": False}
     seeds = [spec.seed for spec in study.episodes()]
     assert seeds == [0] * 6 + [1, 2, 3] * 6
     assert {spec.key for spec in study.episodes()} == {spec.key for spec in small().episodes()}
@@ -145,7 +145,7 @@ worlds = ["same", "next"]
 """)
     study = load_study(path)
     assert (study.baseline, len(study.feedback_types)) == ("retry_only", 32)
-    assert study.looks == {"at": (5, 10), "spending": "pocock"}
+    assert study.looks == {"at": (5, 10), "spending": "pocock", "stop": False}
     assert Study(**study.as_dict()) == study
     path.write_text(to_toml(study))
     assert load_study(path) == study

@@ -1,8 +1,10 @@
-"""Sequential designs: published boundaries, the error that is promised."""
+"""Sequential designs: boundaries by another computation, the error that is promised, and what is done at a look."""
+
+import math
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import integrate, stats
 
 from llf_teacher.studies.design import Looks, check_looks
 from llf_teacher.studies.sequential import levels, levels_of
@@ -10,19 +12,29 @@ from llf_teacher.studies.sequential import levels, levels_of
 FIFTHS = (0.2, 0.4, 0.6, 0.8, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("shares", "spending", "bounds"),
-    [
-        # Five looks, two-sided 5 %: Reboussin, DeMets, Kim & Lan (2000) for O'Brien and Fleming's spending; Pocock's.
-        (FIFTHS, "obrien_fleming", [4.8769, 3.3569, 2.6803, 2.2898, 2.0310]),
-        (FIFTHS, "pocock", [2.4380, 2.4268, 2.4101, 2.3966, 2.3859]),
-        ((0.5, 1.0), "obrien_fleming", [2.9626, 1.9686]),
-        ((1.0,), "pocock", [1.9600]),
-    ],
-)
-def test_boundaries_are_the_published_ones(shares, spending, bounds):
-    found = stats.norm.isf(np.array(levels(shares, spending)) / 2)
-    np.testing.assert_allclose(found, bounds, atol=6e-4)
+SPENT = {  # of the error on one side, as Lan & DeMets (1983) give both functions, by the normal tail and by logarithm
+    "obrien_fleming": lambda t: math.erfc(stats.norm.isf(0.0125) / math.sqrt(2 * t)),
+    "pocock": lambda t: 0.025 * math.log(1 + (math.e - 1) * t),
+}
+
+
+@pytest.mark.parametrize("spending", SPENT)
+@pytest.mark.parametrize("shares", [(1.0,), (0.5, 1.0), FIFTHS, (0.1, 0.35, 0.9, 1.0)])
+def test_boundaries_spend_what_they_should(shares, spending):
+    """By the chance that a normal vector leaves a box (Genz 1992), which knows no recursion over looks."""
+    bounds = stats.norm.isf(np.array(levels(shares, spending)) / 2)
+    correlation = np.sqrt(np.minimum.outer(shares, shares) / np.maximum.outer(shares, shares))
+    for k, share in enumerate(shares, start=1):
+        vector = stats.multivariate_normal(cov=correlation[:k, :k], seed=0, maxpts=200_000, abseps=1e-7)
+        inside = vector.cdf(bounds[:k], lower_limit=-bounds[:k])
+        assert 1 - inside == pytest.approx(2 * SPENT[spending](share), abs=2e-5)
+
+
+def test_two_looks_by_a_plane_integral():
+    first, second = stats.norm.isf(np.array(levels((0.5, 1.0))) / 2)
+    density = stats.multivariate_normal(cov=[[1, 0.5**0.5], [0.5**0.5, 1]]).pdf
+    inside, _ = integrate.dblquad(lambda y, x: density([x, y]), -first, first, -second, second, epsabs=1e-9)
+    assert 1 - inside == pytest.approx(0.05, abs=1e-7)
 
 
 @pytest.mark.parametrize("spending", ["obrien_fleming", "pocock"])
@@ -45,11 +57,12 @@ def test_a_look_needs_its_seeds():
     [
         ([10, 20], r"looks must be a table with `at`, as in \{at = \[10, 20, 40\]\}, got \[10, 20\]"),
         ({"spending": "pocock"}, "looks must be a table with `at`"),
-        ({"at": [10, 40], "spend": 1}, "looks: unknown key 'spend'; .*allowed: at, spending"),
+        ({"at": [10, 40], "spend": 1}, "looks: unknown key 'spend'; .*allowed: at, spending, stop"),
         ({"at": [10, 40], "spending": "pocok"}, "looks: unknown spending 'pocok'; did you mean pocock"),
         ({"at": [20, 10, 40]}, "looks: at must be ascending numbers of seeds"),
         ({"at": [10, 20]}, r"the last one the study's 40, got \[10, 20\]"),
         ({"at": [0.5, 40]}, "looks: at must be ascending"),
+        ({"at": [10, 40], "stop": 1}, "looks: stop must be true or false, got 1"),
         ({"at": []}, "looks: at must be ascending"),
     ],
 )
@@ -63,5 +76,6 @@ def test_a_bad_design_is_refused(table, match):
 def test_a_good_design():
     problems = []
     assert check_looks({"at": [10, 40]}, 40, problems) == Looks((10, 40), "obrien_fleming")
+    assert check_looks({"at": [10, 40], "stop": True}, 40, problems) == Looks((10, 40), stop=True)
     assert check_looks({}, 40, problems) is None
     assert not problems

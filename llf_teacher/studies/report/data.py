@@ -47,9 +47,24 @@ class Data:
         return sum(each.episodes for each in self.sums.values())
 
     @property
+    def found(self) -> int:
+        """Comparisons that have found a difference, at the level at which they are tested now."""
+        level = self.test.level if self.test else -1.0
+        return sum(each.p <= level for section in self.sections for each in section.differences.values())
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the study has ended at a look, before its last, because there all has been found."""
+        if self.test is None or not self.study.looks.get("stop") or self.test.look == len(self.study.looks["at"]):
+            return False
+        seeds = self.test.seeds
+        played = self.present == sum(len(seeds.intersection(each)) for each in self.planned.values())
+        return played and self.found == sum(len(section.differences) for section in self.sections) > 0
+
+    @property
     def final(self) -> bool:
-        """Whether all of the study has been played."""
-        return self.present == self.expected
+        """Whether nothing of the study is still to be played."""
+        return self.present == self.expected or self.stopped
 
     @property
     def unreadable(self) -> tuple[str, ...]:
