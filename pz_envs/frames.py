@@ -12,13 +12,15 @@ from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import THEMES, Canvas, Frame, height_of
 from worlds.world import World
 
-__all__ = ["HEIGHT", "WIDTH", "Spoken", "Watch", "tiled"]
+__all__ = ["HEIGHT", "VIEW", "WIDTH", "Spoken", "Watch", "tiled"]
 
 WIDTH, HEIGHT = 640, 480
 """Size of a frame, in pixels."""
 _BAR, _MARGIN = 38, 12
 _PICTURE = 384  # width of the world's picture
 _COLUMN = WIDTH - _PICTURE - _MARGIN
+VIEW = (HEIGHT - _BAR, _PICTURE, 3)
+"""Shape of the world's picture alone."""
 _SIZES = (14.0, 13.0, 12.0)
 _ROOM_BELOW, _MORE = 8, 20
 _HEAD = 1.75  # of a sentence: its tag, in sizes of the font
@@ -127,6 +129,12 @@ class Watch:
 
     def _paid(self) -> float:
         return sum(moment.reward for moment in self.moments) + 0.0  # and not -0.0
+
+    def view(self, seen: str) -> Frame:
+        """The world alone, as far as the student may know it, of the shape `VIEW`."""
+        canvas = Canvas(VIEW[1], VIEW[0], self.theme)
+        self.picture.draw(canvas, Sight(tuple(self.turns), seen))
+        return canvas.pixels()
 
     def frame(self, seen: str) -> Frame:
         """The episode now, uint8 (480, 640, 3)."""

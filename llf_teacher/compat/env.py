@@ -50,6 +50,8 @@ def make(
         if not warning:
             warnings.simplefilter("ignore")
         found = entry(env_name)
+    if visual and not found.family.visual:
+        raise ValueError(f"visual=True is not supported by {env_name}: its world has no images; allowed: False")
     env = make_student_env(
         found.id, instruction_type=instruction_type, feedback_type=feedback_type, visual=visual, text=True, **options
     )
@@ -74,8 +76,9 @@ class LLFEnv(LLFWrapper):
         self._seed = None
         self.INSTRUCTION_TYPES, self.FEEDBACK_TYPES = supported_types(self._student.env_id)
         self.action_space = self._actions()
+        told = self._student.aec.student_space
         self.observation_space = spaces.Dict(
-            {**self._student.observation_space.spaces, "observation": self._observations()}  # type: ignore[attr-defined]  # it is a Dict
+            {"observation": self._observations(), "instruction": told["instruction"], "feedback": told["feedback"]}
         )
 
     @property

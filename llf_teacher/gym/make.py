@@ -35,7 +35,8 @@ def make(
         voice: the tone: `plain`, `curt`, `socratic`, `warm`, the path of a voice of your own, or a function that
             rewrites a sentence.
         paraphrase: `"random"`, an index or a callable `(templates, **slots) -> str`.
-        visual: ask for images where the family has them.
+        visual: ask for images: those of the world itself where it has any; with `text=True` an `image` beside the text,
+            of every family that is drawn.
         options: `text`, `max_turns`, `privileged_info`, `render_mode` of `StudentEnv`, `failure_reward`, of a text that
             is no action (None: one that no student can live on), and the world's options.
 

@@ -6,7 +6,6 @@ from typing import Any
 from gymnasium import spaces
 
 from llf_teacher.gym.seat_env import SeatEnv
-from llf_teacher.registry import entry
 from pz_envs.numbers import Embed, Field
 from pz_envs.seats import STUDENT, TEACHER, check_flags
 from pz_envs.subject import Subject
@@ -21,7 +20,8 @@ class StudentEnv(SeatEnv):
     """The student's seat.
 
     Observation: Dict of `observation` (the world's space; `Prose` with `text=True`), `instruction` (at reset, else
-    empty) and `feedback` (at reset only if the teacher advises the first action).
+    empty) and `feedback` (at reset only if the teacher advises the first action); with `visual=True` and `text=True`
+    `image`, too, uint8.
     With `numbers=True` it is one flat Box, float32, of the state and of what was said: `fields` says what is where; the
     info has no `atoms` then, which `aec.said` are.
     Action: the world's space; `Prose` with `text=True`. Text that is no action costs a turn and is
@@ -66,10 +66,6 @@ class StudentEnv(SeatEnv):
         **options: Any,
     ) -> None:
         check_flags(visual=visual, privileged_info=privileged_info)
-        if visual:
-            if not (env_id if isinstance(env_id, Subject) else entry(env_id).family).visual:
-                raise ValueError(f"visual=True is not supported by {env_id}: its world has no images; allowed: False")
-            options["visual"] = True
         policy = None
         if not isinstance(teacher, str | Personality | Teacher):
             if not (hasattr(teacher, "reset") and hasattr(teacher, "act")):
@@ -89,6 +85,7 @@ class StudentEnv(SeatEnv):
             voice=voice,
             paraphrase=paraphrase,
             text=text,
+            visual=visual,
             numbers=numbers,
             embed=embed,
             privileged_info=privileged_info,
@@ -101,7 +98,7 @@ class StudentEnv(SeatEnv):
         seat = self.aec.student_space
         self._numbers = bool(numbers)
         self.observation_space = spaces.Dict(
-            {"observation": seat["state"], "instruction": seat["instruction"], "feedback": seat["feedback"]}
+            {"observation" if name == "state" else name: space for name, space in seat.spaces.items()}
         )
         if numbers:
             self.observation_space = self.aec.observation_space(STUDENT)
@@ -159,7 +156,8 @@ class StudentEnv(SeatEnv):
         aec = self.aec
         if self._numbers:
             return aec.observe(STUDENT)
-        return {"observation": aec.state_now, "instruction": instruction, "feedback": aec.feedback}
+        seen = {"observation": aec.state_now, "instruction": instruction, "feedback": aec.feedback}
+        return seen | {"image": aec.image()} if aec.visual else seen
 
     def _info(self) -> dict[str, Any]:
         info = self.aec.infos[STUDENT]

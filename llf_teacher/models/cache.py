@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.models.images import without_images
 from llf_teacher.models.replies import Answer, Usage
 
 try:
@@ -107,10 +108,10 @@ class Cache:
             if answer is not None:
                 known = answer._asdict()
                 facts = {name: known[name] for name in _FACTS if known[name]} | {"usage": usage}
-                texts = (json.dumps(each, ensure_ascii=False) for each in (request, facts))
+                asked = without_images(json.dumps(request, ensure_ascii=False), request)
                 db.execute(
                     "INSERT OR IGNORE INTO answer (key, text, request, facts) VALUES (?, ?, ?, ?)",
-                    (key, answer.raw, *texts),
+                    (key, answer.raw, asked, json.dumps(facts, ensure_ascii=False)),
                 )
 
     def pledge(self, usd: float, budget: float, seconds: float) -> int | None:

@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.models.cache import Cache, Sent
+from llf_teacher.models.images import images_of
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
@@ -24,6 +25,7 @@ from llf_teacher.models.waiting import loop, wait_for
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
+_IMAGE = 10_000  # tokens that an image of 512 pixels costs at most, beside its bytes
 _SECRET = 8  # a shorter key is no secret, and may stand in a text by chance
 _WAITS = 300.0  # seconds, more than the client waits between its attempts
 _OF_ALL = (401, 403, 404, 408, 409, 429)  # statuses that have to do with key, address or time, not with a request
@@ -232,9 +234,10 @@ class Endpoint:
             raise LLMError(f"a spending limit needs prices for {self.base_url}: input_price and output_price")
         if length is None:
             raise LLMError(f"a spending limit needs a longest answer for {self.base_url}: max_tokens")
-        # A token has at least one byte.
+        # A token has at least one byte, but of an image, which is counted by its size and not by its bytes.
         read = [request[name] for name in ("messages", "tools", "response_format") if name in request]
         asked = len(json.dumps(read, ensure_ascii=False).encode())
+        asked += _IMAGE * sum(1 for _ in images_of(request))
         usd = (asked * prices.input + length * prices.output) / _TOKENS
         longest = self._settings.timeout * (self._settings.retries + 1) + _WAITS
         while True:

@@ -10,6 +10,7 @@ import gymnasium
 import jinja2
 import numpy as np
 
+from llf_teacher.models.images import data_url
 from llf_teacher.students.answers import ANSWERS, action_in, asking, example, written
 from llf_teacher.students.student import state_of
 from pz_envs.answers import split_thought
@@ -24,10 +25,23 @@ _TOKENS_PER_BYTE = 1 / 3  # until an endpoint has counted
 _SPAN = (1 / 16, 1.0)  # of what a count can be
 
 
+class Question(NamedTuple):
+    """What is asked in a turn."""
+
+    text: str
+    image: str = ""
+    """Its data URL; empty if there is none."""
+
+    def then(self, later: "Question", shown: bool) -> "Question":
+        """A later question together with this one, with the later image if that is shown."""
+        text = "\n\n".join(filter(None, (self.text, later.text)))
+        return Question(text, (later.image if shown else "") or self.image)
+
+
 class Exchange(NamedTuple):
     """A past turn."""
 
-    asked: str
+    asked: Question
     answered: str
     """Without what was thought before it; empty if there was nothing else."""
     call: str = ""
@@ -38,7 +52,8 @@ class Conversation:
     """What a chat model is told and asked, turn by turn.
 
     `ask` gives the messages to send, `answer` takes what the model said and gives the action for the environment.
-    Thoughts between marks such as `<think>` are not sent back, and neither are empty answers.
+    Thoughts between marks such as `<think>` are not sent back, and neither are empty answers. Where an observation has
+    an `image`, the question is a list of parts, the text and a PNG of it in a data URL.
 
     Args:
         env: the environment, as `llf_teacher.make(..., text=True)` gives it, or a world; for an example of an answer
@@ -46,6 +61,7 @@ class Conversation:
         history: how many past turns are sent along at most, the latest ones; the instruction always is.
         max_prompt_tokens: cut the history to half of this when it would be more, so that the beginning of the prompt
             stays the same for many turns and an endpoint can keep it; never the instruction. None: no limit.
+        images: how many of the latest turns are sent with their images; those before are text alone.
         answer: `text`, `json` or `tool`; `options` has what requests need for the last two.
         prompts: folder of templates `system.j2` and `turn.j2`; what it lacks is as by default.
         rng: draws the action of the example.
@@ -60,14 +76,15 @@ class Conversation:
         *,
         history: int = 20,
         max_prompt_tokens: int | None = None,
+        images: int = 1,
         answer: str = "text",
         prompts: Path | str | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        check_manner(history, max_prompt_tokens, answer)
+        check_manner(history, max_prompt_tokens, answer, images)
         self._aec = None if env is None else getattr(env.unwrapped, "aec", None)
         world: World[Any] | None = env if self._aec is None else self._aec.world  # type: ignore[assignment]
-        self.history, self.max_prompt_tokens, self.form = history, max_prompt_tokens, answer
+        self.history, self.max_prompt_tokens, self.form, self.images = history, max_prompt_tokens, answer, images
         self._system, self._turn = (_template(text) for text in texts_of(prompts))
         rng = np.random.default_rng(0) if rng is None else rng
         self._example = "" if world is None else example(answer, written(world.scratch(), rng))
@@ -82,7 +99,7 @@ class Conversation:
         """What was thought before the last answer, if that was marked."""
         self._turns: list[Exchange] = []
         self._start = 0  # the first turn that is sent along
-        self._asked = ""
+        self._asked = Question("")
         self._number = 0  # of the turn within the episode
         self._words = ""  # the last feedback of an episode that is over
         self._new = False
@@ -109,13 +126,14 @@ class Conversation:
             self._begin(told)
         self._number += 1
         words = filter(None, (self._words, f"{observation['feedback']!s}"))
-        self._asked = self._turn.render(
+        text = self._turn.render(
             observation=f"{state_of(observation)!s}",
             feedback=" ".join(words),
             turn=self._number,
             turns_left=turns_left,
             begins_anew=self._new,
         )
+        self._asked = Question(text, data_url(observation["image"]) if self.images and "image" in observation else "")
         self._words, self._new = "", False
         messages = self._cut()
         self._bytes = _size(messages)
@@ -157,32 +175,39 @@ class Conversation:
     def _messages(self) -> list[Message]:
         rendered = self._system.render(instruction=self.instruction, example=self._example, answer=self.form)
         messages: list[Message] = [{"role": "system", "content": rendered}]
-        asked = ""  # what was not answered is asked together with the next
+        asked = Question("")  # what was not answered is asked together with the next
         result = ""  # the call that the next question is the result of
-        for turn in self._turns[self._start :]:
-            asked = "\n\n".join(filter(None, (asked, turn.asked)))
+        shown = len(self._turns) + 1 - self.images  # the first turn whose image is sent along
+        for number, turn in enumerate(self._turns[self._start :], self._start):
+            asked = asked.then(turn.asked, number >= shown)
             if turn.answered:
-                messages += [_question(asked, result), _reply(turn)]
-                asked, result = "", turn.call
-        messages.append(_question("\n\n".join(filter(None, (asked, self._asked))), result))
-        return messages
+                messages += [*_questions(asked, result), _reply(turn)]
+                asked, result = Question(""), turn.call
+        return messages + _questions(asked.then(self._asked, True), result)
 
 
 def as_prompt(messages: Iterable[Message]) -> str:
-    """The same as one text, for who takes no messages."""
+    """The same as one text, for who takes no messages; without images."""
     return "\n\n".join(
-        f"Your answer: {message['content']}" if message["role"] == "assistant" else message["content"].strip()
+        f"Your answer: {message['content']}" if message["role"] == "assistant" else text_of(message).strip()
         for message in messages
     )
 
 
-def check_manner(history: int, max_prompt_tokens: int | None, answer: str) -> None:
+def text_of(message: Message) -> str:
+    """The text of a message, whose content may be parts."""
+    content = message["content"]
+    return "".join(part.get("text", "") for part in content) if isinstance(content, list) else f"{content or ''}"
+
+
+def check_manner(history: int, max_prompt_tokens: int | None, answer: str, images: int = 1) -> None:
     """Check the options of a conversation.
 
     Raises:
         ValueError: one is not allowed.
     """
     check_range("history", history, 0, 1000, int)
+    check_range("images", images, 0, 1000, int)
     if max_prompt_tokens is not None:
         check_range("max_prompt_tokens", max_prompt_tokens, 1, 1_000_000_000, int)
     if answer not in ANSWERS:
@@ -225,8 +250,14 @@ def _template(text: str) -> jinja2.Template:
     return template
 
 
-def _question(text: str, result: str) -> Message:
-    return {"role": "tool", "tool_call_id": result, "content": text} if result else {"role": "user", "content": text}
+def _questions(asked: Question, result: str) -> list[Message]:
+    """A question, or the result of a call; a result is text, so that an image comes behind it on its own."""
+    text, image = asked
+    shown = {"type": "image_url", "image_url": {"url": image}}
+    if result:
+        told = {"role": "tool", "tool_call_id": result, "content": text}
+        return [told, {"role": "user", "content": [shown]}] if image else [told]
+    return [{"role": "user", "content": [{"type": "text", "text": text}, shown] if image else text}]
 
 
 def _reply(turn: Exchange) -> Message:
@@ -242,4 +273,4 @@ def _reply(turn: Exchange) -> Message:
 
 def _size(messages: Iterable[Message]) -> int:
     """Bytes of the messages' texts."""
-    return sum(len(f"{message['content'] or message.get('tool_calls')}".encode()) for message in messages)
+    return sum(len((text_of(message) or f"{message.get('tool_calls')}").encode()) for message in messages)

@@ -16,6 +16,7 @@ from llf_teacher.models.replies import LENGTH
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.design import TEST_TYPE, TESTER
 from llf_teacher.studies.lessons import attend
+from llf_teacher.studies.options import read_options
 from llf_teacher.studies.own import parse_teacher
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seats import STUDENT, entitled
@@ -169,6 +170,7 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] = abs) -> Record:
         feedback_type=feedback_type,
         max_turns=spec.max_turns,
         text=player.text,
+        **read_options(spec.options, spec.id, player.text),
     )
     student = player.seat(env.family, env.aec.world)
     if spec.lessons:

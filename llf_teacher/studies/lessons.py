@@ -3,6 +3,7 @@
 from llf_teacher.gym import make
 from llf_teacher.students.student import Policy, Student
 from llf_teacher.studies.design import SAME
+from llf_teacher.studies.options import read_options
 from llf_teacher.studies.own import parse_teacher
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seats import STUDENT, entitled
@@ -21,6 +22,7 @@ def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
         feedback_type=spec.feedback_type,
         max_turns=spec.max_turns,
         text=player.text,
+        **read_options(spec.options, spec.taught, player.text),
     )
     env.reset(seed=spec.seed)
     aec, opening = env.aec, env.aec.moment

@@ -27,6 +27,7 @@ class Group(NamedTuple):
     lessons: int
     taught: str
     worlds: str
+    options: str
     ids: tuple[str, ...]
     """The environments, over which is averaged."""
 
@@ -59,6 +60,8 @@ class Column(NamedTuple):
     seeds: NDArray[np.int64]
     values: Numbers
     """Regret, success, and the turn of the first success, infinite if there is none; shape (seeds, 3)."""
+    samples: NDArray[np.int64]
+    """Which sample of its seed each is; regret and success are averaged over samples, `first` is of the first."""
 
 
 def outcomes(rows: Iterable[Any], alike: Callable[[str], Any] | None = None) -> Outcomes:
@@ -68,18 +71,19 @@ def outcomes(rows: Iterable[Any], alike: Callable[[str], Any] | None = None) -> 
         rows: episodes, each a value by name for the fields of `EpisodeSpec` and `EpisodeRow`, in any order.
         alike: as of `gathered`.
     """
-    columns: dict[tuple[Any, ...], tuple[array[int], array[float]]] = {}
+    columns: dict[tuple[Any, ...], tuple[array[int], array[float], array[int]]] = {}
     for row in rows:
         setting = tuple([row[name] for name in SETTING])
         if (column := columns.get(setting)) is None:
-            column = columns[setting] = array("q"), array("d")
-        first = row["first_success"]
+            column = columns[setting] = array("q"), array("d"), array("q")
+        first = np.inf if row["first_success"] is None else row["first_success"]
         column[0].append(row["seed"])
-        column[1].extend((row["regret"], row["success"], np.inf if first is None else first))
+        column[1].extend((row["regret"], row["success"], first))
+        column[2].append(row["sample"])
     return gathered(
         (
-            Column(setting, np.array(seeds, np.int64), np.array(values).reshape(-1, 3))
-            for setting, (seeds, values) in columns.items()
+            Column(setting, np.array(seeds, np.int64), np.array(values).reshape(-1, 3), np.array(which, np.int64))
+            for setting, (seeds, values, which) in columns.items()
         ),
         alike,
     )
@@ -89,11 +93,14 @@ def gathered(columns: Iterable[Column], alike: Callable[[str], Any] | None = Non
     """What came of the episodes of some settings, in the order in which groups and pairs come first.
 
     Args:
-        columns: one a setting.
+        columns: one a setting, or several, of its samples.
         alike: environments of a family for whose ids this gives equal values are averaged; by default those that have
             the same teachers and students.
     """
-    by_setting = {column.setting: _sorted(column) for column in columns}
+    samples: dict[tuple[Any, ...], list[Column]] = {}
+    for column in columns:
+        samples.setdefault(column.setting, []).append(column)
+    by_setting = {setting: _sorted(each) for setting, each in samples.items()}
     found: Outcomes = {}
     for group, pairs in _groups(by_setting, alike):
         tables = {pair: [by_setting[*group[:-1], id, *pair] for id in group.ids] for pair in pairs}
@@ -117,10 +124,14 @@ def _groups(
             yield Group._make((*shared, tuple(ids))), mine
 
 
-def _sorted(column: Column) -> tuple[NDArray[np.int64], Numbers]:
+def _sorted(columns: list[Column]) -> tuple[NDArray[np.int64], Numbers]:
     """Seeds without repetitions, and three values for each."""
-    seeds, first = np.unique(column.seeds, return_index=True)
-    return seeds, column.values[first]
+    known = np.concatenate([np.column_stack([column.seeds, column.samples]) for column in columns])
+    known, kept = np.unique(known, axis=0, return_index=True)  # a seed's first sample comes first
+    values = np.concatenate([column.values for column in columns])[kept]
+    seeds, first, place, counts = np.unique(known[:, 0], return_index=True, return_inverse=True, return_counts=True)
+    means = [np.bincount(place, weights=each) / counts for each in values[:, :2].T]
+    return seeds, np.column_stack([*means, values[first, 2]])
 
 
 def _cell(tables: list[tuple[NDArray[np.int64], Numbers]]) -> Endings:

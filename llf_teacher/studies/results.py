@@ -78,7 +78,7 @@ class Results:
                 yield {"key": row["key"], **turn}
 
     def transcript(self, key: str) -> str:
-        """An episode as text: what was seen, said and done; a false claim is marked by `!`.
+        """An episode as text: what was seen, thought, said and done; a false claim is marked by `!`.
 
         Raises:
             StoreError: there is no such episode.
@@ -87,6 +87,7 @@ class Results:
         for turn in self.turns(key):
             if turn["turn"]:
                 did = turn["action_words"] or turn["action"] or f"{turn['parse_failure']!r}, which is no action"
+                lines += [f"    thinks: {line}" for line in (turn["thought"] or "").splitlines()]
                 lines.append(f"[{turn['turn']}] student: {did}  (reward {turn['reward']:g})")
             lines += [f"    sees: {line}" for line in turn["observation"].splitlines()]
             lines += [

@@ -13,7 +13,10 @@ from typing import Any, NamedTuple, cast
 
 import llf_teacher
 from llf_teacher.registry import PREFIX, entry, supported_types
+from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.design import BASELINE, SUBSETS, Transfer, check_looks, check_transfer
+from llf_teacher.studies.names import check_names, short_names
+from llf_teacher.studies.options import check_options, options_of
 from llf_teacher.studies.own import parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.shown import check_transcripts
 from pz_envs.family import all_families
@@ -45,17 +48,20 @@ class EpisodeSpec(NamedTuple):
     """Whose worlds the lessons have, of `llf_teacher.studies.lessons.WORLDS`; empty without lessons."""
     sample: int = 0
     """Which of the episodes that differ in what the student draws only."""
+    options: str = ""
+    """Options of the environment, JSON, beside those that its id stands for; empty: none."""
 
     @property
     def key(self) -> str:
         """A digest that identifies the episode in a store."""
         told = self._asdict()
-        for name in (*(() if self.lessons else _OF_LESSONS), *(() if self.sample else ("sample",))):
+        for name in (*(() if self.lessons else _OF_LESSONS), *(each for each in _LATER if not told[each])):
             del told[name]
         return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
 
 
 _OF_LESSONS = ("lessons", "taught", "worlds")
+_LATER = ("sample", "options")  # which do not tell an episode from those that were played before there were any
 
 
 class Grid(NamedTuple):
@@ -88,11 +94,16 @@ class Study:
     """Turns after which episodes are truncated; None: each family's."""
     samples: int = 1
     """How often each episode is played, by students that draw otherwise each time, in the same world with the same
-    teacher. The report is of the first; see `llf_teacher.studies.samples`. Tests behind lessons are played once.
+    teacher. The report averages them within a seed; see `llf_teacher.studies.samples`. Tests behind lessons are played
+    once.
     """
     fewer: Mapping[str, Mapping[str, Sequence[str] | Sequence[int] | int]] = field(default_factory=dict)
     """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
     are slow. Where several patterns fit an id, the first counts.
+    """
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Per pattern of ids, as in `llf-metaworld-*`, options of the environment: those of its world, `visual` and
+    `failure_reward`. Where several patterns fit an id, the first counts. They are part of an episode's identity.
     """
     baseline: str = BASELINE
     """The teacher that the others are compared with, one of `teachers`; without `silent` among them, and unless another
@@ -106,6 +117,10 @@ class Study:
     transfer: Mapping[str, Any] = field(default_factory=dict)
     """Tests without a teacher after so many `lessons`, beside the other episodes. See
     `llf_teacher.studies.design.Transfer`. Whom `fewer` leaves out of an environment is left out there, too.
+    """
+    names: Mapping[str, str] = field(default_factory=dict)
+    """What the report calls teachers and students, by their specs; without one, who asks a model is `llm(model)`, and
+    others are their specs.
     """
     transcripts: Sequence[Mapping[str, Any]] = ()
     """The episodes that the report shows turn by turn: tables of patterns of `id`, `teacher` and `student`, and of
@@ -124,11 +139,13 @@ class Study:
         if not is_count(self.samples):
             problems.append(f"samples must be an integer of at least 1, got {self.samples!r}")
         set_(self, "fewer", self._shortened(problems))
+        set_(self, "options", check_options(self.options, self.ids, problems))
         set_(self, "baseline", self._compared(problems))
         looks = check_looks(self.looks, len(self._seeds), problems)
         set_(self, "looks", looks._asdict() if looks else {})
         if not problems:
             set_(self, "transfer", check_transfer(self.transfer, self, problems))
+        set_(self, "names", check_names(self.names, self._specs("teachers") + self._specs("students"), problems))
         set_(self, "transcripts", check_transcripts(self.transcripts, problems))
         if not problems:
             unsupported: dict[tuple[str, tuple[str, ...]], list[str]] = {}
@@ -140,7 +157,7 @@ class Study:
                 for (type_, allowed), unable in unsupported.items()
             ]
             heard = {id: {*self.grid(id).teachers, *self.tests(id).teachers} for id in self.ids}
-            for spec in dict.fromkeys((*self.teachers, *self.transfer.get("teachers", ()))):
+            for spec in self._specs("teachers"):
                 asked = {id: entry(id).family for id in self.ids if spec in heard[id]}
                 served = {family.name: family.serves(parse_teacher(spec)) for family in asked.values()}
                 if unable := [id for id, family in asked.items() if not served[family.name]]:
@@ -150,6 +167,16 @@ class Study:
                     )
         if problems:
             raise ValueError("; ".join(dict.fromkeys(problems)))
+
+    @property
+    def named(self) -> dict[str, str]:
+        """What the report calls each teacher and student."""
+        asks = {spec: parse_teacher(spec) for spec in self._specs("teachers")}
+        return short_names(asks | {spec: parse_student(spec) for spec in self._specs("students")}, self.names)
+
+    def _specs(self, name: str) -> tuple[str, ...]:
+        """All `teachers` or all `students`, of tests too."""
+        return tuple(dict.fromkeys((*getattr(self, name), *self.transfer.get(name, ()))))
 
     @property
     def _seeds(self) -> Sequence[int]:
@@ -221,13 +248,14 @@ class Study:
         family = entry(id).family
         max_turns = self.max_turns or family.max_turns
         version, rules = llf_teacher.__version__, f"{TREE}.{family.rules}"
+        options = options_of(self.options, id)
         if family.version:
             version = f"{version}+{family.distribution}-{family.version}"
         for sample, feedback_type, teacher, student, seed in itertools.product(
             range(self.samples), self.feedback_types, *grid
         ):
             spec = EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
-            yield spec._replace(sample=sample)
+            yield spec._replace(sample=sample, options=options)
         plan = self.tests(id)
         for taught, worlds, number, feedback_type, teacher, student, seed in itertools.product(
             plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
@@ -245,6 +273,7 @@ class Study:
                 number,
                 taught,
                 worlds,
+                options=options,
             )
 
     def look_of(self, seed: int) -> int:

@@ -40,6 +40,16 @@ def test_environments_are_averaged_within_a_seed_that_all_have():
     assert cell.first.tolist() == [[2, 2], [np.inf] * 2, [np.inf] * 2]
 
 
+def test_samples_are_averaged_within_their_seed():
+    rows = [row(regret, seed=seed, sample=sample) for seed, sample, regret in ((0, 1, 4.0), (0, 0, 0.0), (1, 0, 3.0))]
+    (cells,) = outcomes(rows).values()
+    cell = cells["silent", "obedient"]
+    assert cell.seeds.tolist() == [0, 1]
+    assert cell.regret.tolist() == [2, 3]
+    assert cell.success.tolist() == [0.5, 0]
+    assert cell.first.tolist() == [[2], [np.inf]]
+
+
 def test_environments_with_other_teachers_stand_apart():
     rows = [row(1.0), row(1.0, id="b-v0"), row(1.0, id="b-v0", teacher="oracle")]
     assert [group.ids for group in outcomes(rows)] == [("a-v0",), ("b-v0",)]
@@ -48,7 +58,9 @@ def test_environments_with_other_teachers_stand_apart():
     assert list(cells) == [("silent", "obedient")]
 
 
-@pytest.mark.parametrize("name", ["version", "rules", "max_turns", "feedback_type", "instruction_type", "lessons"])
+@pytest.mark.parametrize(
+    "name", ["version", "rules", "max_turns", "feedback_type", "instruction_type", "lessons", "options"]
+)
 def test_what_is_not_comparable_stands_apart(name):
     other = 9 if isinstance(getattr(SPEC, name), int) else "9"
     assert len(outcomes([row(1.0), row(1.0, teacher="oracle", **{name: other})])) == 2

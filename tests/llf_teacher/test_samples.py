@@ -1,14 +1,18 @@
 """Several samples of an episode: one world, one teacher, other draws of the student."""
 
 import itertools
+import re
 from fractions import Fraction
 
 import pytest
 
 from llf_teacher.models.testing import ScriptedEndpoint
-from llf_teacher.studies import load
+from llf_teacher.studies import load, run
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.report.columns import plan
+from llf_teacher.studies.report.data import read
+from llf_teacher.studies.report.page import page
+from llf_teacher.studies.runner import Way
 from llf_teacher.studies.samples import Sampled, pass_at
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
@@ -36,7 +40,34 @@ def test_the_first_sample_is_the_episode_without_samples():
     alone, many = (list(Study(**ONE, samples=samples).episodes()) for samples in (1, 3))
     assert many[: len(alone)] == alone
     assert many[0].key == alone[0].key
-    assert plan(Study(**ONE, samples=3)) == plan(Study(**ONE))
+    first = {setting: seeds for setting, seeds in plan(Study(**ONE, samples=3)).items() if not setting.sample}
+    assert first == plan(Study(**ONE))
+
+
+def test_the_report_is_of_all_samples(tmp_path):
+    """A seed counts as the mean of its samples, and pass@k is told."""
+    study = Study(
+        **(ONE | {"seeds": 4, "students": ["random", "obedient"], "teachers": ["oracle", "silent"]}), samples=3
+    )
+    results = run(study, tmp_path / "s.db", way=Way("here"))
+    with Store(results.path) as store:
+        data = read(store, study)
+        html = page(data)
+    section, rows = data.sections[0], list(results.rows())
+    mine = [row for row in rows if (row["teacher"], row["student"]) == ("silent", "random")]
+    assert len(mine) == 12
+    assert data.present == data.expected == 48
+    assert section.success["silent", "random"].mean == pytest.approx(sum(row["success"] for row in mine) / 12)
+    assert section.regret["silent", "random"].mean == pytest.approx(sum(row["regret"] for row in mine) / 12)
+    assert section.regret["silent", "random"].n == 4
+    (cells,) = data.outcomes.values()
+    assert cells["silent", "random"].regret.mean() == pytest.approx(sum(row["regret"] for row in mine) / 12)
+    assert all(f'<th scope="col">pass@{k}</th>' in html for k in (1, 2, 3))
+    chance = pass_at(3, mine)[Sampled("llf-gridworld-v0", "silent", "random", "b", "a")]
+    cell = re.search(r"<code>silent</code></td><td><code>random</code></td>\s*<td>4</td>(<td>\d+</td>){3}", html)
+    assert cell[1] == f"<td>{100 * chance:.0f}</td>"
+    with Store(results.path) as store:
+        assert "pass@" not in page(read(store, Study(**ONE)))
 
 
 def test_a_model_is_sampled_with_other_seeds():

@@ -47,6 +47,7 @@ class _Policy(TalkingPolicy["LLM"]):
             self.world,
             history=spec.history,
             max_prompt_tokens=spec.max_prompt_tokens,
+            images=spec.images,
             answer=spec.answer,
             prompts=spec.folder,
             rng=self.rng,
@@ -105,6 +106,8 @@ class LLM(Student):
     """Of input that the endpoint had in its cache; None: as other input."""
     endpoint: str = ""
     """The endpoint by a name, which is said elsewhere where it is; by default `LLF_LLM_ENDPOINT`."""
+    images: int = 1
+    """How many of the latest turns are sent with their images, where there are any."""
     extra: dict[str, Any] | None = None
     """More of the request's body, such as `{'reasoning_effort': 'low'}`."""
 
@@ -128,7 +131,7 @@ class LLM(Student):
             check_range("temperature", self.temperature, 0, 10)
         if self.max_tokens is not None:
             check_range("max_tokens", self.max_tokens, 1, 1_000_000, int)
-        check_manner(self.history, self.max_prompt_tokens, self.answer)
+        check_manner(self.history, self.max_prompt_tokens, self.answer, self.images)
         if self.prompts is not None:
             object.__setattr__(self, "prompts", _told_apart(self.prompts))
         if not isinstance(self.seed, bool):

@@ -8,7 +8,7 @@ import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ _SUMMED = (
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )
+_COSTS = ("input_tokens", "output_tokens", "usd", "seconds")
 _SEED = EpisodeSpec._fields.index("seed")
 _SHARED = ", ".join(name for name in EpisodeSpec._fields if name != "seed")
 
@@ -44,6 +45,28 @@ class Sums(NamedTuple):
     """Of each column that counts something, and of the regret."""
 
 
+class Answers(NamedTuple):
+    """What a student got of its model, over all its episodes."""
+
+    turns: int
+    answers: int
+    failures: int
+    """Those that were no action."""
+    truncated: int
+    """Those that were cut for their length."""
+    input_tokens: float | None
+    """None if one is unknown; so with the next."""
+    output_tokens: float | None
+    usd: float | None
+    seconds: float | None
+
+    def plus(self, other: "Answers") -> "Answers":
+        """Both together."""
+        return Answers._make(
+            None if one is None or two is None else one + two for one, two in zip(self, other, strict=True)
+        )
+
+
 class Curves(NamedTuple):
     """The episodes of one setting in the order of their seeds."""
 
@@ -56,10 +79,9 @@ class Curves(NamedTuple):
 
 
 def plan(study: Study) -> Plan:
-    """The settings of a study with their seeds; of several samples the first."""
+    """The settings of a study with their seeds; samples are settings of their own."""
     found: dict[EpisodeSpec, list[int]] = {}
-    first = (spec for spec in study.episodes() if not spec.sample)
-    for _, alike in itertools.groupby(first, lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
+    for _, alike in itertools.groupby(study.episodes(), lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
         specs = list(alike)
         found.setdefault(specs[0]._replace(seed=0), []).extend(spec.seed for spec in specs)
     return {setting: tuple(seeds) for setting, seeds in found.items()}
@@ -108,6 +130,30 @@ class Columns:
             found[self._there[setting]] = Sums(count, first, dict(zip(_SUMMED, values, strict=True)))
         return found
 
+    def answers(self) -> dict[str, Answers]:
+        """Of each student that asks a model."""
+        sums = ", ".join(f"total({name})" for name in ("turns", "parse_failures", "truncated", "answers"))
+        known = ", ".join(f"count({name}) < count(*), total({name})" for name in _COSTS)
+        query = f"SELECT setting, {sums}, {known} FROM {_WANTED} WHERE answers IS NOT NULL GROUP BY setting"  # noqa: S608
+        found: dict[str, Answers] = {}
+        for setting, turns, failures, truncated, answers, *costs in self._db.execute(query):
+            told = Answers(
+                int(turns),
+                int(answers),
+                int(failures),
+                int(truncated),
+                *(None if unknown else total for unknown, total in zip(costs[::2], costs[1::2], strict=True)),
+            )
+            student = self._there[setting].student
+            found[student] = told if student not in found else found[student].plus(told)
+        return found
+
+    def sampled(self) -> Iterator[dict[str, Any]]:
+        """The episodes of a study of several samples, as `llf_teacher.studies.samples` takes them."""
+        rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
+        for setting, seed, first in rows:
+            yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}
+
     def failures(self) -> dict[tuple[str, str], int]:
         """How many of the study's episodes have failed, and were not played since, by student and reason."""
         wanted = {setting: set(seeds) for setting, seeds in self._planned.items()}
@@ -143,7 +189,8 @@ class Columns:
 
 def _column(spec: EpisodeSpec, table: NDArray[np.float64]) -> Column:
     told = spec._asdict() | {"family": entry(spec.id).family.name}
-    return Column(tuple(told[name] for name in SETTING), table[:, 1].astype(np.int64), table[:, 2:])
+    seeds = table[:, 1].astype(np.int64)
+    return Column(tuple(told[name] for name in SETTING), seeds, table[:, 2:], np.full_like(seeds, spec.sample))
 
 
 _WANTED = "result CROSS JOIN wanted USING (setting) CROSS JOIN seeds USING (list, seed)"  # in this order: rows once

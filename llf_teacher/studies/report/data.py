@@ -36,6 +36,15 @@ class Data:
     test: Test | None
     """How comparisons are tested; None as long as they are not."""
 
+    @cached_property
+    def named(self) -> dict[str, str]:
+        """What each teacher and student is called."""
+        return self.study.named
+
+    def called(self, spec: str) -> str:
+        """The name of a teacher or a student; of anything else, it itself."""
+        return self.named.get(spec, spec)
+
     @property
     def expected(self) -> int:
         """Episodes that the study plays."""
@@ -122,13 +131,13 @@ def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], te
     }
     cells: list[dict[tuple[str, str], Cell]] = [{} for _ in outlines]
     for (number, *pair), curves in groupby(there.curves(order), lambda each: order[each.setting]):
-        if (made := _cell(list(curves), outlines[number]["ids"])) is not None:
+        if (made := _cell(list(curves), len(outlines[number]["ids"]) * study.samples)) is not None:
             cells[number][pair[0], pair[1]] = made
     for outline, mine in zip(outlines, cells, strict=True):
         pairs = product(outline["grid"].teachers, outline["grid"].students)
         chosen = _chosen(study, there, outline["sums"]) if study.transcripts else None
         there_ = {pair: mine[pair] for pair in pairs if pair in mine}
-        yield Section(**outline, cells=there_, chosen=chosen, test=test)
+        yield Section(**outline, cells=there_, chosen=chosen, test=test, named=study.named)
 
 
 def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> tuple[EpisodeSpec, ...]:
@@ -142,8 +151,9 @@ def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> t
     return tuple(spec for spec in dict.fromkeys(wanted) if there.has(spec))
 
 
-def _cell(curves: list[Curves], ids: tuple[str, ...]) -> Cell | None:
-    return cell(curves) if {each.setting.id for each in curves} == set(ids) else None
+def _cell(curves: list[Curves], needed: int) -> Cell | None:
+    """A cell of all environments and all samples."""
+    return cell(curves) if len(curves) == needed else None
 
 
 def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[str, Any]]:

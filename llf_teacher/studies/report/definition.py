@@ -1,29 +1,34 @@
 """A study as a file."""
 
 import json
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from llf_teacher.studies.study import Study
 
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
 
 def to_toml(study: Study) -> str:
     """The study as a file for `llf study run`."""
     values = study.as_dict()
-    fewer = values.pop("fewer")
-    tables = {name: table for name in ("looks", "transfer") if (table := values.pop(name))}
+    patterns = {name: values.pop(name) for name in ("fewer", "options")}
+    tables = {name: table for name in ("looks", "transfer", "names") if (table := values.pop(name))}
     values["transcripts"] = values["transcripts"] or None
     lines = _assignments(values)
     for name, table in tables.items():
         lines += ["", f"[{name}]", *_assignments(table)]
-    for pattern, lists in fewer.items():
-        lines += ["", f"[fewer.{json.dumps(pattern)}]", *_assignments(lists)]
+    for name, tables_ in patterns.items():
+        for pattern, lists in tables_.items():
+            lines += ["", f"[{name}.{json.dumps(pattern)}]", *_assignments(lists)]
     return "\n".join(lines) + "\n"
 
 
 def _assignments(values: Mapping[str, Any]) -> list[str]:
     lines = []
-    for name, value in values.items():
+    for key, value in values.items():
+        name = key if _BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)
         if name == "seeds" and value == list(range(len(value))):
             lines.append(f"{name} = {len(value)}")
         elif isinstance(value, list) and len(value) > 1:

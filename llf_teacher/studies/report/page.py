@@ -12,7 +12,7 @@ from markupsafe import Markup
 from llf_teacher.look import pages, style
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
-from llf_teacher.studies.report.section import label, reads
+from llf_teacher.studies.report.section import reads
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.study import Study
 from llf_teacher.visible import visible
@@ -118,6 +118,7 @@ class Report:
 def page(data: Data) -> str:
     """What has been gathered, as HTML."""
     environment = _environment()
+    environment.filters["named"] = data.called
     filled = [(part, values) for part in PARTS if (values := part.values(data)) is not None]
     contents: list[tuple[str, str, str]] = []
     for part, _ in filled:
@@ -143,5 +144,5 @@ def _hash(text: str) -> str:
 def _environment() -> jinja2.Environment:
     environment = pages("llf_teacher.studies.report")
     environment.globals |= {"figures": Room(_FIGURES), "shown": Room(_SHOWN)}
-    environment.filters |= {"label": label, "reads": reads}
+    environment.filters |= {"reads": reads}
     return environment

@@ -1,6 +1,7 @@
 """Figures of several panels: dots with intervals, each family in its own unit, and performance profiles."""
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from itertools import cycle
 from typing import NamedTuple
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from llf_teacher.look import SHADES
-from llf_teacher.studies.report.plots import MARKERS, SERIES, WIDTH, folded, legend, named, ticks
+from llf_teacher.studies.report.plots import MARKERS, SERIES, WIDTH, folded, legend, named, tallest, ticks
 from llf_teacher.studies.statistics import Band, Estimate
 
 _BESIDE = 2  # panels in a row
@@ -37,7 +38,7 @@ def panel_plot(panels: Sequence[Pane], rows: Sequence[str], series: Sequence[str
     """
     columns = min(_BESIDE, len(panels))
     height = math.ceil(len(panels) / columns)
-    pitch = max(0.22, 0.1 * len(series) + 0.04)
+    pitch = max(0.22, 0.1 * len(series) + 0.04, tallest(rows))
     figure = Figure(figsize=(WIDTH, (pitch * len(rows) + 0.75) * height + 0.5))
     grid = figure.subplots(height, columns, sharey=True, squeeze=False).flatten()
     offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.2, 0.8 / len(series))
@@ -51,7 +52,7 @@ def panel_plot(panels: Sequence[Pane], rows: Sequence[str], series: Sequence[str
             ax.hlines(ys, [e.low for _, e in there], [e.high for _, e in there], color, linewidth=1.6, alpha=0.55)
             dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=named(name))[0]
             dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
-        ax.set_title(panel.title, loc="left", color=SHADES["ink"].light)
+        ax.set_title(textwrap.fill(panel.title, 100 // columns), loc="left", color=SHADES["ink"].light)
         ax.set_xlabel(f"{label} ({panel.unit})")
         ax.xaxis.set_major_locator(ticks())
         ax.grid(axis="x")

@@ -73,7 +73,7 @@ def dot_plot(
         regret: cumulative regrets in `unit`, by (row, series).
         unit: what regret counts.
     """
-    pitch = max(0.36, 0.1 * len(series) + 0.04)
+    pitch = max(0.36, 0.1 * len(series) + 0.04, tallest(rows))
     figure = Figure(figsize=(WIDTH, pitch * len(rows) + 1.0))
     axes = figure.subplots(1, 2, sharey=True)
     offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.2, 0.8 / len(series))
@@ -115,7 +115,7 @@ def gain_plot(
         single: shares of each family, drawn as marks; those beyond the axis stand at its end.
         baseline: the teacher at 0.
     """
-    figure = Figure(figsize=(WIDTH, max(0.3, 0.11 * len(series) + 0.06) * len(rows) + 1.1))
+    figure = Figure(figsize=(WIDTH, max(0.3, 0.11 * len(series) + 0.06, tallest(rows)) * len(rows) + 1.1))
     ax = figure.subplots()
     ends = [end for gain in gains.values() for end in gain[:3] if not math.isnan(end)]
     least, most = min([-0.1, *ends]) - 0.03, max([1.0, *ends]) + 0.03
@@ -159,7 +159,7 @@ def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], 
     looks = dict(zip(series, zip(cycle(SERIES), cycle(MARKERS), strict=False), strict=False))
     for ax, (title, bands) in zip(axes, panels.items(), strict=False):
         _curves(ax, bands, looks)
-        ax.set_title(title, loc="left", color=SHADES["ink"].light)
+        ax.set_title(textwrap.fill(title, 100 // columns), loc="left", color=SHADES["ink"].light)
         ax.grid(axis="y")
         ax.set_axisbelow(True)
         ax.margins(x=0)
@@ -215,8 +215,14 @@ def folded(label: str) -> str:
     return textwrap.fill(label, 30)
 
 
+def tallest(rows: Sequence[str]) -> float:
+    """Inches of the tallest label, so that two never meet."""
+    return 0.15 * max((folded(row).count("\n") + 1 for row in rows), default=1) + 0.04
+
+
 def named(label: str) -> str:
     """The label as Matplotlib shows it: one that begins with an underscore is left out."""
+    label = textwrap.fill(label, 100)
     return f" {label}" if label.startswith("_") else label
 
 

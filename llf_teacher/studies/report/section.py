@@ -30,9 +30,9 @@ class Cell(NamedTuple):
 
     seeds: NDArray[np.int64]
     success: NDArray[np.bool_]
-    """Success at the last turn, shape (seeds, environments)."""
+    """Success at the last turn, shape (seeds, environments times samples)."""
     regrets: NDArray[np.float64]
-    """Cumulative regret at the end, averaged over the environments, shape (seeds,)."""
+    """Cumulative regret at the end, averaged over environments and samples, shape (seeds,)."""
     band: Band
     """Cumulative regret after each turn, averaged over the environments."""
     areas: NDArray[np.float64]
@@ -40,7 +40,7 @@ class Cell(NamedTuple):
 
 
 def cell(curves: Sequence[Curves]) -> Cell | None:
-    """A cell of the curves of each environment; None if there is no seed that all have."""
+    """A cell of the curves of each environment and sample; None if there is no seed that all have."""
     seeds = curves[0].seeds
     for each in curves[1:]:
         seeds = np.intersect1d(seeds, each.seeds, assume_unique=True)
@@ -73,6 +73,8 @@ class Section:
     """The teacher that others are compared with."""
     test: Test | None
     """How differences are tested; None as long as they are not."""
+    named: Mapping[str, str]
+    """What each teacher and student is called."""
     chosen: tuple[EpisodeSpec, ...] | None = None
     """Episodes that the study wants to be shown; None if that is left to the report."""
 
@@ -150,19 +152,27 @@ class Section:
     @property
     def plots(self) -> tuple[Plot, Plot]:
         """Success and regret of each cell, and cumulative regret over turns."""
-        unit, names, name = self.family.regret_unit, (self.grid.teachers, self.grid.students), self.family.name
+        unit, name, called = self.family.regret_unit, self.family.name, self.called
+        names = tuple(map(called, self.grid.teachers)), tuple(map(called, self.grid.students))
+        success, regret = (
+            {(called(teacher), called(student)): estimate for (teacher, student), estimate in each.items()}
+            for each in (self.success, self.regret)
+        )
         panels = {
             student: {
                 teacher: self.cells[teacher, student].band for teacher in self.drawn if (teacher, student) in self.cells
             }
             for student in self.grid.students
         }
-        labels = {label(student): bands for student, bands in panels.items()}
+        labels = {
+            f"{called(student)} (reads {reads(student)})": {called(teacher): band for teacher, band in bands.items()}
+            for student, bands in panels.items()
+        }
         return (
             Plot(
                 name=f"{self.anchor}-dots",
                 title=f"Success and cumulative regret by teacher and student in {name}; its table has the numbers.",
-                draw=lambda: dot_plot(*names, self.success, self.regret, unit),
+                draw=lambda: dot_plot(*names, success, regret, unit),
                 columns=("teacher", "student", "seeds", *_ends("success"), *_ends("regret")),
                 rows=[
                     (*pair, self.regret[pair].n, *self.success[pair][:3], *self.regret[pair][:3]) for pair in self.cells
@@ -171,7 +181,7 @@ class Section:
             Plot(
                 name=f"{self.anchor}-curves",
                 title=f"Mean cumulative regret over turns by teacher, one panel a student, in {name}.",
-                draw=lambda: curve_plot(labels, self.drawn, unit),
+                draw=lambda: curve_plot(labels, tuple(map(called, self.drawn)), unit),
                 columns=("student", "teacher", "turn", *_ends("regret")),
                 rows=[
                     (student, teacher, turn, *map(float, at))
@@ -181,6 +191,10 @@ class Section:
                 ],
             ),
         )
+
+    def called(self, spec: str) -> str:
+        """The name of a teacher or a student."""
+        return self.named.get(spec, spec)
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
@@ -260,8 +274,3 @@ def share(all_sums: Sequence[Sums], part: str, whole: str) -> float | None:
 def reads(student: str) -> str:
     """What a student learns from, one of `llf_teacher.students.student.READS`."""
     return parse_student(student).reads
-
-
-def label(student: str) -> str:
-    """A student's spec and what it reads."""
-    return f"{student} (reads {reads(student)})"

@@ -1,7 +1,11 @@
 """Tutoring: a teacher and a student take turns over a world."""
 
+import copy
 from collections.abc import Iterable
 from typing import Any
+
+import numpy as np
+from gymnasium import spaces
 
 from pz_envs.numbers import Embed
 from pz_envs.rewards import TeacherReward
@@ -14,6 +18,7 @@ from teachers.personality import Personality
 from teachers.phrasebook import Paraphrase
 from teachers.teacher import Teacher
 from teachers.voice import Voice
+from worlds.world import World
 
 __all__ = ["SEATING", "Tutoring", "TutoringEnv", "words_space"]
 
@@ -36,6 +41,7 @@ class Tutoring(Seating):
         theme: str = "light",
         speech: str = "message",
         text: bool = False,
+        visual: bool = False,
         numbers: bool = False,
         embed: Embed | None = None,
         cost: float = 0.01,
@@ -52,13 +58,16 @@ class Tutoring(Seating):
         With `speech="kinds"` or `"claims"` the personality `teacher` says what there is to choose from, with `message`
         it makes suggestions. A `Teacher` that is given as it is brings its own instruction, feedback, voice and
         paraphrase along. Frames show what the student may know; with `privileged_info` the truth as well, and whether
-        what was said holds. `theme` is `light` or `dark`.
+        what was said holds. `theme` is `light` or `dark`. With `visual` the world adds an image to what is observed,
+        where it can; otherwise it is drawn, beside a text.
 
         Raises:
             ValueError: an argument is not allowed.
         """
-        check_flags(privileged_info=privileged_info)
-        world = subject.taught_world(**options)
+        check_flags(privileged_info=privileged_info, visual=visual)
+        world = subject.taught_world(**options, **({"visual": True} if visual and subject.visual else {}))
+        picture = None if render_mode is None and (subject.visual or not visual) else subject.make_picture(world)
+        image = _image_space(subject, world, picture, text) if visual else None
         settings: dict[str, Any] = {
             "instruction_type": instruction_type,
             "feedback_type": feedback_type,
@@ -81,6 +90,7 @@ class Tutoring(Seating):
             "render_mode": render_mode,
             "speech": speech,
             "text": text,
+            "image": image if text else None,
             "numbers": numbers,
             "embed": embed,
             "cost": cost,
@@ -91,14 +101,14 @@ class Tutoring(Seating):
             "ask_cost": ask_cost,
             "failure_reward": failure_reward,
         }
-        if render_mode is None:
+        if picture is None:
             return TutoringEnv(world, teacher, **seated)
         from pz_envs.frames import Watch
         from pz_envs.seatings.tutoring.shown import ShownTutoring
 
         watch = Watch(
             subject.name,
-            subject.make_picture(world),
+            picture,
             subject.oracle_class()(world.scratch),
             world.scratch(),
             max_turns=seated["max_cycles"],
@@ -106,6 +116,23 @@ class Tutoring(Seating):
             privileged=privileged_info,
         )
         return ShownTutoring(world, teacher, watch=watch, **seated)
+
+
+def _image_space(subject: Subject, world: World[Any], picture: Any, text: bool) -> spaces.Space[Any]:
+    """The space of what is seen beside words: the world's own image, or its picture."""
+    if subject.visual:
+        return copy.deepcopy(world.observation_space["image"])  # type: ignore[index]  # a Dict, if it has images
+    from pz_envs.frames import VIEW
+    from worlds.pictures import TextPicture
+
+    if type(picture) is TextPicture:
+        raise ValueError(f"visual=True is not supported by {subject.name}: it has no images; allowed: False")
+    if not text:
+        raise ValueError(
+            f"visual=True is not supported by {subject.name} without text=True: its numbers have no image; set "
+            "text=True, too, or render_mode='rgb_array' to draw frames"
+        )
+    return spaces.Box(0, 255, VIEW, np.uint8)
 
 
 _DEFAULTS = {"instruction_type": "b", "feedback_type": "a", "voice": "plain", "paraphrase": "random"}

@@ -31,12 +31,12 @@ class TutoringEnv(SeatsEnv):
 
     Student:
         Observation: Dict of `state` (the world's space; `Prose` with `text=True`), `instruction` and `feedback`
-        (`Prose`), what the teacher last said. Of an opening utterance with atoms the advice for the first action is
-        feedback and the rest is the instruction. Action: the world's space; `Prose` with `text=True`. A text that is no
-        action is a `ParseFailure` (in the info as `parse_failure`): the world does not step, the turn counts.
-        Info: what the world tells, with `success`, and `atoms`, what was said last. With `numbers=True` the observation
-        is one flat Box, float32, of the state and of what was said; see `pz_envs.numbers`, and `fields` for what is
-        where. The action is the world's, the info has no `atoms`.
+        (`Prose`), what the teacher last said, and `image`, if there is one. Of an opening utterance with atoms the
+        advice for the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
+        `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world does not
+        step, the turn counts. Info: what the world tells, with `success`, and `atoms`, what was said last.
+        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
+        `pz_envs.numbers`, and `fields` for what is where. The action is the world's, the info has no `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
@@ -83,6 +83,7 @@ class TutoringEnv(SeatsEnv):
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         speech: `message`, `kinds` or `claims`.
         text: text in, text out for the student.
+        image: of the image beside the text; None: there is none.
         numbers, embed: numbers in for the student, and what gives the vector of a text for them.
         cost: paid by the teacher per atom of feedback, at least 0.
         budget: atoms of feedback that the teacher may say in an episode; what exceeds it is not said. None: any number.
@@ -110,6 +111,7 @@ class TutoringEnv(SeatsEnv):
         repeated: bool = False,
         speech: str = "message",
         text: bool = False,
+        image: spaces.Space[Any] | None = None,
         numbers: bool = False,
         embed: Embed | None = None,
         cost: float = 0.01,
@@ -132,6 +134,7 @@ class TutoringEnv(SeatsEnv):
         check_prices(ask_cost, failure_reward, world.reward_range)
         self.name, self.world, self.teacher = name, world, teacher
         self.max_turns, self.text, self.ask_cost = max_cycles, text, ask_cost
+        self.visual = image is not None
         self.repeated, self.until_success = repeated, until_success and not repeated
         self.purse, self.failure_reward = purse or Purse(cost, budget), failure_reward
         self.seat = TeacherSeat(teacher, self.purse, max_cycles, world.reward_range, ask_cost is not None)
@@ -145,6 +148,7 @@ class TutoringEnv(SeatsEnv):
                 "state": Prose(PROSE) if text else copy.deepcopy(world.observation_space),
                 "instruction": Prose(PROSE),
                 "feedback": Prose(PROSE),
+                **({} if image is None else {"image": image}),
             }
         )
         """What the student observes, if not in numbers."""
@@ -243,10 +247,15 @@ class TutoringEnv(SeatsEnv):
             if self._numbers is not None:
                 return self._numbers.of(state, self.turn, self.instruction, self.feedback, self.said)
             state = state.copy() if type(state) is dict else copy.copy(state)
-            return {"state": state, "instruction": self.instruction, "feedback": self.feedback}
+            seen = {"state": state, "instruction": self.instruction, "feedback": self.feedback}
+            return seen | {"image": self.image()} if self.visual else seen
         if self.speech == "message":
             return self.describe()
         return self.seat.observe(self.speech, self.agent_selection == TEACHER)
+
+    def image(self) -> Any:
+        """The image that the student sees beside the text, uint8 (height, width, 3)."""
+        return self._state["image"]
 
     def describe(self) -> dict[str, str]:
         """The world and the student's last action as text."""

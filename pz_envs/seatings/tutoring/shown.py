@@ -49,6 +49,10 @@ class ShownTutoring(TutoringEnv):
         """The episode now, uint8 (480, 640, 3)."""
         return self.watch.frame(self._seen())
 
+    def image(self) -> Any:
+        """The world's own image, if it has one, else its picture, of what the student may know."""
+        return super().image() if self.world.options.get("visual") else self.watch.view(self._seen())
+
     def pieces(self) -> Text:
         """The turn, the student's action and the world in text, each piece with its role."""
         return self.watch.text(self._seen())

@@ -9,8 +9,10 @@ from llf_teacher.studies.report.parts import (
     introduction,
     manifest,
     matrix,
+    models,
     notes,
     overall,
+    samples,
     transfer,
 )
 from llf_teacher.studies.report.parts.part import Part
@@ -21,10 +23,12 @@ PARTS: tuple[Part, ...] = (
     notes.PART,
     overall.PART,
     families.PART,
+    samples.PART,
     attempts.PART,
     ablation.PART,
     matrix.PART,
     transfer.PART,
     accounting.PART,
+    models.PART,
     manifest.PART,
 )

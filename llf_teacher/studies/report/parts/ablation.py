@@ -1,6 +1,6 @@
 """What each kind of feedback adds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from llf_teacher.studies.ablation import Ablation, ablations
@@ -18,7 +18,7 @@ def _found(data: Data) -> list[Ablation]:
     return list(ablations({group: cells for group, cells in data.outcomes.items() if not group.lessons}))
 
 
-def _plot(found: Sequence[Ablation]) -> Plot:
+def _plot(found: Sequence[Ablation], called: Callable[[str], str]) -> Plot:
     """A panel a family and instruction type, a row a kind."""
     units = {family.name: family.regret_unit for family in all_families()}
     kinds = [kind for kind in KINDS if any(kind in each.shares for each in found)]
@@ -27,7 +27,7 @@ def _plot(found: Sequence[Ablation]) -> Plot:
     panes: dict[tuple[str, ...], Pane] = {}
     series: dict[str, None] = {}
     for each in found:
-        name = f"{each.teacher}, {each.student}" if taught else each.student
+        name = f"{called(each.teacher)}, {called(each.student)}" if taught else called(each.student)
         series[name] = None
         group = each.group
         title = f"{group.family} ({group.instruction_type})" if typed else group.family
@@ -50,7 +50,7 @@ def _plot(found: Sequence[Ablation]) -> Plot:
 
 
 def _plots(data: Data) -> list[Plot]:
-    return [_plot(found)] if (found := _found(data)) else []
+    return [_plot(found, data.called)] if (found := _found(data)) else []
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
@@ -59,7 +59,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         return None
     kinds = [kind for kind in KINDS if any(kind in each.shares for each in found)]
     return {
-        "plot": _plot(found),
+        "plot": _plot(found, data.called),
         "found": found,
         "kinds": kinds,
         "units": {family.name: family.regret_unit for family in all_families()},

@@ -62,16 +62,16 @@ def _plot(data: Data, found: Mapping[tuple[str, str], Gain]) -> Plot:
     teachers = [teacher for teacher in data.study.teachers if any(teacher == pair[0] for pair in found)]
     teachers.sort(key=lambda t: -max(gain.estimate.mean for pair, gain in found.items() if pair[0] == t))
     students = [student for student in data.study.students if any(student == pair[1] for pair in found)]
-    baseline = data.sections[0].reference
+    baseline, called = data.sections[0].reference, data.sections[0].called
     return Plot(
         name="findings-gains",
-        title=f"Share of the regret with {baseline} that each teacher spares each student, over all families.",
+        title=f"Share of the regret with {called(baseline)} that each teacher spares each student, over all families.",
         draw=lambda: gain_plot(
-            teachers,
-            students,
-            {pair: gain.estimate for pair, gain in found.items()},
-            {pair: gain.shares for pair, gain in found.items()},
-            baseline,
+            [called(teacher) for teacher in teachers],
+            [called(student) for student in students],
+            {(called(teacher), called(student)): gain.estimate for (teacher, student), gain in found.items()},
+            {(called(teacher), called(student)): gain.shares for (teacher, student), gain in found.items()},
+            called(baseline),
         ),
         columns=("teacher", "student", "where", "families", "gain", "gain_low", "gain_high"),
         rows=[

@@ -1,6 +1,6 @@
 """Whose the gain is: students and teachers crossed, beyond being told to try again."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from llf_teacher.studies.attempts import CONTROL
@@ -38,7 +38,7 @@ def _types(found: Sequence[Matrix]) -> list[tuple[str, str]]:
     return list(dict.fromkeys((each.group.instruction_type, each.group.feedback_type) for each in found))
 
 
-def _plot(found: Sequence[Matrix], types: tuple[str, str]) -> Plot:
+def _plot(found: Sequence[Matrix], types: tuple[str, str], called: Callable[[str], str]) -> Plot:
     """A panel a family, a row a teacher; of one instruction type and feedback type."""
     units = {family.name: family.regret_unit for family in all_families()}
     found = [each for each in found if (each.group.instruction_type, each.group.feedback_type) == types]
@@ -46,9 +46,16 @@ def _plot(found: Sequence[Matrix], types: tuple[str, str]) -> Plot:
         name=f"matrix-gains-{'-'.join(types)}".replace("+", "-"),
         title=f"Gain over {CONTROL} by teacher and student, one panel a family.",
         draw=lambda: panel_plot(
-            [Pane(each.group.family, units[each.group.family], each.gains) for each in found],
-            list(dict.fromkeys(teacher for each in found for teacher in each.teachers)),
-            list(dict.fromkeys(student for each in found for student in each.students)),
+            [
+                Pane(
+                    each.group.family,
+                    units[each.group.family],
+                    {(called(teacher), called(student)): gain for (teacher, student), gain in each.gains.items()},
+                )
+                for each in found
+            ],
+            list(dict.fromkeys(called(teacher) for each in found for teacher in each.teachers)),
+            list(dict.fromkeys(called(student) for each in found for student in each.students)),
             f"gain over {CONTROL}",
         ),
         columns=("family", "instruction_type", "feedback_type", "teacher", "student", "seeds", *_GAIN),
@@ -63,7 +70,7 @@ _GAIN = ("gain", "gain_low", "gain_high")
 
 def _plots(data: Data) -> list[Plot]:
     found = list(matrices(data.taught))
-    return [_plot(found, types) for types in _types(found)]
+    return [_plot(found, types, data.called) for types in _types(found)]
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
@@ -71,7 +78,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
     if not found:
         return None
     return {
-        "plots": [_plot(found, types) for types in _types(found)],
+        "plots": [_plot(found, types, data.called) for types in _types(found)],
         "verdicts": verdicts(found),
         "found": found,
         "control": CONTROL,

@@ -1,6 +1,6 @@
 """What lessons have left in a test without a teacher."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from llf_teacher.studies.outcomes import Group
@@ -17,7 +17,7 @@ def _row(group: Group) -> str:
     return f"{group.lessons} {group.worlds}, {group.feedback_type}"
 
 
-def _plot(found: Sequence[AfterLessons], baseline: str) -> Plot | None:
+def _plot(found: Sequence[AfterLessons], baseline: str, called: Callable[[str], str]) -> Plot | None:
     """A panel for each environment of tests, a row for each kind of lessons; None if nothing is compared."""
     units = {family.name: family.regret_unit for family in all_families()}
     panes: dict[str, Pane] = {}
@@ -29,7 +29,7 @@ def _plot(found: Sequence[AfterLessons], baseline: str) -> Plot | None:
         group = each.group
         where = ", ".join(group.ids) + ("" if group.ids == (group.taught,) else f" after {group.taught}")
         title = f"{where} ({group.instruction_type})"
-        row, name = _row(group), f"{each.teacher}, {each.student}"
+        row, name = _row(group), f"{called(each.teacher)}, {called(each.student)}"
         rows[row] = series[name] = None
         pane = panes.setdefault(title, Pane(title, units[group.family], {}))
         panes[title] = pane._replace(dots={**pane.dots, (row, name): each.gain})
@@ -37,7 +37,7 @@ def _plot(found: Sequence[AfterLessons], baseline: str) -> Plot | None:
         return None
     return Plot(
         name="transfer-gains",
-        title=f"Regret in a test without a teacher, less than after as many lessons with {baseline}.",
+        title=f"Regret in a test without a teacher, less than after as many lessons with {called(baseline)}.",
         draw=lambda: panel_plot(list(panes.values()), list(rows), list(series), "gain"),
         columns=(
             *("tested_in", "taught_in", "instruction_type", "lessons", "worlds", "feedback_type"),
@@ -55,7 +55,7 @@ def _plot(found: Sequence[AfterLessons], baseline: str) -> Plot | None:
 
 
 def _plots(data: Data) -> list[Plot]:
-    plot = _plot(list(tested(data.outcomes, data.study.baseline)), data.study.baseline)
+    plot = _plot(list(tested(data.outcomes, data.study.baseline)), data.study.baseline, data.called)
     return [plot] if plot else []
 
 
@@ -65,7 +65,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         return None
     return {
         "found": found,
-        "plot": _plot(found, data.study.baseline),
+        "plot": _plot(found, data.study.baseline, data.called),
         "units": {family.name: family.regret_unit for family in all_families()},
     }
 

@@ -1,0 +1,18 @@
+"""What students got of their models: answers that were no actions, cut ones, tokens, money, time."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from llf_teacher.studies.costs import MANY
+from llf_teacher.studies.report.columns import columns
+from llf_teacher.studies.report.data import Data
+from llf_teacher.studies.report.parts.part import Part
+
+
+def _values(data: Data) -> Mapping[str, Any] | None:
+    with columns(data.store, data.planned) as there:
+        found = there.answers()
+    return {"found": found, "many": MANY} if found else None
+
+
+PART = Part("models", _values, "Language models")
