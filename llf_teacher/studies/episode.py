@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import re
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -17,7 +18,7 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.design import TEST_TYPE, TESTER
 from llf_teacher.studies.lessons import attend
 from llf_teacher.studies.options import read_options
-from llf_teacher.studies.own import parse_teacher
+from llf_teacher.studies.own import arguments_of, parse_teacher
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seats import STUDENT, entitled
 from teachers import common
@@ -57,6 +58,10 @@ class TurnRow(NamedTuple):
     """Null if tokens or prices are unknown."""
     seconds: float | None = None
     """From asking to having the answer, when it was paid for."""
+    unchecked: int | None = None
+    """Sentences of feedback that no claim vouches for; null if there are none, as is the next."""
+    changes: int | None = None
+    """Sentences in which a rewriting voice changed numbers or names."""
 
 
 class EpisodeRow(NamedTuple):
@@ -90,6 +95,10 @@ class EpisodeRow(NamedTuple):
     late: int
     placebo: int
     distorted: int
+    unchecked: int
+    """Sentences of feedback without a claim, of models, persons and policies of one's own."""
+    changes: int
+    """Sentences in which a rewriting voice changed numbers or names."""
     advised: int
     """Turns before which the teacher advised actions."""
     followed: int
@@ -165,7 +174,7 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] = abs) -> Record:
     teacher, feedback_type = (TESTER, TEST_TYPE) if spec.lessons else (spec.teacher, spec.feedback_type)
     env = make(
         spec.id,
-        teacher=parse_teacher(teacher),
+        **arguments_of(parse_teacher(teacher), feedback_type),
         instruction_type=spec.instruction_type,
         feedback_type=feedback_type,
         max_turns=spec.max_turns,
@@ -201,7 +210,19 @@ def turn_row(env: StudentEnv, scene: Scene) -> TurnRow:
         instruction=str(scene.observation["instruction"]) or None,
         feedback=str(scene.observation["feedback"]),
         atoms=to_json([as_dict(atom, label, env.family.name) for atom, label in scene.atoms]),
+        unchecked=unchecked(str(scene.observation["feedback"]), [atom.text for atom, _ in scene.atoms]) or None,
+        changes=len(getattr(env.teacher, "changes", ())) or None,
     )
+
+
+def unchecked(feedback: str, texts: Iterable[str]) -> int:
+    """The number of sentences of what was said that are not among those of claims."""
+    for text in texts:
+        feedback = feedback.replace(text, "", 1)
+    return sum(any(map(str.isalnum, sentence)) for sentence in _SENTENCES.split(feedback))
+
+
+_SENTENCES = re.compile(r"(?<=[.!?])[\"')\]]*\s+|\n+")
 
 
 def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
@@ -256,6 +277,8 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
         late=labels[Label.LATE],
         placebo=labels[Label.PLACEBO],
         distorted=labels[Label.DISTORTED],
+        unchecked=sum(row.unchecked or 0 for row in rows),
+        changes=sum(row.changes or 0 for row in rows),
         advised=sum(map(bool, advice[:-1])),
         followed=sum(action in actions for actions, action in zip(advice[:-1], taken, strict=True)),
         **_costs([row for row in rows if row.answer is not None]),

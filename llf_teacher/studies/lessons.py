@@ -4,7 +4,7 @@ from llf_teacher.gym import make
 from llf_teacher.students.student import Policy, Student
 from llf_teacher.studies.design import SAME
 from llf_teacher.studies.options import read_options
-from llf_teacher.studies.own import parse_teacher
+from llf_teacher.studies.own import arguments_of, parse_teacher
 from llf_teacher.studies.study import EpisodeSpec
 from pz_envs.seats import STUDENT, entitled
 
@@ -17,7 +17,7 @@ def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
     """
     env = make(
         spec.taught,
-        teacher=parse_teacher(spec.teacher),
+        **arguments_of(parse_teacher(spec.teacher), spec.feedback_type),
         instruction_type=spec.instruction_type,
         feedback_type=spec.feedback_type,
         max_turns=spec.max_turns,

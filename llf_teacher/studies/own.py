@@ -11,9 +11,12 @@ import tokenize
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from llf_teacher.speakers.parsing import read_special
+from llf_teacher.speakers.speaker import Quiet, Speaker, Voiced
 from llf_teacher.students.agents import is_agent
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
+from teachers.feedback import parse_kinds
 from teachers.personality import Personality, Pipeline, parse_personality, stages_of
 from teachers.spec import import_call, unknown
 
@@ -21,16 +24,41 @@ MAIN = "__main__"
 """The program itself, a notebook's cells included: what is defined there, no other process can import."""
 
 
-def parse_teacher(spec: str | Personality) -> Personality:
-    """The personality that a spec string describes; `package.module:Class(key=...)` is one of the user's own.
+def parse_teacher(spec: str | Personality | Speaker) -> Personality | Speaker:
+    """The teacher that a spec string describes; `package.module:Class(key=...)` is one of the user's own.
+
+    That is a personality, a policy by its factory, `llm_teacher(...)`, or a personality with a voice, as in
+    `oracle | voice(tone='curt')`.
 
     Raises:
-        ValueError: bad syntax, an unknown name or parameter, or a module without such a personality.
+        ValueError: bad syntax, an unknown name or parameter, or a module without such a teacher.
     """
-    if isinstance(spec, Personality) or not isinstance(spec, str) or ":" not in spec:
+    if isinstance(spec, Personality | Speaker):
+        return spec
+    if not isinstance(spec, str):
         return parse_personality(spec)
-    stages = [stage for part in _parts(spec) for stage in stages_of(_one(part))]
+    *before, last = _parts(spec)
+    special = read_special(last, last=bool(before))
+    if isinstance(special, Speaker):
+        return special
+    if special is not None:
+        return Voiced(_joined(before), special)
+    return _joined([*before, last]) if ":" in spec else parse_personality(spec)
+
+
+def _joined(parts: Iterable[str]) -> Personality:
+    stages = [stage for part in parts for stage in stages_of(_one(part))]
     return stages[0] if len(stages) == 1 else Pipeline(tuple(stages))
+
+
+def arguments_of(teacher: Personality | Speaker, feedback_type: str) -> dict[str, Any]:
+    """What `llf_teacher.make` is told of a teacher; without feedback a policy only gives the instruction."""
+    if isinstance(teacher, Personality):
+        return {"teacher": teacher}
+    told = teacher.arguments()
+    if not isinstance(told["teacher"], Personality) and not parse_kinds(feedback_type):
+        told["teacher"] = Quiet(told["teacher"])
+    return told
 
 
 def teacher_spec(teacher: Any) -> str:
@@ -39,18 +67,26 @@ def teacher_spec(teacher: Any) -> str:
     Raises:
         ValueError: there is no such teacher, or it cannot be found by a text.
     """
-    personality = parse_teacher(teacher)
-    text = " | ".join(map(_named, stages_of(personality)))
+    if callable(teacher) and not isinstance(teacher, Personality | Speaker):
+        teacher = f"{teacher.__module__}:{_global(teacher)}"
+    parsed = parse_teacher(teacher)
+    text = _text(parsed)
     try:
         found = parse_teacher(text)
     except ValueError as error:
         raise ValueError(f"{teacher!r} cannot be found by {text!r}: {error}") from None
-    if found != personality:
+    if found != parsed:
         raise ValueError(
             f"{teacher!r} is not what {text!r} makes; the parameters of a teacher in a study must be numbers, texts, "
             "or lists of them"
         )
     return text
+
+
+def _text(teacher: Personality | Speaker) -> str:
+    if isinstance(teacher, Voiced):
+        return f"{_text(teacher.personality)} | {teacher.wording}"
+    return f"{teacher}" if isinstance(teacher, Speaker) else " | ".join(map(_named, stages_of(teacher)))
 
 
 def student_spec(student: Any) -> str:

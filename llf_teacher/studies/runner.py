@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from llf_teacher.models.cache import spending
 from llf_teacher.models.settings import CACHE
+from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies import executors
 from llf_teacher.studies.alone import alone
 from llf_teacher.studies.attempt import Failure, Packed, Stop, attempt, failure, set_up, told
 from llf_teacher.studies.executors import Executor, Lost, Work
 from llf_teacher.studies.limits import Limits
-from llf_teacher.studies.own import check_portable
+from llf_teacher.studies.own import check_portable, parse_teacher
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.study import EpisodeSpec, Study
 
@@ -181,6 +182,8 @@ class _Run:
         tally = self._count()
         for student in tally.students:
             parse_student(student).check(os.environ | self._environment)
+        for teacher in speakers(self._study) if tally.todo else ():
+            teacher.check(os.environ | self._environment)
         executor = way.engine(workers)
         if tally.todo and executor not in executors.HERE:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
@@ -296,11 +299,19 @@ class _Run:
         return error
 
 
+def speakers(study: Study) -> Iterator[Speaker]:
+    """The teachers of a study that are no personalities alone."""
+    for spec in dict.fromkeys((*study.teachers, *study.transfer.get("teachers", ()))):
+        if isinstance(teacher := parse_teacher(spec), Speaker):
+            yield teacher
+
+
 def manifest(study: Study) -> dict[str, Any]:
     """What is needed to repeat a study: its definition, and versions of what it ran on."""
     return {
         "study": study.as_dict(),
         "students": {spec: facts for spec in study.students if (facts := parse_student(spec).facts())},
+        "teachers": {f"{teacher}": facts for teacher in speakers(study) if (facts := teacher.facts())},
         "versions": _versions(),
         "python": platform.python_version(),
         "platform": platform.platform(),

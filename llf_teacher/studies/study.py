@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 
 import llf_teacher
 from llf_teacher.registry import PREFIX, entry, supported_types
+from llf_teacher.speakers.parsing import needed_of
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.design import BASELINE, SUBSETS, Transfer, check_looks, check_transfer
 from llf_teacher.studies.names import check_names, short_names
@@ -82,7 +83,9 @@ class Study:
 
     ids: Sequence[str]
     teachers: Sequence[Any]
-    """Spec strings, or objects, which are kept as such; `module:Class(key=...)` is one of your own."""
+    """Spec strings, or objects, which are kept as such: personalities, also with a voice, as in
+    `oracle | voice(tone='curt')`; `llm_teacher(...)`; `module:factory` of your own.
+    """
     students: Sequence[Any]
     """Spec strings, or factories of agents of your own, kept as `module:factory`."""
     instruction_types: Sequence[str] = ("b",)
@@ -159,7 +162,7 @@ class Study:
             heard = {id: {*self.grid(id).teachers, *self.tests(id).teachers} for id in self.ids}
             for spec in self._specs("teachers"):
                 asked = {id: entry(id).family for id in self.ids if spec in heard[id]}
-                served = {family.name: family.serves(parse_teacher(spec)) for family in asked.values()}
+                served = {family.name: family.serves(needed_of(parse_teacher(spec))) for family in asked.values()}
                 if unable := [id for id, family in asked.items() if not served[family.name]]:
                     problems.append(
                         f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle does not give what that "

@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, cast
 
+import numpy as np
+
 from llf_teacher.models import settings
 from llf_teacher.models.cache import Cache
-from llf_teacher.models.client import check_extra, connect
+from llf_teacher.models.client import Endpoint, check_extra, connect
 from llf_teacher.models.endpoints import Address, check_name, checked_url, place_of
 from llf_teacher.models.replies import Answer, Prices
 from llf_teacher.models.settings import Settings
@@ -27,16 +29,7 @@ class _Policy(TalkingPolicy["LLM"]):
 
     def begin(self) -> None:
         """Have said nothing, unless the episode before was the same student's."""
-        spec = self.spec
-        place = spec.place()
-        settings = Settings.read(place.base_url, key_in=place.key)
-        self._endpoint = connect(place.base_url, settings, spec.endpoint)
-        sampling = {
-            "temperature": spec.temperature,
-            "max_tokens": spec.max_tokens,
-            "seed": int(self.rng.integers(2**31)) if spec.seed else None,
-        }
-        self._sampling = {name: value for name, value in sampling.items() if value is not None}
+        self._endpoint, self._sampling = self.spec.connected(), self.spec.sampling(self.rng)
         self._last: Answer | None = None
         super().begin()
 
@@ -161,6 +154,20 @@ class LLM(Student):
             ValueError: nobody says so.
         """
         return place_of(self.endpoint, environment) if self.endpoint else Address(self.base_url)
+
+    def connected(self) -> Endpoint:
+        """Its endpoint."""
+        place = self.place()
+        return connect(place.base_url, Settings.read(place.base_url, key_in=place.key), self.endpoint)
+
+    def sampling(self, rng: np.random.Generator) -> dict[str, Any]:
+        """How an episode's answers are sampled, as requests say it."""
+        sampling = {
+            "temperature": self.temperature,
+            "max_tokens": self.max_tokens,
+            "seed": int(rng.integers(2**31)) if self.seed else None,
+        }
+        return {name: value for name, value in sampling.items() if value is not None}
 
     def check(self, environment: Mapping[str, str]) -> None:
         """Make sure that the client is there, and that a spending limit can be kept."""

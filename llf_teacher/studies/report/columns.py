@@ -24,6 +24,7 @@ CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
 """Labels of claims; text without claims does not occur in studies."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
+    *("unchecked", "changes"),
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )

@@ -21,6 +21,10 @@ class Account(NamedTuple):
     """Claims per turn of the student, by kind; what is said at the opening counts."""
     labels: dict[str, float]
     """Share of the claims by label; none if there are no claims."""
+    unchecked: float | None
+    """Share of the sentences of feedback that no claim vouches for; None if nothing was said."""
+    changes: int
+    """Sentences in which a rewriting voice changed numbers or names."""
     uptake: float | None
     """Of the turns before which a student who can be reached was advised an action, the share in which it took one;
     None if there are none.
@@ -53,6 +57,8 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
         teacher=teacher,
         per_turn={kind: added(mine, f"said_{kind}") / turns for kind in KINDS},
         labels={label: added(mine, label) / claims for label in CHECKED} if claims else {},
+        unchecked=added(mine, "unchecked") / sentences if (sentences := claims + added(mine, "unchecked")) else None,
+        changes=int(added(mine, "changes")),
         uptake=uptake,
         words=added(mine, "words") / turns,
         parse_failures=int(added(mine, "parse_failures")),

@@ -1,0 +1,22 @@
+"""voice(tone): says what a personality says in a tone of the shelf: `curt`, `socratic`, `warm`."""
+
+from dataclasses import dataclass
+
+from llf_teacher.speakers.speaker import Wording
+from teachers.spec import unknown
+from teachers.voice import PLAIN, voice_names
+
+
+@dataclass(frozen=True)
+class Toned(Wording):
+    """One of the voices that come with the package."""
+
+    tone: str = PLAIN
+
+    def __post_init__(self) -> None:
+        if self.tone not in voice_names():
+            raise ValueError(unknown("voice", self.tone, voice_names()))
+
+    def voice(self) -> str:
+        """Its name."""
+        return self.tone
