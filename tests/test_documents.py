@@ -43,13 +43,18 @@ def test_the_two_commands_compile_nothing():
     assert not wanted & {"alfworld", "textworld", project["name"]}
 
 
-def test_each_environment_of_learners_has_an_extra_and_pins():
+def test_each_environment_of_learners_and_frameworks_has_an_extra_and_pins():
     """Names and versions only, so that they hold wherever the packages come from."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
-    names = [path.name for path in (ROOT / "tests" / "rl").iterdir() if path.is_dir() and path.name[0] != "_"]
-    assert "learn" in names
-    for name in names:
-        pins = (ROOT / f"constraints-{name}.txt").read_text(encoding="utf-8").splitlines()[1:]
+    rooms = [path for room in ("rl", "integrations") for path in (ROOT / "tests" / room).iterdir() if path.is_dir()]
+    files = {
+        room.name: ROOT / f"constraints-{room.name}.txt" if room.parent.name == "rl" else room / "constraints.txt"
+        for room in rooms
+        if room.name[0] != "_"
+    }
+    assert {"learn", "trl", "openenv"} <= files.keys()
+    for name, file in files.items():
+        pins = file.read_text(encoding="utf-8").splitlines()[1:]
         assert all(re.fullmatch(r"[\w.-]+==[\w.]+", pin) for pin in pins)
         pinned = {re.sub(r"[-_.]+", "-", pin.partition("==")[0]).lower() for pin in pins}
         assert {re.match(r"[\w-]+", each)[0] for each in extras[name]} <= pinned

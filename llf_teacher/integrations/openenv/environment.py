@@ -1,0 +1,140 @@
+"""An environment with a teacher, as OpenEnv's server wants one."""
+
+from typing import Any
+from uuid import uuid4
+
+from openenv.core.env_server.interfaces import Environment
+from openenv.core.env_server.types import EnvironmentMetadata, State
+
+import llf_teacher
+from llf_teacher.gym import StudentEnv
+from llf_teacher.integrations.openenv.models import FeedbackAction, FeedbackObservation
+from teachers.atoms import ParseFailure
+
+SEEDS = 1000
+"""Tasks of each environment in a split."""
+_FIRST = {"train": 0, "test": 1_000_000}  # seed of each split
+_WAYS = 12  # buttons on the web page
+
+
+class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation, State]):
+    """One session. A task is an environment and a seed; `reset` takes its split and index, or what it is made of."""
+
+    SUPPORTS_CONCURRENT_SESSIONS = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._state = State(episode_id=None, step_count=0)
+        self._env: StudentEnv | None = None
+        self._made: tuple[Any, ...] = ()
+
+    def list_splits(self) -> list[str]:
+        """Those for training and for tests have other seeds."""
+        return list(_FIRST)
+
+    def num_tasks(self, split: str) -> int:
+        """The number of tasks in a split."""
+        _first(split)
+        return len(llf_teacher.ids()) * SEEDS
+
+    def get_task(self, split: str, index: int) -> dict[str, Any]:
+        """A task: environments come by turns.
+
+        Raises:
+            IndexError: there is no such task.
+        """
+        first, ids = _first(split), llf_teacher.ids()
+        if not 0 <= index < self.num_tasks(split):
+            raise IndexError(f"index must be from 0 to {self.num_tasks(split) - 1}, got {index}")
+        return {"task": f"{split}-{index}", "id": ids[index % len(ids)], "seed": first + index // len(ids)}
+
+    def list_tasks(self, split: str) -> list[dict[str, Any]]:
+        """The first task of each environment."""
+        return [self.get_task(split, index) for index in range(len(llf_teacher.ids()))]
+
+    def reset(
+        self,
+        seed: int | None = None,
+        episode_id: str | None = None,
+        *,
+        split: str = "train",
+        index: int | None = None,
+        id: str = "llf-gridworld-v0",
+        teacher: str = "oracle",
+        feedback_type: str = "a",
+        instruction_type: str = "b",
+        max_turns: int | None = None,
+        **others: Any,
+    ) -> FeedbackObservation:
+        """Begin an episode: of a task, or of an id and a seed, with any teacher of the shelf."""
+        if index is not None:
+            task = self.get_task(split, index)
+            id, seed = task["id"], task["seed"]
+        if ":" in teacher:
+            raise ValueError(
+                f"teacher must be one of `llf list`; a server imports nothing for clients, got {teacher!r}"
+            )
+        made = (id, teacher, feedback_type, instruction_type, max_turns)
+        if self._env is None or made != self._made:
+            env = llf_teacher.make(
+                id,
+                text=True,
+                teacher=teacher,
+                feedback_type=feedback_type,
+                instruction_type=instruction_type,
+                max_turns=max_turns,
+            )
+            self.close()
+            self._env, self._made = env, made
+        observation, info = self._env.reset(seed=seed)
+        self._state = State(episode_id=episode_id or f"{uuid4()}", step_count=0)
+        return _told(observation, info, 0.0, False, None)
+
+    def step(self, action: FeedbackAction, timeout_s: float | None = None, **others: Any) -> FeedbackObservation:
+        """Act, and hear what the teacher says of it."""
+        if self._env is None:
+            raise RuntimeError("there is no episode: call reset before step, in the same session")
+        observation, reward, terminated, truncated, info = self._env.step(action.text)
+        self._state.step_count += 1
+        acted = self._env.aec.moment.action
+        failure = acted.why if type(acted) is ParseFailure else None
+        return _told(observation, info, reward, terminated or truncated, failure)
+
+    @property
+    def state(self) -> State:
+        """The episode's name, and how many turns it has had."""
+        return self._state
+
+    def get_metadata(self) -> EnvironmentMetadata:
+        """What the server says of itself."""
+        return EnvironmentMetadata(
+            name="llf_teacher",
+            description="Worlds in which a student learns from what a teacher says: learning from language feedback.",
+            version=llf_teacher.__version__,
+        )
+
+    def web_actions(self, observation: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+        """A button for each word that names an action, where they are few."""
+        words = [] if self._env is None else list(self._env.aec.world.action_words)
+        return [(word, {"text": word}) for word in words] if len(words) <= _WAYS else []
+
+    def close(self) -> None:
+        """Close the world."""
+        if self._env is not None:
+            self._env.close()
+            self._env = None
+
+
+def _first(split: str) -> int:
+    if split not in _FIRST:
+        raise ValueError(f"split must be one of {', '.join(_FIRST)}, got {split!r}")
+    return _FIRST[split]
+
+
+def _told(
+    observation: dict[str, Any], info: dict[str, Any], reward: float, done: bool, failure: str | None
+) -> FeedbackObservation:
+    texts = {name: f"{text}" for name, text in observation.items()}
+    kinds = [f"{atom.kind}" for atom in info["atoms"] if atom.kind is not None]
+    told = {"success": bool(info["success"]), "kinds": kinds, "failure": failure}
+    return FeedbackObservation(**texts, reward=float(reward), done=bool(done), metadata=told)

@@ -1,0 +1,132 @@
+"""OpenEnv serves our environments: its own checks, its client and its web page, against a server that runs here."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import requests
+import yaml
+from openenv import GenericEnvClient
+
+import llf_teacher
+from llf_teacher.integrations import openenv as ours
+from llf_teacher.integrations.openenv.environment import FeedbackServerEnvironment
+from llf_teacher.integrations.openenv.models import FeedbackAction
+
+GRID = "llf-gridworld-v0"
+FOLDER = Path(ours.__file__).parent
+DECLARED = yaml.safe_load((FOLDER / "openenv.yaml").read_text())
+OPENENV = Path(sys.executable).with_name("openenv")
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    url = f"http://127.0.0.1:{port}"
+    command = [sys.executable, "-m", "uvicorn", DECLARED["app"], "--port", f"{port}", "--log-level", "warning"]
+    log = tmp_path_factory.mktemp("server") / "log"
+    with log.open("w") as file:
+        environment = os.environ | {"ENABLE_WEB_INTERFACE": "true", "GRADIO_ANALYTICS_ENABLED": "False"}
+        process = subprocess.Popen(command, env=environment, stdout=file, stderr=file, cwd=log.parent)
+    try:
+        for _ in range(600):
+            assert process.poll() is None, log.read_text()
+            try:
+                requests.get(f"{url}/health", timeout=1)
+                break
+            except requests.ConnectionError:
+                time.sleep(0.2)
+        yield url
+    finally:
+        process.terminate()
+        process.wait(20)
+
+
+def test_their_validation_passes_all_six(server):
+    command = [OPENENV, "validate", "--url", server, "--json"]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+    report = json.loads(result.stdout)
+    assert result.returncode == 0
+    assert report["passed"] is True
+    assert (report["summary"]["passed_count"], report["summary"]["total_count"]) == (6, 6)
+
+
+def test_an_episode_is_that_of_make(server):
+    env = llf_teacher.make(GRID, text=True, teacher="mistake(eps=0.5)", feedback_type="fp", max_turns=6)
+    expected, _ = env.reset(seed=7)
+    with GenericEnvClient(base_url=server).sync() as client:
+        seen = client.reset(seed=7, id=GRID, teacher="mistake(eps=0.5)", feedback_type="fp", max_turns=6)
+        assert {name: seen.observation[name] for name in expected} == expected
+        for action in ("north", "fly", "west", "south", "east", "north"):
+            expected, reward, terminated, truncated, _ = env.step(action)
+            seen = client.step({"text": action})
+            assert {name: seen.observation[name] for name in expected} == expected
+            assert (seen.reward, seen.done) == (reward, terminated or truncated)
+        assert seen.done
+        assert client.state()["step_count"] == 6
+
+
+def test_many_play_at_once(server):
+    with GenericEnvClient(base_url=server).sync() as one, GenericEnvClient(base_url=server).sync() as other:
+        rooms = [client.reset(seed=seed).observation["observation"] for client, seed in ((one, 1), (other, 2))]
+        assert rooms[0] != rooms[1]
+        assert one.step({"text": "nowhere"}).observation["observation"] == rooms[0]
+        assert other.step({"text": "nowhere"}).observation["observation"] == rooms[1]
+
+
+def test_tasks_have_splits(server):
+    assert [each["name"] for each in requests.get(f"{server}/llf_teacher/splits", timeout=10).json()] == [
+        "train",
+        "test",
+    ]
+    environment = FeedbackServerEnvironment()
+    ids = llf_teacher.ids()
+    assert environment.num_tasks("test") == 1000 * len(ids)
+    assert [task["id"] for task in environment.list_tasks("train")] == list(ids)
+    place = ids.index(GRID)
+    task = environment.get_task("test", place + 2 * len(ids))
+    assert (task["id"], task["seed"]) == (GRID, 1_000_002)
+    told = environment.reset(split="test", index=place + 2 * len(ids))
+    assert told.observation == environment.reset(seed=1_000_002, id=GRID).observation
+    with pytest.raises(IndexError, match="index must be from 0 to"):
+        environment.get_task("train", -1)
+    with pytest.raises(ValueError, match="split must be one of train, test, got 'dev'"):
+        environment.num_tasks("dev")
+
+
+def test_the_web_page_answers(server):
+    page = requests.get(f"{server}/web/", timeout=30)
+    assert page.status_code == 200
+    assert "gradio" in page.text.lower()
+    begun = requests.post(f"{server}/web/reset", json={"seed": 3}, timeout=30).json()
+    assert "treasure" in begun["observation"]["instruction"]
+    went = requests.post(f"{server}/web/step", json={"action": {"text": "north"}}, timeout=30).json()
+    assert went["observation"]["feedback"]
+
+
+def test_what_is_refused():
+    environment = FeedbackServerEnvironment()
+    with pytest.raises(RuntimeError, match="there is no episode: call reset before step"):
+        environment.step(FeedbackAction(text="north"))
+    with pytest.raises(ValueError, match="a server imports nothing for clients, got 'os:system'"):
+        environment.reset(teacher="os:system")
+    environment.reset(max_turns=1)
+    assert environment.web_actions({})[0] == ("north", {"text": "north"})
+    told = environment.step(FeedbackAction(text="fly"))
+    assert told.metadata["failure"] == "it names no action that there is"
+    environment.close()
+
+
+def test_the_declaration():
+    command = [OPENENV, "validate", FOLDER, "--level", "static"]
+    assert subprocess.run(command, capture_output=True, timeout=100, check=False).returncode == 0
+    assert DECLARED["name"] == FeedbackServerEnvironment().get_metadata().name
+    assert llf_teacher.__version__.startswith(DECLARED["version"])
+    assert DECLARED["validation"]["reward"]["range"] == list(llf_teacher.make(GRID).reward_range)
