@@ -1,5 +1,6 @@
 """Frames: the picture of a world, and beside it what the student did and what the teacher said of it."""
 
+import copy
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -9,7 +10,7 @@ from PIL import Image
 from teachers.atoms import FN, FP, HN, HP, Atom, FeedbackType, Label, Moment, ParseFailure, R, Utterance
 from teachers.oracle import Oracle
 from worlds.pictures import Picture, Sight, Step, Text
-from worlds.pictures.canvas import THEMES, Canvas, Frame, height_of
+from worlds.pictures.canvas import THEMES, Canvas, Frame, Theme, height_of
 from worlds.world import World
 
 __all__ = ["HEIGHT", "VIEW", "WIDTH", "Spoken", "Watch", "tiled"]
@@ -72,10 +73,8 @@ class Watch:
         theme: str = "light",
         privileged: bool = False,
     ) -> None:
-        if theme not in THEMES:
-            raise ValueError(f"theme {theme!r} is unknown; allowed: {', '.join(THEMES)}")
         self.name, self.picture, self.oracle, self.lab = name, picture, oracle, lab
-        self.max_turns, self.theme, self.privileged = max_turns, THEMES[theme], privileged
+        self.max_turns, self.theme, self.privileged = max_turns, _theme(theme), privileged
         self.moments: list[Moment[Any]] = []
         self.sentences: tuple[Spoken, ...] = ()
         """What was said last."""
@@ -112,6 +111,23 @@ class Watch:
         moments = self.moments
         known = len(moments) == moments[-1].turn + 1
         return atom.label(moments, self.lab) if self.privileged and known else Label.UNCHECKED
+
+    def without_truth(self) -> "Watch":
+        """The same as the student may see it, as long as nothing happens."""
+        plain = copy.copy(self)
+        plain.privileged = False
+        plain.sentences = tuple(spoken._replace(verdict=Label.UNCHECKED) for spoken in self.sentences)
+        return plain
+
+    def themed(self, theme: str) -> "Watch":
+        """The same in a theme, as long as nothing happens.
+
+        Raises:
+            ValueError: there is no such theme.
+        """
+        shown = copy.copy(self)
+        shown.theme = _theme(theme)
+        return shown
 
     def sight(self, seen: str) -> Sight[Any]:
         """The episode as a picture has it; `seen` is what the student observes now."""
@@ -204,6 +220,12 @@ class Watch:
         ink = theme.ink if self.heard else theme.muted
         below = canvas.paragraph((0, y + size * _HEAD), sentence.text, canvas.width, room - size * _HEAD, size, ink)
         return below + size * 0.55
+
+
+def _theme(name: str) -> Theme:
+    if name not in THEMES:
+        raise ValueError(f"theme {name!r} is unknown; allowed: {', '.join(THEMES)}")
+    return THEMES[name]
 
 
 def _told(action: Any) -> str:

@@ -87,7 +87,9 @@ class Dialogue:
         if self.turns:
             seen = {**seen, "instruction": ""}
         atoms = tuple((atom, atom.label(self._moments, self._lab)) for atom in aec.said)
-        self.turns.append(turn_row(self.env, Scene(aec.moment, seen, atoms))._replace(**self._told))
+        self.turns.append(
+            turn_row(aec, self.env.family.name, Scene(aec.moment, seen, atoms), self.env.teacher)._replace(**self._told)
+        )
         self.messages: list[Message] = [] if self.over else self.talk.ask(seen)
         """What to send to the model; nothing if the episode is over."""
 

@@ -20,6 +20,7 @@ from llf_teacher.studies.lessons import attend
 from llf_teacher.studies.options import read_options
 from llf_teacher.studies.own import arguments_of, parse_teacher
 from llf_teacher.studies.study import EpisodeSpec
+from pz_envs.seatings.tutoring.env import TutoringEnv
 from pz_envs.seats import STUDENT, entitled
 from teachers import common
 from teachers.atoms import FP, KINDS, Atom, Label, Moment, ParseFailure, action_of
@@ -188,15 +189,15 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] = abs) -> Record:
     for scene in scenes(env, student, spec.seed, sample=spec.sample):
         turn = scene.moment.turn
         said = student.record() if turn else {}
-        rows.append(turn_row(env, scene)._replace(**said))
+        rows.append(turn_row(env.aec, env.family.name, scene, env.teacher)._replace(**said))
         begins(turn + 1)
     env.close()
     return Record(spec, summary(env.family.name, student.reads, rows), tuple(rows))
 
 
-def turn_row(env: StudentEnv, scene: Scene) -> TurnRow:
-    """The turn that an environment has just played, as it is stored."""
-    moment, aec = scene.moment, env.aec
+def turn_row(aec: TutoringEnv, family: str, scene: Scene, speaker: Any = None) -> TurnRow:
+    """The turn that has just been played, as it is stored; the `changes` of the speaker are counted, if it has any."""
+    moment = scene.moment
     failed = moment.action if type(moment.action) is ParseFailure else None
     return TurnRow(
         turn=moment.turn,
@@ -209,9 +210,9 @@ def turn_row(env: StudentEnv, scene: Scene) -> TurnRow:
         parse_failure=failed and failed.got,
         instruction=str(scene.observation["instruction"]) or None,
         feedback=str(scene.observation["feedback"]),
-        atoms=to_json([as_dict(atom, label, env.family.name) for atom, label in scene.atoms]),
+        atoms=to_json([as_dict(atom, label, family) for atom, label in scene.atoms]),
         unchecked=unchecked(str(scene.observation["feedback"]), [atom.text for atom, _ in scene.atoms]) or None,
-        changes=len(getattr(env.teacher, "changes", ())) or None,
+        changes=len(getattr(speaker, "changes", ())) or None,
     )
 
 

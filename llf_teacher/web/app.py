@@ -1,0 +1,312 @@
+"""The server: addresses and what is answered there."""
+
+import asyncio
+import json
+from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, ParamSpec, TypeVar
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, JSONResponse, Response
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
+
+from llf_teacher.look import pages, style, told
+from llf_teacher.registry import entries
+from llf_teacher.studies import load
+from llf_teacher.studies.episode import pack_turns, unpack_turns
+from llf_teacher.studies.store import Store
+from llf_teacher.visible import visible
+from llf_teacher.web.downloads import DOWNLOADS, content
+from llf_teacher.web.guard import LOCAL, Guard
+from llf_teacher.web.plan import MOST_TURNS, SPEECHES, read_plan, students
+from llf_teacher.web.sessions import FullError, Session, Sessions, Terms
+from llf_teacher.web.stored import PAGE, found
+from llf_teacher.web.views import links, picture, state
+from pz_envs.seats import STUDENT, TEACHER
+from teachers.personality import PERSONALITIES
+
+__all__ = ["make_app"]
+
+LARGEST = 16_384
+"""Bytes that a request may have."""
+LONGEST = 4_000
+"""Characters that a person may say at once."""
+_STATIC = Path(__file__).parent / "static"
+_PHRASES = {
+    "Not Found": "there is no such page; begin at /",
+    "Method Not Allowed": "that cannot be done here; begin at /",
+}
+"""Sentences for what Starlette says by itself."""
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def make_app(
+    terms: Terms = Terms(),  # noqa: B008 (immutable)
+    stores: Sequence[Path] = (),
+    names: Collection[str] = LOCAL,
+    key: str = "",
+) -> ASGIApp:
+    """The application.
+
+    Args:
+        terms: how many lessons there may be, and what holds in them.
+        stores: those whose episodes can be looked at.
+        names: the names of the server; requests under others are refused.
+        key: what visitors must know; empty: nothing.
+
+    Raises:
+        StoreError: a store is none.
+    """
+    return _Pages(terms, [load(path).path for path in stores]).app(names, key)
+
+
+class _Pages:
+    """What is answered.
+
+    One thread does all that has to do with lessons and stores: some simulators draw in the thread only in which they
+    began, and two requests never meet in a lesson. The loop stays free for what takes no time.
+    """
+
+    def __init__(self, terms: Terms, stores: Sequence[Path]) -> None:
+        self.sessions = Sessions(terms)
+        self._stores = [Store(path) for path in stores]
+        self._desk = ThreadPoolExecutor(1, "lessons")
+        self._pages = pages("llf_teacher.web", "templates")
+        self._style = style()
+
+    def app(self, names: Collection[str], key: str) -> ASGIApp:
+        """The application."""
+        seat = "/seat/{token}"
+        routes = [
+            Route("/", self.start),
+            Route("/lessons", self.begin, methods=["POST"]),
+            Route(seat, self.seat),
+            Route(f"{seat}/state", self.state),
+            Route(f"{seat}/sit", self.sit, methods=["POST"]),
+            Route(f"{seat}/move", self.move, methods=["POST"]),
+            Route(f"{seat}/undo", self.undo, methods=["POST"]),
+            Route(f"{seat}/frame.png", self.frame),
+            Route(f"{seat}/episode", self.episode),
+            Route(f"{seat}/episode.{{ending}}", self.download),
+            Route("/stored/{store:int}", self.listing),
+            Route("/stored/{store:int}/{key}", self.replay),
+            Route("/static/look.css", self.look),
+            Mount("/static", StaticFiles(directory=_STATIC)),
+        ]
+        handlers: Any = {ValueError: _refused, HTTPException: _refused, Exception: _broken}
+        return Guard(Starlette(routes=routes, exception_handlers=handlers), names, key)
+
+    async def _do(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """Have something done at the desk."""
+        return await asyncio.get_running_loop().run_in_executor(self._desk, lambda: what(*args, **kwargs))
+
+    def _page(self, name: str, **values: Any) -> Response:
+        text = self._pages.get_template(name).render(stores=self._stores, **values)
+        return HTMLResponse(visible(text))
+
+    async def look(self, request: Request) -> Response:
+        """The style that reports have, too."""
+        return Response(self._style, media_type="text/css", headers={"Cache-Control": "max-age=3600"})
+
+    # Lessons.
+
+    async def start(self, request: Request) -> Response:
+        """Choose a lesson."""
+        families: dict[str, list[str]] = {}
+        for id, each in entries().items():
+            if not each.family.missing():
+                families.setdefault(each.family.name, []).append(id)
+        return self._page(
+            "start.html.j2",
+            families=families,
+            personalities=PERSONALITIES.names,
+            students=students(),
+            speeches=list(SPEECHES),
+            most_turns=MOST_TURNS,
+        )
+
+    async def begin(self, request: Request) -> Response:
+        """Make a lesson; where its maker sits."""
+        given = await _body(request)
+        session = await self._do(lambda: self.sessions.begin(read_plan(given)))
+        return JSONResponse({"page": f"/seat/{session.tokens[session.lesson.plan.seat]}"}, 201)
+
+    async def seat(self, request: Request) -> Response:
+        """The page of a seat."""
+        session, seat = await self._found(request)
+        plan = session.lesson.plan
+        return self._page(
+            "seat.html.j2",
+            plan=plan,
+            seat=seat,
+            teaches=seat == TEACHER,
+            learns=seat == STUDENT,
+            links=links(session, seat),
+        )
+
+    async def state(self, request: Request) -> Response:
+        """The lesson now; nothing, if it is the `version` that the page has."""
+        session, seat = await self._found(request)
+        if request.query_params.get("version") == f"{session.version}":
+            return Response(status_code=204)
+        return await self._state(session, seat, request.query_params.get("since", ""))
+
+    async def sit(self, request: Request) -> Response:
+        """Sit down."""
+        session, seat = await self._found(request)
+        given = await _body(request)
+        self.sessions.sit(session, seat, given.get("agreed"), given.get("code"))
+        return await self._state(session, seat, _since(given))
+
+    async def move(self, request: Request) -> Response:
+        """A turn: `act`, `claims`, `say`, `personality` or `step`."""
+        session, seat = await self._found(request)
+        given = await _body(request)
+        await self._do(self.sessions.move, session, seat, _what(given, seat))
+        return await self._state(session, seat, _since(given))
+
+    async def undo(self, request: Request) -> Response:
+        """Take the last turn back."""
+        session, seat = await self._found(request)
+        given = await _body(request)
+        await self._do(self.sessions.undo, session, seat)
+        return await self._state(session, seat, _since(given))
+
+    async def frame(self, request: Request) -> Response:
+        """The picture."""
+        session, seat = await self._found(request)
+        theme = request.query_params.get("theme", "light")
+        return Response(await self._do(picture, session.lesson, seat, theme), media_type="image/png")
+
+    async def episode(self, request: Request) -> Response:
+        """The whole episode, with each claim's check, once it is over."""
+        session, _ = await self._found(request)
+        record = await self._do(self.sessions.record, session)
+        turns = told(unpack_turns(pack_turns(record.turns)), record.episode.family)
+        values = {**record.spec._asdict(), **record.episode._asdict()}
+        return self._page("episode.html.j2", episode=values, turns=turns, downloads=DOWNLOADS)
+
+    async def download(self, request: Request) -> Response:
+        """The episode as a file, once it is over."""
+        session, _ = await self._found(request)
+        ending = request.path_params["ending"]
+        if ending not in DOWNLOADS:
+            raise HTTPException(404, f"there is no such file; there are {', '.join(DOWNLOADS)}")
+        record = await self._do(self.sessions.record, session)
+        made = await self._do(content, ending, record, session.lesson.film)
+        name = f"llf-{record.spec.key[:8]}.{ending}"
+        headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+        return Response(made, media_type=DOWNLOADS[ending].media_type, headers=headers)
+
+    async def _found(self, request: Request) -> tuple[Session, str]:
+        try:
+            return await self._do(self.sessions.find, request.path_params["token"])
+        except LookupError:
+            raise HTTPException(
+                404, "there is no such lesson, or nobody has looked at it for so long that it is gone; begin a new one"
+            ) from None
+
+    async def _state(self, session: Session, seat: str, since: str) -> Response:
+        return JSONResponse(await self._do(state, self.sessions, session, seat, self._pages, since))
+
+    # Stored episodes.
+
+    async def listing(self, request: Request) -> Response:
+        """The episodes of a store."""
+        number, store = self._store(request)
+        words = request.query_params.get("q", "")[:200]
+        rows, more = await self._do(found, store, words)
+        return self._page("listing.html.j2", number=number, store=store, rows=rows, more=more, words=words, most=PAGE)
+
+    async def replay(self, request: Request) -> Response:
+        """A stored episode, turn by turn."""
+        _, store = self._store(request)
+        key = request.path_params["key"]
+        row = dict(await self._do(store.episode, key))
+        turns = told(await self._do(store.turns, key), row["family"])
+        return self._page("episode.html.j2", episode=row, turns=turns, downloads={})
+
+    def _store(self, request: Request) -> tuple[int, Store]:
+        number = request.path_params["store"]
+        if number >= len(self._stores):
+            raise HTTPException(404, "there is no such store; name stores by `llf serve --replay`")
+        return number, self._stores[number]
+
+
+async def _body(request: Request) -> dict[str, Any]:
+    """What was sent: an object of JSON, not too large.
+
+    Raises:
+        ValueError: it is something else.
+    """
+    if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
+        raise HTTPException(415, "send JSON, as content type application/json")
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > LARGEST:
+            raise HTTPException(413, f"that is too long; at most {LARGEST} bytes can be sent at once")
+    try:
+        given = json.loads(body or b"{}")
+    except (ValueError, RecursionError):
+        raise ValueError("what was sent is no JSON") from None
+    if not isinstance(given, dict):
+        raise ValueError("what was sent is JSON, but no object")
+    return given
+
+
+def _since(given: Mapping[str, Any]) -> str:
+    return f"{given.get('since', '')}"
+
+
+def _what(given: Mapping[str, Any], seat: str) -> Any:
+    """The turn that was sent, as `LiveLesson.move` takes it.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if seat == STUDENT:
+        return _text(given, "act")
+    if seat != TEACHER:
+        return None
+    if "claims" in given:
+        numbers = given["claims"]
+        if not isinstance(numbers, list) or not all(type(number) is int for number in numbers):
+            raise ValueError(f"claims must be a list of numbers, got {numbers!r:.60}")
+        return tuple(numbers)
+    return None if given.get("personality") is True else _text(given, "say")
+
+
+def _text(given: Mapping[str, Any], name: str) -> str:
+    text = given.get(name)
+    if not isinstance(text, str) or len(text) > LONGEST:
+        raise ValueError(f"{name} must be a text of at most {LONGEST} characters, got {text!r:.60}")
+    return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    """What a visitor can mend, as a sentence."""
+    status, why = 400, f"{error}"
+    if isinstance(error, HTTPException):
+        status, why = error.status_code, _PHRASES.get(error.detail, error.detail)
+    elif isinstance(error, FullError):
+        status = 503
+    return _sentence(request, visible(why), status)
+
+
+async def _broken(request: Request, error: Exception) -> Response:
+    """What a visitor cannot mend."""
+    return _sentence(request, "something is wrong here, which is not your doing; the server's terminal says what", 500)
+
+
+def _sentence(request: Request, why: str, status: int) -> Response:
+    if "text/html" in request.headers.get("accept", ""):
+        text = pages("llf_teacher.web", "templates").get_template("refused.html.j2").render(why=why)
+        return HTMLResponse(text, status)
+    return JSONResponse({"error": why}, status)

@@ -1,0 +1,67 @@
+"""An episode as a file to take along."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import llf_teacher
+from llf_teacher.studies import load
+from llf_teacher.studies.episode import Record, pack_turns, to_json, unpack_regrets, unpack_turns
+from llf_teacher.studies.exports import write_export
+from llf_teacher.studies.store import Store
+from llf_teacher.tools.film import save
+from worlds.pictures.canvas import Frame
+
+
+class Download(NamedTuple):
+    """A kind of file."""
+
+    media_type: str
+    title: str
+    make: Callable[[Path, Record, Callable[[], list[Frame]]], object]
+    """Writes an episode to a path; frames are asked for where they are needed."""
+
+
+def _write_json(path: Path, record: Record, film: object) -> None:
+    told: dict[str, Any] = {
+        **record.spec._asdict(),
+        **record.episode._asdict(),
+        "key": record.spec.key,
+        "regrets": unpack_regrets(record.episode.regrets),
+        "turns": unpack_turns(pack_turns(record.turns)),
+    }
+    path.write_text(to_json(told) + "\n", encoding="utf-8")
+
+
+def _write_store(path: Path, record: Record, film: object) -> None:
+    with Store(path) as store:
+        store.add(record)
+        store.write_manifest({"version": llf_teacher.__version__})
+
+
+def _write_chat(path: Path, record: Record, film: object) -> None:
+    whole = path.with_name("episode.db")
+    _write_store(whole, record, film)
+    write_export(load(whole), path, "chat")
+
+
+def _write_film(path: Path, record: Record, film: Callable[[], list[Frame]]) -> None:
+    save(film(), path)
+
+
+DOWNLOADS = {
+    "json": Download("application/json", "JSON: all that is known of it", _write_json),
+    "jsonl": Download("application/jsonl", "chat: as messages", _write_chat),
+    "gif": Download("image/gif", "GIF: an animation", _write_film),
+    "db": Download("application/vnd.sqlite3", "a store of a study, with this row", _write_store),
+}
+"""What can be taken along, by the ending of its name."""
+
+
+def content(ending: str, record: Record, film: Callable[[], list[Frame]]) -> bytes:
+    """An episode as a file of a kind. Nothing of it is left here."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"download.{ending}"
+        DOWNLOADS[ending].make(path, record, film)
+        return path.read_bytes()

@@ -1,0 +1,119 @@
+"""What a seat is shown of its lesson, as JSON values."""
+
+import io
+from typing import Any
+
+import jinja2
+import numpy as np
+from PIL import Image
+
+from llf_teacher.look import told
+from llf_teacher.studies.episode import pack_turns, unpack_turns
+from llf_teacher.visible import visible
+from llf_teacher.web.lesson import LiveLesson
+from llf_teacher.web.plan import WATCHER
+from llf_teacher.web.sessions import NAMES, Session, Sessions
+from pz_envs.seats import STUDENT, TEACHER
+from teachers.phrasebook import Draws
+
+_MANY_WORDS = 24  # of a world, for each of which there is a button
+
+
+def state(
+    sessions: Sessions, session: Session, seat: str, pages: jinja2.Environment, since: str = ""
+) -> dict[str, Any]:
+    """The lesson as a seat may know it.
+
+    Args:
+        sessions: what the session is of.
+        session: the lesson.
+        seat: who looks.
+        pages: has the macros that draw turns.
+        since: the `mark` of an earlier state; turns that were in that are left out. Empty: all are wanted.
+    """
+    lesson, terms = session.lesson, sessions.terms
+    watch = lesson.watch(seat)
+    checked = seat != STUDENT or lesson.over
+    epoch, _, known = since.partition(".")
+    now = f"{lesson.undone}{'c' if checked else 'p'}"
+    first = min(int(known), len(lesson.rows)) if epoch == now and known.isdecimal() else 0
+    away = sorted(lesson.plan.people - session.codes.keys())
+    mine = lesson.to_move == seat and not away
+    moment = lesson.aec.moment
+    return {
+        "version": session.version,
+        "mark": f"{now}.{len(lesson.rows)}",
+        "first": first,
+        "turns": _drawn(lesson, first, checked, pages),
+        "seat": NAMES.get(seat, seat),
+        "turn": moment.turn,
+        "most": lesson.plan.max_turns,
+        "total": round(sum(each.reward for each in watch.moments), 6) + 0.0,
+        "success": moment.success,
+        "over": lesson.over,
+        "mine": mine,
+        "waits": "" if mine or lesson.over else NAMES.get(away[0] if away else lesson.to_move, ""),
+        "join": seat in away,
+        "consent": terms.consent,
+        "codes": terms.codes,
+        "kept": session.kept,
+        "now": visible("".join(piece for piece, _ in watch.text(lesson.seen()))),
+        "said": [
+            {"kind": f"{spoken.kind or ''}", "text": visible(spoken.text)} for spoken in watch.sentences if watch.heard
+        ],
+        "heard": watch.heard,
+        "undo": terms.undo and not session.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
+        **(_to_teach(lesson) if seat == TEACHER and mine else {}),
+        **(_to_learn(lesson) if seat == STUDENT else {}),
+    }
+
+
+def _drawn(lesson: LiveLesson, first: int, checked: bool, pages: jinja2.Environment) -> list[str]:
+    """Each turn from the first one wanted, as HTML."""
+    macro = pages.get_template("look/episode.html.j2").module.one_turn  # type: ignore[attr-defined]  # a macro of it
+    turns = told(unpack_turns(pack_turns(lesson.rows[first:])), lesson.family.name)
+    return [visible(str(macro(turn, checked))) for turn in turns]
+
+
+def _to_teach(lesson: LiveLesson) -> dict[str, Any]:
+    """What a person can say."""
+    aec = lesson.aec
+    if aec.speech == "message":
+        return {"suggestion": visible(aec.infos[TEACHER]["suggestion"])}
+    voice, turn = aec.teacher.voice, aec.moment.turn
+    return {
+        "claims": [
+            # In the first of its paraphrases: which one is said is drawn when it is.
+            {"kind": f"{claim.kind}", "text": visible(voice.say((claim,), turn, Draws(np.random.default_rng(0)), 0))}
+            for claim in aec.seat.listed()
+        ]
+    }
+
+
+def _to_learn(lesson: LiveLesson) -> dict[str, Any]:
+    """How a person can act."""
+    world = lesson.aec.world
+    words = list(world.action_words)
+    return {
+        "words": words if len(words) <= _MANY_WORDS else [],
+        "expected": visible(world.action_syntax),
+        "lines": world.several_lines,
+    }
+
+
+def picture(lesson: LiveLesson, seat: str, theme: str) -> bytes:
+    """The lesson now as a seat may see it, as a PNG.
+
+    Raises:
+        ValueError: there is no such theme.
+    """
+    frame = lesson.watch(seat).themed(theme).frame(lesson.seen())
+    file = io.BytesIO()
+    Image.fromarray(frame).save(file, "png")
+    return file.getvalue()
+
+
+def links(session: Session, seat: str) -> dict[str, str]:
+    """The secrets of the seats that others are to take, by the names of these."""
+    shares = session.lesson.plan.seat == seat and seat != WATCHER
+    return {NAMES[other]: token for other, token in session.tokens.items() if other != seat and shares}
