@@ -77,6 +77,8 @@ class _Pages:
         self.sessions = Sessions(terms)
         self._stores = [Store(path) for path in stores]
         self._desk = ThreadPoolExecutor(1, "lessons")
+        self._waiting, self._calm, self._easel = 0, asyncio.Event(), asyncio.Lock()
+        self._calm.set()
         self._pages = pages("llf_teacher.web", "templates")
         self._style = style()
 
@@ -104,7 +106,20 @@ class _Pages:
 
     async def _do(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """Have something done at the desk."""
-        return await asyncio.get_running_loop().run_in_executor(self._desk, lambda: what(*args, **kwargs))
+        self._waiting += 1
+        self._calm.clear()
+        try:
+            return await asyncio.get_running_loop().run_in_executor(self._desk, lambda: what(*args, **kwargs))
+        finally:
+            self._waiting -= 1
+            if not self._waiting:
+                self._calm.set()
+
+    async def _draw(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
+        """The same of a picture, which takes the longest: when nobody waits for a turn, and one at a time."""
+        async with self._easel:
+            await self._calm.wait()
+            return await self._do(what, *args, **kwargs)
 
     def _page(self, name: str, **values: Any) -> Response:
         text = self._pages.get_template(name).render(stores=self._stores, **values)
@@ -182,7 +197,7 @@ class _Pages:
         """The picture."""
         session, seat = await self._found(request)
         theme = request.query_params.get("theme", "light")
-        return Response(await self._do(picture, session.lesson, seat, theme), media_type="image/png")
+        return Response(await self._draw(picture, session.lesson, seat, theme), media_type="image/png")
 
     async def episode(self, request: Request) -> Response:
         """The whole episode, with each claim's check, once it is over."""
@@ -199,7 +214,7 @@ class _Pages:
         if ending not in DOWNLOADS:
             raise HTTPException(404, f"there is no such file; there are {', '.join(DOWNLOADS)}")
         record = await self._do(self.sessions.record, session)
-        made = await self._do(content, ending, record, session.lesson.film)
+        made = await self._draw(content, ending, record, session.lesson.film)
         name = f"llf-{record.spec.key[:8]}.{ending}"
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return Response(made, media_type=DOWNLOADS[ending].media_type, headers=headers)

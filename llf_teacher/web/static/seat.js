@@ -27,13 +27,14 @@ const look = async () => {
 };
 
 const send = async (what, sent) => {
-  byId("problem").textContent = "";
+  const problem = byId(what === "sit" ? "problem-sit" : "problem");
+  problem.textContent = "";
   document.body.setAttribute("aria-busy", "true");
   try {
     show(await ask(`${here}/${what}`, { ...sent, since: known.mark }));
     return true;
   } catch (error) {
-    byId("problem").textContent = error.answered ? error.message : "The server cannot be reached; try again.";
+    problem.textContent = error.answered ? error.message : "The server cannot be reached; try again.";
     if (!error.answered) later();
     return false;
   } finally {
@@ -66,6 +67,7 @@ const status = (told) => {
   const total = Number(told.total.toPrecision(4));
   const turn = `Turn ${told.turn} of ${told.most}, reward ${total} in all.`;
   if (told.over) return `${turn} It is over.`;
+  if (told.seat === "watcher") return turn;
   return told.mine ? `${turn} It is your turn.` : `${turn} Waiting for the ${told.waits}.`;
 };
 
@@ -89,7 +91,7 @@ const teacher = (told) => {
     const legend = byId("claims").querySelector("legend");
     const choices = told.claims.map(({ kind, text }, number) => {
       const label = make("label");
-      label.append(make("input", "", { type: "checkbox", value: number }), " ", kinds(kind), " ", text);
+      label.append(make("input", "", { type: "checkbox", value: number }), kinds(kind), make("span", text));
       return label;
     });
     if (!choices.length) choices.push(make("p", "There is nothing true to say.", { class: "quiet" }));
