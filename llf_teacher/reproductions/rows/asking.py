@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from llf_teacher.reproductions.asking import Answers, Asks, attended
 from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval, paired_difference
@@ -84,19 +86,22 @@ def read(values: Values) -> Reading:
 def draw(values: Values, figure: "Figure") -> None:
     """Regret by the attention that it took, a point a way."""
     axes = figure.subplots()
-    for asks in ASKS:
+    markers = dict(zip(ANSWERS, "os^", strict=False))
+    for number, asks in enumerate(ASKS):
         taught = [each for each in _settings() if each["asks"] == asks and each["answers"] != "never"]
-        found = [values(**setting) for setting in taught]
-        axes.plot([each[:, 1].mean() for each in found], [each[:, 0].mean() for each in found], "o-", label=asks)
-        for each, answers in zip(found, ANSWERS, strict=False):
-            axes.annotate(answers, (each[:, 1].mean(), each[:, 0].mean()), fontsize="x-small")
+        looks, lost = (np.array([values(**each)[:, column].mean() for each in taught]) for column in (1, 0))
+        axes.plot(looks, lost, color=f"C{number}", label=asks)
+        for marker, *point in zip(markers.values(), looks, lost, strict=True):
+            axes.plot(*point, color=f"C{number}", marker=marker)
+    for answers, marker in markers.items():
+        axes.plot([], [], color="gray", linestyle="", marker=marker, label=f"advises {answers}")
     axes.axhline(values(**_of(ALONE))[:, 0].mean(), color="gray", linestyle="--", label="no advice")
     axes.set(xlabel="turns in which the teacher looked", ylabel="regret per episode", ylim=(0, None))
-    axes.legend()
+    axes.legend(loc="center right")
 
 
 ROW = Row(
-    claim="Advising that both initiate gains as much as a teacher who always looks, with less of its attention",
+    claim="Advising that both initiate gains nearly as much as a teacher who always looks, with less attention",
     source="Amir et al. 2016",
     protocol=(
         f"Houses of 20 rooms, {EPISODES} episodes of at most {TURNS} moves from the same room, {BUDGET} pieces of "

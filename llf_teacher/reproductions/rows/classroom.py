@@ -108,8 +108,8 @@ def read(values: Values) -> Reading:
     ours = (
         f"Attention to whom most is at stake saves {' and '.join(map(told, gains))} moves an episode beside turns in "
         f"order, with attention for {' and '.join(map(str, ATTENTION))} of {PUPILS}. Attention to who wasted least, "
-        f"beside who wasted most, saves {' and '.join(saved('who wasted least', 'who wasted most', 0))} for all, and "
-        f"{' and '.join(saved('who wasted least', 'who wasted most', 1))} for the last of the class."
+        f"beside who wasted most, saves {' and '.join(saved('who wasted least', 'who wasted most', 0))}; the last of "
+        f"the class then wastes {' and '.join(saved('who wasted most', 'who wasted least', 1))} more."
     )
     agrees = (
         "yes" if all(each.low > 0 for each in gains) else "in part" if any(each.low > 0 for each in gains) else "no"

@@ -87,13 +87,16 @@ def read(values: Values) -> Reading:
     }
     better = {other: _where([each.low > 0 for each in found]) for other, found in beside.items()}
     worse = {other: _where([each.high < 0 for each in found]) for other, found in beside.items()}
+    names = ("the own start", "anywhere")
     parts = [
-        f"than practice from {other if other == 'anywhere' else 'the own start'} after {_listed(better[other])} moves "
-        f"(after {PRACTICE[2]} it saves {told(found[2], 1)} moves an episode), and surely worse after "
-        f"{_listed(worse[other])}"
-        for other, found in beside.items()
+        f"than practice from {name} with {_listed(better[other])} of these numbers of moves (with {PRACTICE[2]} it "
+        f"saves {told(beside[other][2], 1)} moves an episode)"
+        for name, other in zip(names, beside, strict=True)
     ]
-    ours = f"Practice that begins near the treasure and moves away from it is surely better {'; '.join(parts)}."
+    ours = (
+        f"Practice that begins near the treasure and moves away from it is surely better {', and '.join(parts)}. It is "
+        f"surely worse with {_listed(sorted({*worse['anywhere'], *worse[STARTS[0]]}))} of them."
+    )
     agrees = "yes" if all(better.values()) and not any(worse.values()) else "in part" if better[STARTS[0]] else "no"
     why = (
         "In a house practice from anywhere finds the treasure often, too, since some rooms are always near it; the "
@@ -107,7 +110,7 @@ def _where(flags: Sequence[bool]) -> list[int]:
 
 
 def _listed(moves: Sequence[int]) -> str:
-    return ", ".join(map(str, moves)) or "no number of"
+    return "all" if len(moves) == len(PRACTICE) else ", ".join(map(str, moves)) or "none"
 
 
 def draw(values: Values, figure: "Figure") -> None:
