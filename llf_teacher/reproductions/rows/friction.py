@@ -123,7 +123,7 @@ ROW = Row(
         *({"id": id, "student": CEILING, "teacher": TEACHERS["gold"]} for id in IDS.values()),
         *(_setting(family, student, teacher) for family, student in _pairs() for teacher in TEACHERS),
     ),
-    seeds=30,
+    seeds=20,
     measure=measure,
     measures=("total regret", "turn of the first success, 0 if there was none"),
     read=read,
