@@ -5,10 +5,11 @@ import itertools
 import os
 import platform
 import re
-from collections.abc import Callable, Iterator, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib import metadata
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from llf_teacher.models.cache import spending
 from llf_teacher.models.settings import CACHE
@@ -242,7 +243,14 @@ class _Run:
 
     def _play(self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], tally: _Tally) -> None:
         todo = (spec for spec in self._specs() if not self._is_there(spec) and not self._is_lost(spec))
-        for look, specs in itertools.groupby(todo, lambda spec: self._study.look_of(spec.seed)):
+        if not self._study.looks:
+            self._play_these(engine, todo, tally)
+            return
+        looks = {
+            seed: 1 + bisect_right(self._study.looks["at"], i)
+            for i, seed in enumerate(cast(Sequence[int], self._study.seeds))
+        }
+        for look, specs in itertools.groupby(todo, lambda spec: looks[spec.seed]):
             self._play_these(engine, specs, tally)
             if self._error or self._ends(look):
                 return

@@ -13,6 +13,7 @@ import sqlite3
 import weakref
 import zlib
 from collections.abc import Iterable, Iterator
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,8 @@ _FIELDS = EpisodeSpec.__annotations__ | EpisodeRow.__annotations__
 _KINDS = _FIELDS | Failure.__annotations__
 _ONES_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))
 _SHARED = tuple(name for name in _FIELDS if name not in _ONES_OWN)
+_FLAGS = tuple(i for i, kind in enumerate(_FIELDS.values()) if kind is bool)
+_of_shared, _of_ones_own = (itemgetter(*map(list(_FIELDS).index, names)) for names in (_SHARED, _ONES_OWN))
 
 
 def _columns(names: Iterable[str]) -> str:
@@ -162,14 +165,13 @@ class Store:
 
     def add_packed(self, spec: EpisodeSpec, episode: EpisodeRow, turns: bytes) -> None:
         """The same, of turns as `pack_turns` makes them."""
-        values = {
-            name: int(value) if isinstance(value, bool) else value
-            for name, value in zip(_FIELDS, (*spec, *episode), strict=True)
-        }
+        values = [*spec, *episode]
+        for i in _FLAGS:
+            values[i] = int(values[i])
         key = spec.key
         with self._writing() as db:
-            shared, own = (tuple(values[name] for name in names) for names in (_SHARED, _ONES_OWN))
-            row = (bytes.fromhex(key), self._setting(shared), *own, _digest(key, values.values(), turns))
+            setting = self._setting(_of_shared(values))
+            row = (bytes.fromhex(key), setting, *_of_ones_own(values), _digest(key, values, turns))
             added = db.execute(f"INSERT OR IGNORE INTO result VALUES (NULL, {_marks(row)})", row)  # noqa: S608
             if added.rowcount:
                 db.execute("INSERT INTO story VALUES (?, ?)", (added.lastrowid, turns))

@@ -1,6 +1,5 @@
 """A study: which students meet which teachers in which environments, as a value that files hold."""
 
-import bisect
 import hashlib
 import itertools
 import json
@@ -278,11 +277,6 @@ class Study:
                 worlds,
                 options=options,
             )
-
-    def look_of(self, seed: int) -> int:
-        """The look before which a seed is played, counted from 1; 1 without looks."""
-        at = self.looks["at"] if self.looks else [len(self._seeds)]
-        return 1 + bisect.bisect_right(at, self._seeds.index(seed))
 
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""

@@ -12,7 +12,7 @@ from typing import Generic, Self
 
 from llf_teacher.studies.executors import Executor, Lost, Process, R, T, Work
 
-_SECONDS = 0.2  # what a batch should take
+_SECONDS = 1.0  # what a batch should take
 _MOST = 32  # tasks in a batch
 _NEWS = 0.3  # weight of the last batch in the mean time of a task
 
@@ -44,11 +44,12 @@ class Batches(Generic[T, R]):
 
     Args:
         engine: plays batches.
+        tasks: how many there will be; the last ones travel in small company, so that all processes have some.
         single: one task a batch, for those that have a limit of time.
     """
 
-    def __init__(self, engine: Executor[Batch[T], Told[R]], single: bool) -> None:
-        self._engine, self._single = engine, single
+    def __init__(self, engine: Executor[Batch[T], Told[R]], tasks: int, single: bool) -> None:
+        self._engine, self._single, self._left = engine, single, tasks
         self._waiting: list[T] = []
         self._mean: float | None = None
 
@@ -56,7 +57,7 @@ class Batches(Generic[T, R]):
     def _size(self) -> int:
         if self._single or self._mean is None:
             return 1
-        return max(1, min(_MOST, int(_SECONDS / max(self._mean, 1e-9))))
+        return max(1, min(_MOST, int(_SECONDS / max(self._mean, 1e-9)), self._left // self._engine.room))
 
     @property
     def room(self) -> int:
@@ -66,6 +67,7 @@ class Batches(Generic[T, R]):
     def submit(self, task: T) -> None:
         """Send a task as soon as there is a batch, or somebody waits."""
         self._waiting.append(task)
+        self._left -= 1
         if len(self._waiting) >= self._size:
             self._send()
 

@@ -152,4 +152,4 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
     if address is not None:
         raise ValueError(f"the executor 'processes' plays on this machine and has no address, got {address!r}")
     engine = _Processes(in_batches(work), min(workers or os.cpu_count() or 1, work.tasks))
-    return Batches(engine, single=work.seconds is not None)
+    return Batches(engine, work.tasks, single=work.seconds is not None)

@@ -110,4 +110,4 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
     Raises:
         ConnectionError: no cluster is there.
     """
-    return Batches(_Ray(in_batches(work), workers, address), single=work.seconds is not None)
+    return Batches(_Ray(in_batches(work), workers, address), work.tasks, single=work.seconds is not None)
