@@ -12,6 +12,7 @@ from worlds.optimization import TOLERANCE, Optimization
 
 _TIE = 1e-6
 _EXACT = 22  # powers of ten up to this are floats
+_POWERS = 10.0 ** np.maximum(np.arange(-_EXACT, _EXACT + 1), 0)  # a table, as numpy takes long for each of them
 
 
 class OptimizationOracleBatch(OracleBatch[State]):
@@ -67,12 +68,12 @@ class OptimizationOracleBatch(OracleBatch[State]):
             if not len(rows):
                 break
             here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
-            point, able = self._short(here, between(here, there.nearest(here), share), there)
+            point, able = self._short(here, between(here, there.nearest(here)[0], share), there)
             loss = there.value(point)
             rows = tell(rows, point, able & (loss < now) & _differ(loss, now))
         if len(rows):  # a ridge has to be crossed, behind which the minimiser lies
             here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
-            point, able = self._short(here, between(here, there.nearest(here), SHORT), there)
+            point, able = self._short(here, between(here, there.nearest(here)[0], SHORT), there)
             behind = np.zeros(len(rows), bool)
             for i in BEHIND:
                 farther = between(here, point, 1 + i / FARTHER / 4)
@@ -85,14 +86,14 @@ class OptimizationOracleBatch(OracleBatch[State]):
         """The points, in the domain, or ones no closer to a minimiser than a tenth of the way; where there are any."""
         world = self.worlds.world
         point = moved_inside(world, point)
-        minimiser = landscapes.nearest(point)
-        near = np.flatnonzero(_distance(point, minimiser) < (1 - SHORT) * _distance(x, minimiser))
+        minimiser, distance = landscapes.nearest(point)
+        near = np.flatnonzero(distance < (1 - SHORT) * np.hypot(x[0] - minimiser[0], x[1] - minimiser[1]))
         if len(near):
             back = moved_inside(world, between(_at(x, near), _at(minimiser, near), SHORT))
             for coordinate, values in zip(point, back, strict=True):
                 coordinate[near] = values
-            minimiser = landscapes.nearest(point)
-        return point, (_distance(point, minimiser) > CLOSE) & ((point[0] != x[0]) | (point[1] != x[1]))
+            _, distance = landscapes.nearest(point)
+        return point, (distance > CLOSE) & ((point[0] != x[0]) | (point[1] != x[1]))
 
     def _warnings(
         self, x: Points, y: Floats, landscapes: Landscapes, good: Bools, advised: Points, turn: np.ndarray, may: Bools
@@ -119,9 +120,8 @@ class OptimizationOracleBatch(OracleBatch[State]):
 
 def moved_inside(world: Optimization, point: Points) -> Points:
     """The points with six significant digits, moved into the domain."""
-    first, second = (
-        np.clip(six_digits(x), low, high) + 0.0 for x, low, high in zip(point, world.lows, world.highs, strict=True)
-    )
+    bounds = zip(map(six_digits, point), world.lows, world.highs, strict=True)
+    first, second = (np.minimum(np.maximum(x, low), high) + 0.0 for x, low, high in bounds)
     return first, second
 
 
@@ -129,11 +129,12 @@ def six_digits(x: Floats) -> Floats:
     """`float(f"{x:.6g}")` of each number."""
     size = np.abs(x)
     digits = 5 - np.floor(np.log10(np.where(size > 0, size, 1.0))).astype(np.int64)
-    up, down = 10.0 ** np.clip(digits, 0, _EXACT), 10.0 ** np.clip(-digits, 0, _EXACT)
+    place = np.minimum(np.maximum(digits, -_EXACT), _EXACT)
+    up, down = _POWERS[_EXACT + place], _POWERS[_EXACT - place]
     scaled = x * up / down
     rounded: Floats = np.rint(scaled) / up * down
     # What lies between two of these numbers, but for what the product lost, is left to the exact way.
-    doubtful = (np.abs(np.abs(scaled - np.floor(scaled)) - 0.5) < _TIE) | (np.abs(digits) > _EXACT)
+    doubtful = (np.abs(scaled - np.floor(scaled) - 0.5) < _TIE) | (np.abs(digits) > _EXACT)
     for i in np.flatnonzero(doubtful).tolist():
         rounded[i] = float(f"{x[i]:.6g}")
     return rounded
@@ -159,11 +160,6 @@ def _differ(a: Floats, b: Floats) -> Bools:
 def _contains(world: Optimization, point: Points) -> Bools:
     (low1, low2), (high1, high2) = world.lows, world.highs
     return (low1 <= point[0]) & (point[0] <= high1) & (low2 <= point[1]) & (point[1] <= high2)
-
-
-def _distance(a: Points, b: Points) -> Floats:
-    distance: Floats = np.hypot(a[0] - b[0], a[1] - b[1])
-    return distance
 
 
 def _points(table: Floats) -> Points:

@@ -66,18 +66,17 @@ class Landscapes:
         h11, h12, h22 = hessian(z1, z2)
         return h11, sign1 * sign2 * h12, h22
 
-    def nearest(self, x: Points) -> Points:
-        """The nearest point of least loss to each point, mirror images included."""
+    def nearest(self, x: Points) -> tuple[Points, Floats]:
+        """The nearest point of least loss to each point, mirror images included, and how far away it is."""
         best, least = None, np.full(len(x[0]), np.inf)
         for minimiser in self.loss.minimisers:
             for m1, m2 in product(self._images(0, minimiser[0]), self._images(1, minimiser[1])):
                 distance = np.hypot(x[0] - m1, x[1] - m2)
-                distance[np.isnan(distance)] = np.inf  # an image that is not in the domain
-                nearer = distance < least
+                nearer = distance < least  # which no image is that is not in the domain: its distance is NaN
                 least = np.where(nearer, distance, least)
                 best = (m1, m2) if best is None else (np.where(nearer, m1, best[0]), np.where(nearer, m2, best[1]))
         first, second = best or x
-        return np.broadcast_to(first, least.shape), np.broadcast_to(second, least.shape)
+        return (np.broadcast_to(first, least.shape), np.broadcast_to(second, least.shape)), least
 
     def _place(self, i: int, x: Points) -> Points:
         """The unshifted coordinates, and -1 where they were reflected, else 1."""
