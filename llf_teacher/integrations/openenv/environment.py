@@ -59,19 +59,18 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
         *,
         split: str = "train",
         index: int | None = None,
-        id: str | None = None,
+        id: str = "",
         teacher: str = "oracle",
         feedback_type: str = "a",
         instruction_type: str = "b",
         max_turns: int | None = None,
         **others: Any,
     ) -> FeedbackObservation:
-        """Begin an episode: of a task, or of an id (the first there is) and a seed, with any teacher of the shelf."""
+        """Begin an episode: of a task, or of an id (by default the first) and a seed, with any teacher of the shelf."""
         if index is not None:
             task = self.get_task(split, index)
             id, seed = task["id"], task["seed"]
-        if id is None:
-            id = llf_teacher.ids()[0]
+        id = id or llf_teacher.ids()[0]
         if ":" in teacher:
             raise ValueError(
                 f"teacher must be one of `llf list`; a server imports nothing for clients, got {teacher!r}"

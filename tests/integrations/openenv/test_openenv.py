@@ -75,7 +75,7 @@ def test_an_episode_is_that_of_make(server):
 
 def test_many_play_at_once(server):
     with GenericEnvClient(base_url=server).sync() as one, GenericEnvClient(base_url=server).sync() as other:
-        rooms = [client.reset(seed=seed).observation["observation"] for client, seed in ((one, 1), (other, 2))]
+        rooms = [client.reset(seed=seed, id=GRID).observation["observation"] for client, seed in ((one, 1), (other, 2))]
         assert rooms[0] != rooms[1]
         assert one.step({"text": "nowhere"}).observation["observation"] == rooms[0]
         assert other.step({"text": "nowhere"}).observation["observation"] == rooms[1]
@@ -95,6 +95,7 @@ def test_tasks_have_splits(server):
     assert (task["id"], task["seed"]) == (GRID, 1_000_002)
     told = environment.reset(split="test", index=place + 2 * len(ids))
     assert told.observation == environment.reset(seed=1_000_002, id=GRID).observation
+    assert environment.reset(seed=4).observation == environment.reset(seed=4, id=ids[0]).observation
     with pytest.raises(IndexError, match="index must be from 0 to"):
         environment.get_task("train", -1)
     with pytest.raises(ValueError, match="split must be one of train, test, got 'dev'"):
@@ -105,7 +106,7 @@ def test_the_web_page_answers(server):
     page = requests.get(f"{server}/web/", timeout=30)
     assert page.status_code == 200
     assert "gradio" in page.text.lower()
-    begun = requests.post(f"{server}/web/reset", json={"seed": 3}, timeout=30).json()
+    begun = requests.post(f"{server}/web/reset", json={"seed": 3, "id": GRID}, timeout=30).json()
     assert "treasure" in begun["observation"]["instruction"]
     went = requests.post(f"{server}/web/step", json={"action": {"text": "north"}}, timeout=30).json()
     assert went["observation"]["feedback"]
@@ -117,7 +118,7 @@ def test_what_is_refused():
         environment.step(FeedbackAction(text="north"))
     with pytest.raises(ValueError, match="a server imports nothing for clients, got 'os:system'"):
         environment.reset(teacher="os:system")
-    environment.reset(max_turns=1)
+    environment.reset(id=GRID, max_turns=1)
     assert environment.web_actions({})[0] == ("north", {"text": "north"})
     told = environment.step(FeedbackAction(text="fly"))
     assert told.metadata["failure"] == "it names no action that there is"
@@ -129,4 +130,8 @@ def test_the_declaration():
     assert subprocess.run(command, capture_output=True, timeout=100, check=False).returncode == 0
     assert DECLARED["name"] == FeedbackServerEnvironment().get_metadata().name
     assert llf_teacher.__version__.startswith(DECLARED["version"])
-    assert DECLARED["validation"]["reward"]["range"] == list(llf_teacher.make(GRID).reward_range)
+    least, greatest = DECLARED["validation"]["reward"]["range"]
+    firsts = {llf_teacher.registry.entry(id).family: id for id in reversed(llf_teacher.ids())}
+    for family, id in firsts.items():
+        low, high = llf_teacher.make(id).reward_range
+        assert least <= low < high <= greatest, family
