@@ -14,10 +14,11 @@ from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
 
-LEARN = "# Needs the extra `learn`"
+LEARN, TRL = "# Needs the extra `learn`", "# Needs the extra `trl`"
 BLOCKS = [
     pytest.param(code, id=name, marks=[pytest.mark.full] if code.startswith(LEARN) else [])
     for name, code in python_blocks().items()
+    if not code.startswith(TRL)  # which tests/integrations runs
 ]
 
 
@@ -84,6 +85,13 @@ def test_the_tables_of_families_and_personalities_are_those_of_the_code():
 def test_a_document_needs_places_for_tables(text):
     with pytest.raises(ValueError, match=r"the document must have places for tables, .* got: (none|shelves)$"):
         update(text)
+
+
+def test_the_model_that_is_trained_in_thirty_lines():
+    """The page's code, and the example's, which draws the page's picture."""
+    code = python_blocks()["train-a-model-0"]
+    assert len([line for line in code.splitlines() if line]) <= 30
+    assert code in (ROOT / "examples" / "train_a_model.py").read_text(encoding="utf-8")
 
 
 def test_links_lead_somewhere():

@@ -94,3 +94,13 @@ def test_checking_the_catalogue(tmp_path):
     assert ["ggplot2movies", "100", "2", "2", "2 of 2"] in rows
     assert "vega-datasets, not found: Turnip Season (1990)" in result.stdout
     assert "ggplot2movies, not found: Aladdin (1950)" in result.stdout
+
+
+def test_a_model_learns_what_the_teachers_words_mean(tmp_path):
+    command = [sys.executable, ROOT / "examples" / "train_a_model.py", "--plot", tmp_path / "plot.png"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    curve = [float(share) for share in result.stdout.split()[1:]]
+    assert len(curve) == 20
+    assert curve[0] < 0.2 < 0.8 < curve[-1]
+    assert (tmp_path / "plot.png").stat().st_size > 10_000

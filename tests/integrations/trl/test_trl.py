@@ -1,11 +1,15 @@
 """TRL trains in our environments and on our data: a tiny model of random weights, made here, on the CPU."""
 
 import json
+import runpy
+import sys
 from functools import partial
+from types import ModuleType
 
 import pytest
 import torch
 from datasets import Dataset, load_dataset
+from documents import python_blocks
 from tokenizers import Tokenizer, models, pre_tokenizers, trainers
 from transformers import PreTrainedTokenizerFast, Qwen3Config, Qwen3ForCausalLM
 from transformers.utils import get_json_schema
@@ -21,7 +25,7 @@ from llf_teacher.studies.exports import write_export
 GRID = "llf-gridworld-v0"
 WAYS = ("north", "east", "south", "west")
 CALLS = [f'<tool_call>\n{{"name": "act", "arguments": {{"action": "{way}"}}}}\n</tool_call>' for way in WAYS]
-SMALL = {"max_steps": 2, "report_to": "none", "save_strategy": "no", "use_cpu": True, "bf16": False, "logging_steps": 1}
+SMALL = {"max_steps": 2, "report_to": "none", "save_strategy": "no", "use_cpu": True, "bf16": False}
 
 
 @pytest.fixture
@@ -77,6 +81,7 @@ def test_grpo_trains_in_an_environment(tmp_path, tokenizer, model, calling):
             num_generations=4,
             max_completion_length=128,
             generation_kwargs=calling,
+            logging_steps=1,
             **SMALL,
         ),
         processing_class=tokenizer,
@@ -110,6 +115,7 @@ def test_sdpo_distils_what_the_teacher_said(tmp_path, tokenizer, model):
             max_completion_length=8,
             include_environment_feedback=True,
             teacher_model_kind="live",
+            logging_steps=1,
             **SMALL,
         ),
         reward_funcs=lambda completions, **_: [0.0] * len(completions),
@@ -138,3 +144,16 @@ def test_the_tokens_of_a_rollout_are_masked(tokenizer):
     assert tokenizer.convert_ids_to_tokens(own).count("<|im_end|>") == 3
     assert "treasure" not in tokenizer.convert_ids_to_tokens(own)
     assert json.dumps(played.messages)
+
+
+def test_the_pages_example(tmp_path, monkeypatch, tokenizer, model, calling):
+    (code,) = [each for each in python_blocks().values() if each.startswith("# Needs the extra `trl`")]
+    (tmp_path / "example.py").write_text(code)
+    mine = ModuleType("my_model")
+    mine.model, mine.tokenizer = model, tokenizer
+    mine.settings = SMALL | {"output_dir": f"{tmp_path}", "generation_kwargs": calling}
+    monkeypatch.setitem(sys.modules, "my_model", mine)
+    trainer = runpy.run_path(f"{tmp_path / 'example.py'}")["trainer"]
+    steps = [row for row in trainer.state.log_history if "reward" in row]
+    assert len(steps) == 2
+    assert all(row["reward"] < 0 < row["tools/call_frequency"] for row in steps)
