@@ -165,7 +165,7 @@ class Store:
 
     def add_packed(self, spec: EpisodeSpec, episode: EpisodeRow, turns: bytes) -> None:
         """The same, of turns as `pack_turns` makes them."""
-        values = [*spec, *episode]
+        values: list[Any] = [*spec, *episode]
         for i in _FLAGS:
             values[i] = int(values[i])
         key = spec.key
