@@ -1,5 +1,6 @@
 """TRL: an environment for `GRPOTrainer(environment_factory=...)`, in which a model acts by calling a tool."""
 
+import copy
 import json
 from typing import Any
 
@@ -86,5 +87,5 @@ class FeedbackEnvironment:
         """An environment, which is made once."""
         name = repr((id, sorted(settings.items())))
         if name not in self._made:
-            self._made[name] = make(id, text=True, **settings)
+            self._made[name] = make(id, text=True, **copy.deepcopy(settings))  # others are made with the same teacher
         return self._made[name]

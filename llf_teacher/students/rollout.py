@@ -1,6 +1,7 @@
 """Many conversations at once, for whoever trains what answers in them: `llf_teacher.rollout`."""
 
 import asyncio
+import copy
 import inspect
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -150,6 +151,8 @@ def rollout(
     check_range("batch", batch, 1, 1_000_000, int)
     if "text" in settings:
         raise ValueError(f"rollout plays in texts; leave out text={settings['text']!r}")
+    if isinstance(seeds, int):
+        check_range("seeds", seeds, 0, 1_000_000_000, int)
     answer = _answering(policy)
     subjects = [ids] if isinstance(ids, str | Subject) else list(ids)
     numbers = list(range(seeds) if isinstance(seeds, int) else seeds)
@@ -231,7 +234,7 @@ def _cross(subjects: Sequence[str | Subject], seeds: Sequence[int]) -> Iterator[
 
 def _environment(subject: str | Subject, settings: dict[str, Any]) -> StudentEnv:
     door: Callable[..., StudentEnv] = make if isinstance(subject, str) else StudentEnv
-    return door(subject, text=True, **settings)
+    return door(subject, text=True, **copy.deepcopy(settings))  # a teacher of one's own remembers one episode at a time
 
 
 def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float | None:

@@ -167,6 +167,22 @@ def test_a_lesson_of_ones_own():
     assert "reward" in played.messages[0]["content"]
 
 
+class Counting:
+    """A teacher who counts the turns."""
+
+    def reset(self, rng):
+        self.turns = 0
+
+    def act(self, observation, info):
+        self.turns += 1
+        return f"That makes {self.turns}."
+
+
+def test_a_teacher_of_ones_own_has_each_conversation_to_itself():
+    for played in rollout(west, GRID, 3, teacher=Counting(), max_turns=3):
+        assert [turn.feedback for turn in played.turns] == ["That makes 2.", "That makes 3.", "That makes 4."]
+
+
 def test_environments_are_kept_for_the_next_episode_and_closed_at_the_end(monkeypatch):
     closed = []
     close = World.close
@@ -192,6 +208,7 @@ def test_what_is_no_text_for_each_conversation(said):
     ("policy", "settings", "match"),
     [
         (west, {"batch": 0}, "batch must be an integer from 1"),
+        (west, {"seeds": -1}, "seeds must be an integer from 0"),
         (west, {"text": False}, "rollout plays in texts; leave out text=False"),
         (west, {"feedback": "a"}, "does not take these options: unknown option 'feedback'"),
         (3, {}, "policy must be a function of conversations, or what chat_student gives, got 3"),
@@ -199,4 +216,4 @@ def test_what_is_no_text_for_each_conversation(said):
 )
 def test_refusals(policy, settings, match):
     with pytest.raises(ValueError, match=match):
-        rollout(policy, GRID, 1, **settings)
+        rollout(policy, GRID, **({"seeds": 1} | settings))

@@ -80,6 +80,25 @@ def test_a_row_says_what_is_played():
     assert environment.reset(**row) == first
 
 
+class Counting:
+    """A teacher who counts the turns."""
+
+    def reset(self, rng):
+        self.turns = 0
+
+    def act(self, observation, info):
+        self.turns += 1
+        return f"That makes {self.turns}."
+
+
+def test_a_teacher_of_ones_own_has_each_conversation_to_itself():
+    teacher = Counting()
+    one, other = (FeedbackEnvironment(GRID, teacher=teacher) for _ in range(2))
+    assert "That makes 1." in one.reset(seed=1)
+    assert "That makes 1." in other.reset(seed=1)
+    assert "That makes 2." in one.act("north")
+
+
 def test_an_unknown_reward():
     with pytest.raises(ValueError, match="reward must be one of return, success, regret, got 'sum'"):
         FeedbackEnvironment(reward="sum")
