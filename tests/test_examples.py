@@ -29,6 +29,15 @@ def test_efficiency():
     assert "most memory of the parent" in result.stdout
 
 
+def test_many_sessions():
+    command = [sys.executable, ROOT / "examples" / "many_sessions.py", "--sessions", "6", "--turns", "2"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert "6 lessons of llf-gridworld-v0 at once: " in result.stdout
+    assert result.stdout.count(" ms | ") == 3
+    assert "Its memory: " in result.stdout
+
+
 @pytest.mark.parametrize(
     ("episodes", "least"), [(100, 0.0), pytest.param(3000, 0.6, marks=pytest.mark.full)], ids=["short", "whole"]
 )

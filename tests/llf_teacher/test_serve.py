@@ -1,0 +1,90 @@
+"""`llf serve`: the command."""
+
+import contextlib
+import json
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+
+import pytest
+
+
+@contextlib.contextmanager
+def serving(*arguments):
+    """The command at a free port; gives the process and its first line. Ctrl-C has to end it."""
+    command = [sys.executable, "-m", "llf_teacher", "serve", "--port", "0", *map(str, arguments)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
+        yield server, server.stdout.readline().strip()
+        server.send_signal(signal.SIGINT)
+        _, errors = server.communicate(timeout=60)
+    assert "Traceback" not in errors
+    assert server.returncode == 0, errors
+
+
+def llf(*arguments):
+    command = [sys.executable, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def get(address, **headers):
+    return urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=60)
+
+
+def test_a_page_on_this_machine(tmp_path):
+    store = tmp_path / "people.db"
+    with serving("--store", store) as (_, address):
+        assert address.startswith("http://127.0.0.1:")
+        with get(address) as page:
+            assert b"Learning from language feedback" in page.read()
+        sent = json.dumps({"id": "llf-gridworld-v0", "seat": "watch"}).encode()
+        request = urllib.request.Request(f"{address}lessons", sent, {"Content-Type": "application/json"})
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            assert json.load(answer)["page"].startswith("/seat/")
+        assert store.exists()
+        taken = llf("-m", "llf_teacher", "serve", "--port", "0", "--store", str(store))
+        assert (taken.returncode, "another run plays into" in taken.stderr) == (2, True)
+
+
+def test_beyond_this_machine_there_is_a_key():
+    with serving("--host", "0.0.0.0", "--name", "lab.example") as (_, address):
+        assert "/?key=" in address
+        here = address.replace("0.0.0.0", "127.0.0.1")
+        bare = here.partition("?")[0]
+        with pytest.raises(urllib.error.HTTPError, match="401"):
+            get(bare)
+        with pytest.raises(urllib.error.HTTPError, match="421"):
+            get(here, Host="evil.example")
+        jar = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+        with jar.open(here, timeout=60) as page:
+            assert page.url == bare
+            assert page.status == 200
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (("--replay", "none.db"), "there is no file none.db"),
+        (("--consent", "none.txt"), "none.txt"),
+        (("--host", "no.such.host.invalid"), "llf: "),
+    ],
+)
+def test_what_does_not_work_is_one_line(arguments, why):
+    result = llf("-m", "llf_teacher", "serve", "--port", "0", *arguments)
+    assert result.returncode == 2
+    assert why in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_what_is_missing_is_named():
+    program = """
+import sys
+sys.modules["uvicorn"] = None
+sys.argv = ["llf", "serve"]
+from llf_teacher.cli import main
+main()
+"""
+    result = llf("-c", program)
+    assert result.returncode == 2
+    assert "the page needs 'uvicorn', which is not installed; run: pip install 'llf-teacher[web]'" in result.stderr
