@@ -94,7 +94,7 @@ class Results:
                 f"    teacher, {a['kind'] or 'brief'}{'' if a['holds'] else '!'}: {a['text']}" for a in turn["atoms"]
             ]
         if not lines:
-            raise StoreError(f"{self.path} has no episode {key!r}; `rows` has the keys of those that are there")
+            raise StoreError(f"{self.path} has no episode {key!r}; `llf study export` writes the keys of all")
         return "\n".join(lines)
 
     @property

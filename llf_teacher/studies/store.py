@@ -293,9 +293,9 @@ class Store:
             StoreError: it is not there.
         """
         query = f"SELECT {_EPISODE} FROM {_JOINED} WHERE key = ?"  # noqa: S608
-        row: sqlite3.Row | None = self._db.execute(query, (bytes.fromhex(key),)).fetchone()
+        row: sqlite3.Row | None = self._db.execute(query, (_packed(key),)).fetchone()
         if row is None:
-            raise StoreError(f"{self.path} has no episode {key!r}")
+            raise StoreError(f"{self.path} has no episode {key!r}; `llf study export` writes the keys of all")
         return row
 
     def rows(self) -> Iterator[dict[str, Any]]:
@@ -310,7 +310,7 @@ class Store:
             StoreError: they cannot be read.
         """
         query = "SELECT number, packed FROM story JOIN result USING (number) WHERE key = ?"
-        row = self._db.execute(query, (bytes.fromhex(key),)).fetchone()
+        row = self._db.execute(query, (_packed(key),)).fetchone()
         try:
             return unpack_turns(row["packed"]) if row else []
         except (zlib.error, ValueError) as error:
@@ -321,9 +321,7 @@ class Store:
     def regrets(self, key: str) -> list[float]:
         """The regret of each turn of an episode, the opening not included."""
         query = "SELECT regrets FROM result WHERE key = ?"
-        return [
-            each for row in self._db.execute(query, (bytes.fromhex(key),)) for each in unpack_regrets(row[0]).tolist()
-        ]
+        return [each for row in self._db.execute(query, (_packed(key),)) for each in unpack_regrets(row[0]).tolist()]
 
     def answers(self) -> list[sqlite3.Row]:
         """Per student that asks a model: its episodes, and the sums of `answers` and of what they cost; null if one is
@@ -366,6 +364,14 @@ class Store:
 
 def _marks(values: tuple[Any, ...]) -> str:
     return ", ".join("?" * len(values))
+
+
+def _packed(key: str) -> bytes:
+    """A key as the store has it; of what is none, nothing."""
+    try:
+        return bytes.fromhex(key)
+    except ValueError:
+        return b""
 
 
 def place(path: Path | int) -> tuple[int, int] | None:

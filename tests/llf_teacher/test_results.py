@@ -52,8 +52,9 @@ def test_a_transcript_tells_what_was_seen_said_and_done(found):
     assert text.count("student: ") == row["turns"] == len(turns) - 1
     assert all(atom["text"] in text for turn in turns for atom in turn["atoms"])
     assert text.count("!: ") == row["claims"] - row["claims_held"] > 0
-    with pytest.raises(StoreError, match="has no episode '00'"):
-        found.transcript("00")
+    for key in ("00", "no key"):
+        with pytest.raises(StoreError, match=f"has no episode '{key}'; `llf study export` writes the keys of all"):
+            found.transcript(key)
 
 
 def test_a_notebook_shows_means(found):
