@@ -99,7 +99,10 @@ class LLMTeacher(Speaker):
 
     def check(self, environment: Mapping[str, str]) -> None:
         """As of the student."""
-        self.asks.check(environment)
+        try:
+            self.asks.check(environment)
+        except ValueError as error:
+            raise ValueError(f"{self}: {error}") from None
 
     def facts(self) -> dict[str, Any]:
         """The prompts, each with its SHA-256."""

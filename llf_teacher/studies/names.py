@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from typing import Any
 
+from llf_teacher.speakers.speaker import Voiced
 from llf_teacher.studies.own import student_spec, teacher_spec
 from teachers.spec import unknown
 
@@ -49,8 +50,10 @@ def short_names(specs: Mapping[str, Any], given: Mapping[str, str]) -> dict[str,
     """  # noqa: D205
     models: dict[str, dict[str, Any]] = {}
     for spec, value in specs.items():
-        if spec not in given and getattr(value, "model", None):
-            models.setdefault(f"{value.name}({value.model}", {})[spec] = value
+        asks = value.wording if isinstance(value, Voiced) else value
+        if spec not in given and getattr(asks, "model", None):
+            before = f"{value.personality} | " if isinstance(value, Voiced) else ""
+            models.setdefault(f"{before}{asks.name}({asks.model}", {})[spec] = asks
     found = {spec: spec for spec in specs} | dict(given)
     for head, alike in models.items():
         names = [field.name for field in fields(next(iter(alike.values()))) if field.name not in _ALWAYS]

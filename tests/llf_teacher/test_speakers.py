@@ -163,6 +163,7 @@ def test_a_rewriting_voices_changes_are_counted(tmp_path):
         spec = f"oracle | rewriter(tone='a pirate', model='m', base_url='{server.url}')"
         study = Study(teachers=[spec, "silent"], **GRID)
         results = run(study, tmp_path / "s.db", way=Way("here"))
+    assert study.named[spec] == "oracle | rewriter(m)"
     (row,) = (row for row in results.rows() if row["teacher"] == spec)
     texts = [atom["text"] for turn in results.turns(row["key"]) for atom in turn["atoms"] if atom["kind"]]
     assert row["changes"] == sum("Tortuga" in text or "seven" in text for text in texts) > 0
@@ -226,8 +227,8 @@ def test_a_text_that_is_no_action_is_answered_without_the_model():
 
 def test_a_limit_needs_prices_of_teachers_too(tmp_path, monkeypatch):
     monkeypatch.setenv("LLF_LLM_BUDGET", "1")
-    for spec in ("llm_teacher(model='m')", "oracle | rewriter(model='m')"):
-        with pytest.raises(ValueError, match="a spending limit needs prices"):
+    for spec, whose in (("llm_teacher(model='m')", "llm_teacher"), ("oracle | rewriter(model='m')", "rewriter")):
+        with pytest.raises(ValueError, match=f"a spending limit needs prices.*{whose}|{whose}.*limit needs prices"):
             run(Study(teachers=[spec], **GRID), tmp_path / "s.db", way=Way("here"))
 
 
