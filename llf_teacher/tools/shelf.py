@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.tools.markdown import table
 from pz_envs.family import Family, all_families
 from teachers.personality import PERSONALITIES
 
@@ -23,7 +24,7 @@ def families() -> str:
         oracle = " ".join(doc.partition("\n\n")[0].split())
         ids = f"{names[0]} and {more} more" if more else names[0]
         rows.append((family.name, ids, family.summary, str(family.max_turns), oracle))
-    return _table(("family", "environments", "task", "turns", "oracle"), rows)
+    return table(("family", "environments", "task", "turns", "oracle"), rows)
 
 
 def shelf() -> str:
@@ -35,7 +36,7 @@ def shelf() -> str:
         _, _, definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")
         honest = "yes" if cls().honest else "no"
         rows.append((f"`{name}({parameters})`" if parameters else f"`{name}`", definition, cls.source, honest))
-    return _table(("personality", "what it does", "source", "honest"), rows)
+    return table(("personality", "what it does", "source", "honest"), rows)
 
 
 def matrix() -> str:
@@ -45,7 +46,7 @@ def matrix() -> str:
     for name in PERSONALITIES.names:
         served = ["yes" if family.serves(name) else "-" for family in families]
         rows.append((f"`{name}`", ", ".join(sorted(PERSONALITIES[name]().needs)), *served))
-    return _table(("personality", "needs", *(family.name for family in families)), rows)
+    return table(("personality", "needs", *(family.name for family in families)), rows)
 
 
 def _own_families() -> list[Family]:
@@ -88,8 +89,3 @@ def write(path: Path) -> None:
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"cannot read {path}: {error}; give a Markdown file that has places for tables") from None
     path.write_text(update(text), encoding="utf-8")
-
-
-def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    lines = [head, tuple("---" for _ in head), *rows]
-    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)

@@ -1,0 +1,25 @@
+"""Markdown: tables, and text that is shown as it is."""
+
+import re
+from collections.abc import Iterable
+
+__all__ = ["table", "told"]
+
+_SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|])")
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table, which ends with a line break; cells are Markdown of one line."""
+    head = tuple(head)
+    lines = [head, tuple("---" for _ in head), *(tuple(row) for row in rows)]
+    return "".join(f"| {' | '.join(_cell(cell) for cell in line)} |\n" for line in lines)
+
+
+def told(text: str) -> str:
+    """A text whose characters mean nothing, in one line; what it has between backticks stays code."""
+    parts = re.split(r"(`[^`]+`)", " ".join(text.split()))
+    return "".join(part if part[:1] == "`" and len(part) > 1 else _SPECIAL.sub(r"\\\1", part) for part in parts)
+
+
+def _cell(text: str) -> str:
+    return re.sub(r"(?<!\\)\|", r"\\|", text.replace("\n", " "))

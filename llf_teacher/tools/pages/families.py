@@ -1,0 +1,139 @@
+"""The page of a family: what it is, its pictures, spaces, rewards and options, and every claim with an example."""
+
+import inspect
+import re
+from pathlib import Path
+from typing import Any
+
+from llf_teacher.gym import StudentEnv
+from llf_teacher.registry import PREFIX
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.episode import scenes
+from llf_teacher.tools.film import film, save
+from llf_teacher.tools.markdown import table, told
+from pz_envs.family import Family
+from teachers.atoms import ActionClaim, Claim, EditClaim, PlanClaim
+from teachers.oracle import claims_of
+
+__all__ = ["examples", "family_page", "write_film"]
+
+_SEEDS, _TURNS = range(4), 8
+_MOST = 200_000  # bytes of a film
+_ROLES = {ActionClaim: "an action", PlanClaim: "a plan", EditClaim: "an edit"}
+
+
+def family_page(family: Family, film: str = "") -> str:
+    """A page in MyST's Markdown; of the world's class Sphinx shows the documentation.
+
+    Args:
+        family: one that is installed.
+        film: where its film is, as the page has to name it; empty: there is none.
+    """
+    name = family.showcase[0]
+    world = family.make_world(**family.environments[name])
+    oracle = family.oracle_class()
+    kinds = " ".join(kind.value for kind in oracle.feedback_types)
+    facts = [
+        ("observation", f"`{world.observation_space}`"),
+        ("action", f"`{world.action_space}`; as text {world.action_syntax}"),
+        ("reward of a turn", "`{:g}` to `{:g}`".format(*world.reward_range)),
+        ("turns", f"{family.max_turns}, {'asked anew in each' if family.repeated else 'or until the world ends it'}"),
+        ("instructions", " ".join(oracle.instruction_types)),
+        ("feedback", kinds),
+        ("regret counts", family.regret_unit),
+        ("what rewards alone teach", f"`{family.learning}`"),
+    ]
+    shown = f"![An episode of {PREFIX}{name}]({film})\n\n" if film else ""
+    return (
+        f"# {family.name}\n\n{family.summary[:1].upper()}{family.summary[1:]}. {_sentence(oracle)}\n\n{shown}"
+        f"## The world\n\n```{{eval-rst}}\n.. autoclass:: {type(world).__module__}.{type(world).__name__}\n```\n\n"
+        f"{table(('of `' + PREFIX + name + '`', ''), facts)}\n"
+        f"## Environments\n\n{_environments(family)}\n"
+        f'## Options\n\nThey go through `make`, as in `llf_teacher.make("{PREFIX}{name}", ...)`; the world\'s '
+        f"description says what they mean.\n\n{_options(type(world))}\n"
+        f"## What its teachers say\n\nEvery claim class, when such a claim is true, and a sentence of one that was "
+        f"made; where none was made in a few episodes, a wording with its slots.\n\n{_claims(family)}"
+    )
+
+
+def write_film(family: Family, path: Path) -> None:
+    """Film an episode of a family's first showcase, no larger than 200 kB: of as many turns as that allows."""
+    frames = film(
+        f"{PREFIX}{family.showcase[0]}",
+        student="obedient",
+        seed=1,
+        teacher="mistake(eps=0.25)" if family.serves("mistake") else "oracle",
+        privileged_info=True,
+        max_turns=_TURNS,
+    )
+    while True:
+        save(frames, path, 1.2)
+        if path.stat().st_size <= _MOST or len(frames) == 1:
+            return
+        frames = frames[: max(1, len(frames) * 3 // 4)]
+
+
+def examples(family: Family) -> dict[type[Claim[Any]], str]:
+    """A sentence of each class of claims that a few episodes have made, in the first of its wordings."""
+    found: dict[type[Claim[Any]], str] = {}
+    wanted = set(claims_of(family.oracle_class().__module__))
+    for environment in family.showcase:
+        for seed in _SEEDS[:1] if family.slow else _SEEDS:
+            for spec, instruction in (("random", "p"), ("obedient", "c"), ("wayward(habit='contrary')", "b")):
+                if wanted <= found.keys():
+                    return found
+                student = parse_student(spec)
+                env = StudentEnv(
+                    f"{PREFIX}{environment}",
+                    instruction_type=instruction,
+                    paraphrase=0,
+                    text=student.text,
+                    max_turns=_TURNS,
+                    privileged_info=True,
+                )
+                for _ in scenes(env, student.seat(env.family, env.aec.world), seed):
+                    for atom in env.aec.said:
+                        found.setdefault(type(atom.claim), atom.text)
+                env.close()
+    return found
+
+
+def _sentence(cls: type) -> str:
+    return " ".join((inspect.getdoc(cls) or "").partition("\n\n")[0].split())
+
+
+def _environments(family: Family) -> str:
+    rows = [
+        (f"`{PREFIX}{name}`", f"`llf/{name}`", ", ".join(f"`{key}={value!r}`" for key, value in options.items()))
+        for name, options in family.environments.items()
+    ]
+    return table(("Gymnasium", "PettingZoo", "options of the world"), rows)
+
+
+def _options(world: type) -> str:
+    rows = []
+    for each in inspect.signature(world).parameters.values():
+        if each.name != "render_mode":
+            default = "" if each.default is each.empty else f"`{each.default!r}`"
+            kind = each.annotation if isinstance(each.annotation, str) else inspect.formatannotation(each.annotation)
+            rows.append((f"`{each.name}`", f"`{kind}`" if each.annotation is not each.empty else "", default))
+    return table(("option", "type", "default"), rows) if rows else "There are none.\n"
+
+
+def _claims(family: Family) -> str:
+    made, book = examples(family), family.phrasebook()
+    rows = []
+    for cls in claims_of(family.oracle_class().__module__):
+        kind = cls.kind if isinstance(cls.kind, str) else ("as its fields say" if cls.kind else "instruction")
+        role = next((name for base, name in _ROLES.items() if issubclass(cls, base)), "")
+        sentence = told(made.get(cls, book.templates(cls)[0]))
+        rows.append((f"`{cls.__name__}`", f"{kind}", role, told(_meaning(cls)), sentence))
+    return table(("claim", "kind", "about", "is true if", "for example"), rows)
+
+
+def _meaning(cls: type) -> str:
+    """The docstring of a class, or that of the nearest base in its module that has one of its own."""
+    text = _sentence(cls)
+    if issubclass(cls, Claim) and cls.__doc__ is None:
+        text = _sentence(next(base for base in cls.__mro__ if base.__doc__ and base.__module__ == cls.__module__))
+    return re.sub(r"\s+", " ", text)
