@@ -1,5 +1,7 @@
 """The documents' examples run, and their two commands are as promised."""
 
+import importlib
+import itertools
 import re
 import runpy
 import tomllib
@@ -10,7 +12,7 @@ from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
 from llf_teacher.tools.shelf import documents, families, matrix, update
-from pz_envs.family import all_families
+from pz_envs.family import all_families, own_families
 from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
 
@@ -61,11 +63,68 @@ def test_each_environment_of_learners_and_frameworks_has_an_extra_and_pins():
         assert {re.match(r"[\w-]+", each)[0] for each in extras[name]} <= pinned
 
 
-def test_the_study_file_of_the_readme_is_a_study(tmp_path):
+def test_the_readme_is_a_screen_and_a_half():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 100
+
+
+def test_the_lesson_of_the_readme_was_given():
+    """Each sentence, with its kind and its label, stands in the golden transcript."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    golden = (ROOT / "tests" / "golden" / "llf-gridworld-v0.txt").read_text(encoding="utf-8")
+    (lesson,) = [code for language, code in BLOCK.findall(readme) if language == "text"]
+    opening, first, second = re.split(r"^student +(?:south|west)$", lesson, flags=re.MULTILINE)
+    assert " ".join(opening.removeprefix("teacher").split()).removesuffix(" ...") in golden
+    turns = re.findall(r"^== turn [12]\naction: (\d).*?feedback: '(.*?)'$(.*?)^$", golden, re.DOTALL | re.MULTILINE)
+    assert [action for action, *_ in turns] == ["3", "2"]  # south, west
+    for told, (_, feedback, claims) in zip((first, second), turns, strict=True):
+        said = " ".join(told.partition("teacher")[2].split())
+        sentences = re.findall(r"(.+?) (r|hp|hn|fp|fn) holds ?", said)
+        assert said.count(" holds") == len(sentences) > 0
+        for sentence, kind in sentences:
+            assert sentence in feedback
+            assert re.search(rf"^  {kind} .* holds$", claims, re.MULTILINE)
+
+
+def test_badges_and_citation_are_those_of_the_project():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    badges = (ROOT / "docs" / "badges.svg").read_text(encoding="utf-8")
+    assert f">{project['requires-python'].replace('>', '&gt;')}<" in badges
+    assert f">{project['license']}<" in badges
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {llf_teacher.__version__}\n" in citation
+    assert f"\nlicense: {project['license']}\n" in citation
+    assert f'repository-code: "{project["urls"]["Repository"]}"' in citation
+
+
+def test_the_texts_for_lists_name_the_versions_that_are_tested():
+    page = (ROOT / "docs" / "releasing.md").read_text(encoding="utf-8")
+    pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().splitlines() if "==" in line)
+    for name in ("Gymnasium", "PettingZoo"):
+        assert f"/badge/{name}-v{pins[name.lower()]}-blue" in page
+    assert len(own_families()) == 8
+    assert "Eight families" in page
+    assert "eight families" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_the_site_is_pinned_and_has_a_page_for_each_user():
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    pinned = (ROOT / "constraints.txt").read_text(encoding="utf-8").lower()
+    assert all(f"\n{re.match(r'[a-z-]+', each)[0]}==" in pinned for each in extras["docs"])
+    site = runpy.run_path(str(ROOT / "docs" / "__main__.py"))
+    assert "| 112,056 |" in site["figures"]("gridworld")
+    assert not site["figures"]("bandit")
+    for page in (*site["USERS"], "how-claims-are-checked"):
+        assert (ROOT / "docs" / f"{page}.md").exists()
+        assert f"](docs/{page}.md)" in (ROOT / "README.md").read_text(encoding="utf-8")
+    for module in itertools.chain(*site["API"].values()):
+        assert importlib.import_module(module).__doc__
+
+
+def test_the_study_file_of_the_page_on_studies_is_a_study(tmp_path):
     from llf_teacher.studies.study import load_study
 
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    (text,) = [code for language, code in BLOCK.findall(readme) if language == "toml"]
+    page = (ROOT / "docs" / "study-feedback.md").read_text(encoding="utf-8")
+    (text,) = [code for language, code in BLOCK.findall(page) if language == "toml"]
     (tmp_path / "study.toml").write_text(text)
     assert len(list(load_study(tmp_path / "study.toml").episodes())) == 210
 
