@@ -50,7 +50,7 @@ def short_names(specs: Mapping[str, Any], given: Mapping[str, str]) -> dict[str,
     """  # noqa: D205
     models: dict[str, dict[str, Any]] = {}
     for spec, value in specs.items():
-        asks = value.wording if isinstance(value, Voiced) else value
+        asks: Any = value.wording if isinstance(value, Voiced) else value
         if spec not in given and getattr(asks, "model", None):
             before = f"{value.personality} | " if isinstance(value, Voiced) else ""
             models.setdefault(f"{before}{asks.name}({asks.model}", {})[spec] = asks
