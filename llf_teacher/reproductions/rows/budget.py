@@ -101,7 +101,7 @@ def draw(values: Values, figure: "Figure") -> None:
     groups = [f"{rooms} rooms,\n{budget} pieces" for rooms, budget in CASES]
     bars(axes, groups, {rule: _regrets(values, rule) for rule in TAUGHT})
     axes.set(ylabel="regret per episode", yscale="log")
-    axes.legend(fontsize="small")
+    figure.legend(loc="outside right center", fontsize="small")
 
 
 ROW = Row(
