@@ -1,0 +1,186 @@
+"""An environment for verifiers (v1): a taskset of episodes, and two seats, of which a model may have either or both.
+
+verifiers finds environments as modules of one name. A file `llf.py` with this line is one, for `vf-eval llf`:
+
+    from llf_teacher.integrations.verifiers import LLFEnv, LLFHarness, LLFTaskset, __all__
+
+A trace has the return as its reward, what else `SCORES` names as metrics, and all turns, with what was said in them, in
+its info.
+"""
+
+import itertools
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import verifiers.v1 as vf
+from openai import AsyncOpenAI
+from pydantic import Field
+from verifiers.v1.dialects.chat import message_to_wire
+
+from llf_teacher.integrations.dialogue import SCORES, Dialogue
+from llf_teacher.registry import entry
+from pz_envs.seats import TEACHER
+
+__all__ = ["LLFEnv", "LLFHarness", "LLFTaskset"]
+
+_TEACHING = """You teach a student who learns a task by doing it. The student was told this:
+
+{instruction}
+
+After each of its actions you are told what it did, what it sees now, and what is known to be true of that. Your answer
+is all that the student hears of it before it acts again. Say what helps it most, in a sentence or two."""
+_TURN = "The student did this: {action}\n\nIt sees this: {state}\n\nWhat is known: {suggestion}\n\nWhat do you say?"
+
+
+class LLFData(vf.TaskData):
+    """An episode to play."""
+
+    env_id: str
+    """An id of `llf_teacher.ids()`."""
+    seed: int
+
+
+class LLFTask(vf.Task[LLFData]):
+    """An episode; what came of it is recorded by `LLFEnv`, which knows."""
+
+
+class LLFTasksetConfig(vf.TasksetConfig):
+    """Which episodes."""
+
+    env_ids: list[str] = Field(["llf-gridworld-v0"])
+    """Ids of `llf_teacher.ids()`, in turn."""
+    first_seed: int = 0
+
+
+class LLFTaskset(vf.Taskset[LLFTask, LLFTasksetConfig]):
+    """All episodes of some environments, seed after seed, without end."""
+
+    INFINITE = True
+
+    def load(self) -> Iterator[LLFTask]:
+        """The tasks, named as in `llf-gridworld-v0:7`."""
+        ids = [entry(id).id for id in self.config.env_ids]
+        for seed in itertools.count(self.config.first_seed):
+            for id in ids:
+                yield LLFTask(LLFData(name=f"{id}:{seed}", env_id=id, seed=seed), self.config.task)
+
+
+class LLFHarness(vf.Harness[vf.HarnessConfig]):
+    """A bare conversation, in this process: nothing is installed and no code is run for it."""
+
+    APPENDS_SYSTEM_PROMPT = True
+    SUPPORTS_RESUME = True
+    EXECUTES_CODE = False
+    NEEDS_CONTAINER = False
+
+    @cached_property
+    def client(self) -> AsyncOpenAI:
+        """What has the connections; where to, and by which key, is told at each request."""
+        return AsyncOpenAI(base_url="http://127.0.0.1", api_key="none", max_retries=0)
+
+    async def launch(
+        self,
+        ctx: vf.ModelContext,
+        trace: vf.Trace,
+        runtime: vf.Runtime,
+        endpoint: str,
+        secret: str,
+        mcp_urls: dict[str, str],
+        data: vf.TaskData,
+    ) -> vf.ProgramResult:
+        """Ask for one answer."""
+        system, prompt = self.resolve_prompt(data)
+        messages: list[Any] = [{"role": "system", "content": system}] if system else []
+        if isinstance(prompt, str):
+            messages.append({"role": "user", "content": prompt})
+        else:
+            messages += map(message_to_wire, prompt or ())
+        client = self.client.with_options(base_url=endpoint, api_key=secret)
+        await client.chat.completions.create(model=ctx.model, messages=messages)
+        return vf.ProgramResult(exit_code=0, stdout="", stderr="")
+
+
+_SEAT = vf.AgentConfig(runtime=vf.SubprocessConfig())  # which the harness makes no use of
+
+
+class LLFEnvConfig(vf.EnvConfig):
+    """Who sits where, and how an episode is played."""
+
+    student: vf.AgentConfig = _SEAT
+    teacher: vf.AgentConfig = _SEAT
+    """Speaks only if `model_teaches`; its instruction and what it knows come from the personality in either case."""
+    model_teaches: bool = False
+    personality: str = "oracle"
+    """The teacher's, as in `llf_teacher.make(..., teacher=...)`."""
+    instruction_type: str = "b"
+    feedback_type: str = "a"
+    voice: str = "plain"
+    max_turns: int | None = None
+    """Turns of an episode; None: the family's."""
+    reward: str = "return"
+    """The score that is the reward, one of `SCORES`."""
+
+
+class LLFEnv(vf.Env[LLFEnvConfig]):
+    """One task is one episode of a student and its teacher."""
+
+    def __init__(self, config: LLFEnvConfig) -> None:
+        super().__init__(config)
+        if config.reward not in SCORES:
+            raise ValueError(f"reward must be one of {', '.join(SCORES)}, got {config.reward!r}")
+
+    async def run(self, task: LLFTask, agents: vf.Agents) -> None:
+        """Play it."""
+        config = self.config
+        dialogue = Dialogue(
+            task.data.env_id,
+            task.data.seed,
+            teacher=config.personality,
+            instruction_type=config.instruction_type,
+            feedback_type=config.feedback_type,
+            voice=config.voice,
+            max_turns=config.max_turns,
+        )
+        try:
+            if config.model_teaches:
+                prompt = _TEACHING.format(instruction=dialogue.talk.instruction)
+                async with agents.teacher.interaction(_seated(task, prompt)) as teacher:
+                    student = await _play(dialogue, task, agents, teacher)
+                traces = [student, teacher.trace]
+            else:
+                traces = [await _play(dialogue, task, agents, None)]
+        finally:
+            dialogue.close()
+        scores = dialogue.scores()
+        for trace in traces:  # a teacher is worth what its student earns
+            trace.record_reward(config.reward, scores[config.reward])
+            trace.record_metrics({name: value for name, value in scores.items() if name != config.reward})
+            trace.info["llf_teacher"] = {"regret_unit": dialogue.env.family.regret_unit, "turns": dialogue.record()}
+
+
+async def _play(dialogue: Dialogue, task: LLFTask, agents: vf.Agents, teacher: vf.Interaction | None) -> vf.Trace:
+    """The episode; it ends early where a limit of verifiers ends the conversation of either."""
+    system, question = dialogue.messages
+    async with agents.student.interaction(_seated(task, system["content"])) as student:
+        said = await student.turn(question["content"])
+        while not said.terminated:
+            dialogue.answer(said.last_reply)
+            lesson = teacher and await teacher.turn(_TURN.format_map(_known(dialogue)))
+            dialogue.speak(lesson and lesson.last_reply)
+            if dialogue.over or (lesson and lesson.terminated):
+                break
+            said = await student.turn(dialogue.messages[-1]["content"])
+    return student.trace
+
+
+def _seated(task: LLFTask, system_prompt: str) -> LLFTask:
+    """The task as one seat has it."""
+    seated: LLFTask = task.with_data(system_prompt=system_prompt)
+    return seated
+
+
+def _known(dialogue: Dialogue) -> dict[str, Any]:
+    """What the teacher knows of the student's turn."""
+    aec = dialogue.env.aec
+    return {**aec.observe(TEACHER), "suggestion": aec.infos[TEACHER]["suggestion"] or "nothing"}
