@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ import llf_teacher
 from llf_teacher.integrations import openenv as ours
 from llf_teacher.integrations.openenv.environment import FeedbackServerEnvironment
 from llf_teacher.integrations.openenv.models import FeedbackAction
+from llf_teacher.registry import entry
 
 GRID = "llf-gridworld-v0"
 FOLDER = Path(ours.__file__).parent
@@ -131,7 +133,10 @@ def test_the_declaration():
     assert DECLARED["name"] == FeedbackServerEnvironment().get_metadata().name
     assert llf_teacher.__version__.startswith(DECLARED["version"])
     least, greatest = DECLARED["validation"]["reward"]["range"]
-    firsts = {llf_teacher.registry.entry(id).family: id for id in reversed(llf_teacher.ids())}
-    for family, id in firsts.items():
-        low, high = llf_teacher.make(id).reward_range
-        assert least <= low < high <= greatest, family
+    seen = Counter()
+    for id in llf_teacher.ids():
+        family = entry(id).family.name
+        seen[family] += 1
+        if seen[family] <= 8:  # one family has fifty, which differ in other things
+            low, high = llf_teacher.make(id).reward_range
+            assert least <= low < high <= greatest, id
