@@ -54,6 +54,24 @@ def test_minari_loads_what_was_played(found, tmp_path, monkeypatch, form):
                 assert env.step(action)[1] == pytest.approx(reward)
 
 
+def test_options_are_those_of_the_study(tmp_path, monkeypatch):
+    """Of teachers only those who can be named are played again."""
+    study = Study(
+        ids=["llf-gridworld-v0"],
+        teachers=["oracle", "oracle | voice(tone='curt')"],
+        students=["random"],
+        options={"llf-*": {"num_rooms": 6, "visual": True}},
+        seeds=1,
+        max_turns=2,
+    )
+    played = run(study, tmp_path / "s.db", workers=1)
+    assert write_export(played, tmp_path / "sets", "minari") == 1
+    monkeypatch.setenv("MINARI_DATASETS_PATH", f"{tmp_path / 'sets'}")
+    (name,) = minari.list_local_datasets()
+    assert name == "llf/gridworld-oracle-b-a-2-num_rooms_6_visual_true-native-v0"
+    assert minari.load_dataset(name).recover_environment().unwrapped.aec.world.options["num_rooms"] == 6
+
+
 def test_an_episode_that_plays_otherwise_is_refused(found, tmp_path):
     class Dearer(type(found)):
         def turns(self, key):

@@ -13,11 +13,14 @@ from gymnasium import spaces
 
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.studies.exports.dialogue import written
+from llf_teacher.studies.options import read_options
+from llf_teacher.studies.own import parse_teacher
 from llf_teacher.studies.results import Results
+from teachers.personality import Personality
 from worlds.wrapped.actions import native
 
 _FOLDER = "MINARI_DATASETS_PATH"
-_SETTING = ("id", "teacher", "instruction_type", "feedback_type", "max_turns")
+_SETTING = ("id", "teacher", "instruction_type", "feedback_type", "max_turns", "options")
 
 
 def write(results: Results, path: Path, *, text: bool = False, author: str = "unknown", email: str = "unknown") -> int:
@@ -49,7 +52,7 @@ def write(results: Results, path: Path, *, text: bool = False, author: str = "un
     with _folder(path.resolve()), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of Minari's, on links to code and the like
         for setting in settings:
-            id, teacher, instruction_type, feedback_type, max_turns = setting
+            id, teacher, instruction_type, feedback_type, max_turns, options = setting
             env = make(
                 id,
                 teacher=teacher,
@@ -57,6 +60,7 @@ def write(results: Results, path: Path, *, text: bool = False, author: str = "un
                 feedback_type=feedback_type,
                 max_turns=max_turns,
                 text=text,
+                **{name: value for name, value in read_options(options, id, text).items() if name != "visual"},
             )
             students = {row["student"] for row in _rows(results, setting, text)}
             episodes = (EpisodeBuffer(**_played(results, row, env, text)) for row in _rows(results, setting, text))
@@ -76,7 +80,8 @@ def write(results: Results, path: Path, *, text: bool = False, author: str = "un
 
 def _fits(row: dict[str, Any], text: bool) -> bool:
     """Whether an episode can be played again: it is no test after lessons, and its teacher has a name of ours."""
-    return not row["lessons"] and ":" not in row["teacher"] and (text or not row["parse_failures"])
+    again = ":" not in row["teacher"] and isinstance(parse_teacher(row["teacher"]), Personality)
+    return not row["lessons"] and again and (text or not row["parse_failures"])
 
 
 def _setting(row: dict[str, Any]) -> tuple[Any, ...]:
@@ -136,7 +141,7 @@ def _name(setting: tuple[Any, ...], text: bool) -> str:
     """The id of a data set, such as `llf/gridworld-oracle-b-a-20-native-v0`."""
     id, *told = setting
     name, _, version = id.removeprefix("llf-").rpartition("-v")
-    words = [name, *told, "text" if text else "native"]
+    words = filter(None, [name, *told, "text" if text else "native"])
     return f"llf/{'-'.join(re.sub(r'[^A-Za-z0-9]+', '_', f'{word}').strip('_') for word in words)}-v{version}"
 
 
