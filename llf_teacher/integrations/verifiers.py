@@ -2,7 +2,7 @@
 
 verifiers finds environments as modules of one name. A file `llf.py` with this line is one, for `vf-eval llf`:
 
-    from llf_teacher.integrations.verifiers import LLFEnv, LLFHarness, LLFTaskset, __all__
+    from llf_teacher.integrations.verifiers import LLFHarness, LLFSeats, LLFTaskset, __all__
 
 A trace has the return as its reward, what else `SCORES` names as metrics, and all turns, with what was said in them, in
 its info.
@@ -19,10 +19,11 @@ from pydantic import Field
 from verifiers.v1.dialects.chat import message_to_wire
 
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
-from llf_teacher.registry import entry
+from llf_teacher.registry import PREFIX, entry
+from pz_envs.family import all_families
 from pz_envs.seats import TEACHER
 
-__all__ = ["LLFEnv", "LLFHarness", "LLFTaskset"]
+__all__ = ["LLFHarness", "LLFSeats", "LLFTaskset"]
 
 _TEACHING = """You teach a student who learns a task by doing it. The student was told this:
 
@@ -42,14 +43,14 @@ class LLFData(vf.TaskData):
 
 
 class LLFTask(vf.Task[LLFData]):
-    """An episode; what came of it is recorded by `LLFEnv`, which knows."""
+    """An episode; what came of it is recorded by `LLFSeats`, which knows."""
 
 
 class LLFTasksetConfig(vf.TasksetConfig):
     """Which episodes."""
 
-    env_ids: list[str] = Field(["llf-gridworld-v0"])
-    """Ids of `llf_teacher.ids()`, in turn."""
+    env_ids: list[str] = Field([])
+    """Ids of `llf_teacher.ids()`, in turn; without any, those that stand for the families."""
     first_seed: int = 0
 
 
@@ -59,8 +60,9 @@ class LLFTaskset(vf.Taskset[LLFTask, LLFTasksetConfig]):
     INFINITE = True
 
     def load(self) -> Iterator[LLFTask]:
-        """The tasks, named as in `llf-gridworld-v0:7`."""
-        ids = [entry(id).id for id in self.config.env_ids]
+        """The tasks, named by id and seed, as in `...-v0:7`."""
+        showcase = [f"{PREFIX}{name}" for family in all_families() for name in family.showcase]
+        ids = [entry(id).id for id in self.config.env_ids or showcase]
         for seed in itertools.count(self.config.first_seed):
             for id in ids:
                 yield LLFTask(LLFData(name=f"{id}:{seed}", env_id=id, seed=seed), self.config.task)
@@ -104,7 +106,7 @@ class LLFHarness(vf.Harness[vf.HarnessConfig]):
 _SEAT = vf.AgentConfig(runtime=vf.SubprocessConfig())  # which the harness makes no use of
 
 
-class LLFEnvConfig(vf.EnvConfig):
+class LLFSeatsConfig(vf.EnvConfig):
     """Who sits where, and how an episode is played."""
 
     student: vf.AgentConfig = _SEAT
@@ -122,10 +124,10 @@ class LLFEnvConfig(vf.EnvConfig):
     """The score that is the reward, one of `SCORES`."""
 
 
-class LLFEnv(vf.Env[LLFEnvConfig]):
+class LLFSeats(vf.Env[LLFSeatsConfig]):
     """One task is one episode of a student and its teacher."""
 
-    def __init__(self, config: LLFEnvConfig) -> None:
+    def __init__(self, config: LLFSeatsConfig) -> None:
         super().__init__(config)
         if config.reward not in SCORES:
             raise ValueError(f"reward must be one of {', '.join(SCORES)}, got {config.reward!r}")

@@ -13,12 +13,12 @@ from verifiers.v1.cli.eval.main import main
 
 from llf_teacher import chat_student
 from llf_teacher.integrations.dialogue import SCORES
-from llf_teacher.integrations.verifiers import LLFEnv, LLFEnvConfig, LLFTaskset, LLFTasksetConfig
+from llf_teacher.integrations.verifiers import LLFSeats, LLFSeatsConfig, LLFTaskset, LLFTasksetConfig
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies.episode import play
 from llf_teacher.studies.study import Study
 
-MODULE = "from llf_teacher.integrations.verifiers import LLFEnv, LLFHarness, LLFTaskset, __all__\n"
+MODULE = "from llf_teacher.integrations.verifiers import LLFHarness, LLFSeats, LLFTaskset, __all__\n"
 
 
 @pytest.fixture(autouse=True)
@@ -32,6 +32,7 @@ def home(tmp_path, monkeypatch):
 
 def arguments(endpoint, folder, *more):
     where = ["--client.base-url", endpoint.url, "--client.api-key-var", "SCRIPTED_KEY", "-o", f"{folder}/out"]
+    where += ["--env.taskset.env-ids", '["llf-gridworld-v0"]']
     return ["llf", "-m", "scripted", *where, "--no-push", "--no-rich", "--env.feedback-type", "fp", *more]
 
 
@@ -116,4 +117,4 @@ def test_tasks_are_seeds_of_environments():
 
 def test_a_reward_is_a_score():
     with pytest.raises(ValueError, match=r"reward must be one of success, return, regret, .*, got 'retrun'"):
-        LLFEnv(LLFEnvConfig(taskset={"id": "llf"}, reward="retrun"))
+        LLFSeats(LLFSeatsConfig(taskset={"id": "llf"}, reward="retrun"))
