@@ -1,4 +1,4 @@
-"""A model of 512 numbers learns what a teacher's words mean; ``docs/train-a-model.md` has the code, too.
+"""A model of 512 numbers learns what a teacher's words mean; `docs/train-a-model.md` has the code, too.
 
 `python examples/train_a_model.py --plot docs/train-a-model.png` draws the curve of its page.
 """
@@ -34,10 +34,10 @@ for update in range(UPDATES):
     seeds = range(BATCH * update, BATCH * (update + 1))
     played = rollout(policy, "llf-gridworld-v0", seeds, feedback_type="fp", max_turns=8)
     turns = [turn for conversation in played for turn in conversation.turns]
-    mean = np.mean([turn.regret for turn in turns])
-    for turn in turns:
+    lost = [turn.regret or 0.0 for turn in turns]
+    for turn, regret in zip(turns, lost, strict=True):
         beside, likely = read(turn.prompt)
-        weights += 0.01 * (mean - turn.regret) * (beside[WAYS.index(turn.answer)] - likely @ beside)
+        weights += 0.01 * (np.mean(lost) - regret) * (beside[WAYS.index(turn.answer)] - likely @ beside)
     curve.append(sum(conversation.success for conversation in played) / BATCH)
 
 print("success:", " ".join(f"{share:.2f}" for share in curve))
