@@ -164,6 +164,19 @@ class TeacherSeat:
             return teacher.say(teacher.notice(moment) + self.claims(), moment.turn)
         return teacher.say(self.claims(), moment.turn)
 
+    def info(self, speech: str, brief: bool = False) -> dict[str, Any]:
+        """Told beside the observation: the moment, and what could be said, `brief` as in `suggestion`."""
+        told: dict[str, Any] = {"moment": self.moment}
+        if speech == "kinds":
+            told["trimmed"] = self.trimmed
+        elif speech == "message":
+            told["suggestion"] = self.suggestion(brief)
+        else:
+            told["claims"], told["sentences"] = tuple(self.listed()), self.sentences()
+        if self.asked:
+            told["asked"] = True
+        return told
+
     def available(self) -> int:
         """The kinds that can be said now, as a subset's number."""
         if self._kinds < 0:

@@ -222,17 +222,7 @@ class PanelEnv(SeatsEnv):
         for teacher in order:
             seat = self.seats[teacher]
             seat.see(moment, asked)
-            info: dict[str, Any] = {"moment": moment}
-            if asked:
-                info["asked"] = True
-            if self.speech == "message":
-                info["suggestion"] = seat.suggestion()
-            elif self.speech == "kinds":
-                info["trimmed"] = seat.trimmed
-            elif self.speech == "claims":
-                info["claims"] = tuple(seat.listed())
-                info["sentences"] = seat.sentences()
-            self.infos[teacher] = info
+            self.infos[teacher] = seat.info(self.speech)
         self.agent_selection, *waiting = order
         self._waiting: list[str] = waiting
 

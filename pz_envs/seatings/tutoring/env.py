@@ -58,22 +58,19 @@ class TutoringEnv(SeatsEnv):
     Teacher, `speech="claims"`:
         Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim that
         there is to say its kind, one of five, and whether it is about an action, a plan, or an edit of a text.
-        Action: Discrete(33): i says claim i - 1, and the seat is asked again; 0 ends the teacher's turn, which ends by
-        itself when nothing else can be said. The student hears all of it at once, in speaking order. What cannot be
-        said (it has been said, or there is no such claim) ends the turn. Info: the privileged `moment`; `claims`,
-        those that the numbers are about; and `sentences`, what each of them sounds like.
+        Action: Discrete(33): i says claim i - 1, and the seat is asked again; 0, or what cannot be said, ends the
+        teacher's turn, which ends by itself when nothing else can be said. The student hears all of it at once, in
+        speaking order. Info: the privileged `moment`; `claims`, those of the numbers; and `sentences`, their sound.
 
     Asking, with `ask_cost`: in place of an action the student may ask, once a turn; see `pz_envs.asking` for how. The
     world does not step and the turn does not count; the teacher is asked for its advice (fp, fn) on the moment, its
     observation has one more entry `asked`, MultiBinary(1), its info `asked`, and then the student acts. A second
     question in a turn is taken for a text that is no action: it costs the turn.
 
-    Rewards: at the student's step the student gets the world's reward, or pays `ask_cost` for a question, and the
-    teacher gets its `teacher_reward`; at the teacher's step the teacher pays `cost` for each atom of feedback that it
-    says, one for a text without atoms.
+    Rewards: at the student's step it gets the world's reward, or pays `ask_cost` for a question, and the teacher gets
+    its `teacher_reward`; at its own step the teacher pays `cost` for each atom of feedback, one for a text without any.
 
-    Seeds: `reset(seed)` is the bare world's `reset(seed)`; all other streams are those of `teachers.seeds.Seeds`.
-    Without a seed the streams go on.
+    Seeds: `reset(seed)` is the bare world's; all other streams are those of `teachers.seeds.Seeds`, or go on.
 
     Args:
         world: what is taught.
@@ -82,8 +79,7 @@ class TutoringEnv(SeatsEnv):
         max_cycles: turns of the student after which the episode is truncated, at least 1.
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         speech: `message`, `kinds` or `claims`.
-        text: text in, text out for the student.
-        image: of the image beside the text; None: there is none.
+        text, image: text in, text out for the student, with an image beside it of this space, if it is one.
         numbers, embed: numbers in for the student, and what gives the vector of a text for them.
         cost: paid by the teacher per atom of feedback, at least 0.
         budget: atoms of feedback that the teacher may say in an episode; what exceeds it is not said. None: any number.
@@ -386,19 +382,9 @@ class TutoringEnv(SeatsEnv):
         return parse_action(action, self.world) if self.text else legal_text(action, self.world)
 
     def _pass_to_teacher(self) -> None:
-        seat, moment = self.seat, self.moment
-        seat.see(moment, self._asked)
-        info: dict[str, Any] = {"moment": moment}
-        if self.speech == "kinds":
-            info["trimmed"] = seat.trimmed
-        elif self.speech == "message":
-            info["suggestion"] = seat.suggestion(brief=not self.turn and not self._asked)
-        else:
-            info["claims"] = tuple(seat.listed())
-            info["sentences"] = seat.sentences()
-        if self._asked:
-            info["asked"] = True
-        self.infos[TEACHER] = info
+        seat = self.seat
+        seat.see(self.moment, self._asked)
+        self.infos[TEACHER] = seat.info(self.speech, brief=not self.turn and not self._asked)
         self.agent_selection = TEACHER
 
     def _pay(self, teacher: float, student: float) -> None:
