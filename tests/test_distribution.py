@@ -72,19 +72,19 @@ def test_the_lowest_versions_that_are_declared_are_those_that_are_tried():
     assert "-c constraints-lowest.txt" in stage
 
 
-def test_each_commit_trains_in_another_folder_of_the_libraries_for_learning():
+def test_frameworks_take_turns():
     """`.ci/run` has the time for one of them: the number of commits says for which, so that none is left out."""
     run = (ROOT / ".ci" / "run").read_text()
-    assert "$(turn tests/rl/[a-z]*/)" in run
-    turn = "turn() {" + run.partition("turn() {")[2].partition("\n}")[0] + "\n}"
-    chosen = [
-        subprocess.check_output(
-            [shutil.which("bash"), "-c", f"git() {{ echo {commits}; }}\n{turn}\nturn tests/rl/[a-z]*/"],
-            cwd=ROOT,
-            text=True,
-        ).strip()
-        for commits in range(100, 104)
-    ]
-    folders = [path.name for path in (ROOT / "tests" / "rl").iterdir() if path.is_dir() and path.name[0] != "_"]
-    assert sorted(set(chosen)) == sorted(folders)
-    assert chosen[:2] == chosen[2:]
+    call = "frameworks tests/rl/[a-z]*/ tests/integrations/[a-z]*/"
+    assert f"stage frameworks 10 '{call}'" in run
+    function = "frameworks() {" + run.partition("frameworks() {")[2].partition("\n}")[0] + "\n}"
+    places = [path for each in ("rl", "integrations") for path in (ROOT / "tests" / each).iterdir()]
+    folders = {path.name for path in places if path.is_dir() and path.name[0] != "_"}
+    chosen = []
+    for commits in range(100, 100 + len(folders)):
+        stands_for_git = f"git() {{ echo {commits}; }}"
+        told = function.replace(".ci/", "echo .ci/")
+        command = [shutil.which("bash"), "-c", f"{stands_for_git}\n{told}\n{call}"]
+        chosen.append(subprocess.check_output(command, cwd=ROOT, text=True).split())
+    assert {name for _, name in chosen} == folders
+    assert all((ROOT / script).is_file() for script, _ in chosen)

@@ -276,8 +276,10 @@ class _Run:
             if running and self._error is not None:  # play no more, but keep what is being played
                 under_way -= len(engine.cancel())
 
-    def _take(self, spec: EpisodeSpec, result: Packed | Failure | Stop | Lost) -> None:
+    def _take(self, spec: EpisodeSpec, result: Packed | Failure | Stop | Lost | None) -> None:
         """Store what came of an episode."""
+        if result is None:
+            return
         if isinstance(result, Lost):
             result = failure(*result)
         if isinstance(result, Packed):

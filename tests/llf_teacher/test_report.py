@@ -112,9 +112,9 @@ def test_numbers_are_those_of_the_episodes(html, records):
     assert f"{sum(record.episode.regret for record in mine) / 3:.1f}" in cells("Success and regret")["silent"]
     assert "100 % [44, 100]" in cells("Success and regret")["oracle"]
     assert cells("claims per turn")["oracle"].startswith("oracle 1.00 ")
-    assert " 4.00 100.0 0.0 0.0 0.0 100 % " in cells("claims per turn")["oracle"]  # all true, all followed
+    assert " 4.00 100.0 0.0 0.0 0.0 0.0 0 100 % " in cells("claims per turn")["oracle"]  # all true, all followed
     assert cells("claims per turn")["silent"].startswith(
-        "silent 0.00 0.00 0.00 0.00 0.00 0.00" + 5 * " \N{EN DASH}" + " 0.0 0 "
+        "silent 0.00 0.00 0.00 0.00 0.00 0.00" + 5 * " \N{EN DASH}" + " 0 \N{EN DASH} 0.0 0 "
     )
     changes = cells("What a teacher changes")
     assert "silent" not in changes
@@ -141,7 +141,7 @@ def test_page_is_sound_and_needs_nothing_else(html):
     assert not re.search(r"@import|url\((?!#)", html)
     assert all("scope" in attributes for tag, attributes in page.tags if tag == "th")
     images = [attributes for _, attributes in page.tags if attributes.get("role") == "img"]
-    assert len(images) == 3
+    assert len(images) == 4
     assert all(attributes["aria-label"] for attributes in images)
 
 

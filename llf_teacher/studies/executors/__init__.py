@@ -72,11 +72,11 @@ class Executor(Protocol[T, R]):
     def submit(self, task: T) -> None:
         """Take a task, to be played when there is room."""
 
-    def wait(self, seconds: float) -> list[tuple[T, R | Lost]]:
-        """What has come of tasks since the last call; if nothing yet, wait for it so long."""
+    def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
+        """What has come of tasks since the last call; if nothing yet, wait for it so long. None: it was dropped."""
 
     def cancel(self) -> list[T]:
-        """Drop the tasks that have not begun, or all, of engines that do not know; say which."""
+        """Drop the tasks that have not begun, or all, of engines that do not know; say which, or let `wait` say it."""
 
     def __enter__(self) -> Self:
         """The engine itself."""

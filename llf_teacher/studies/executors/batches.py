@@ -76,11 +76,14 @@ class Batches(Generic[T, R]):
             self._engine.submit(tuple(self._waiting))
             self._waiting.clear()
 
-    def wait(self, seconds: float) -> list[tuple[T, R | Lost]]:
+    def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
         """What has come of tasks."""
         self._send()
-        ended: list[tuple[T, R | Lost]] = []
+        ended: list[tuple[T, R | Lost | None]] = []
         for tasks, told in self._engine.wait(seconds):
+            if told is None:
+                ended += [(task, None) for task in tasks]
+                continue
             if isinstance(told, Lost):
                 if len(tasks) == 1:
                     ended.append((tasks[0], told))

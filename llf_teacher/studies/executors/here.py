@@ -25,7 +25,7 @@ class _Here(Generic[T, R]):
     def submit(self, task: T) -> None:
         self._tasks.append(task)
 
-    def wait(self, seconds: float) -> list[tuple[T, R | Lost]]:
+    def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
         task = self._tasks.popleft()
         return [(task, self._work.call(task))]
 

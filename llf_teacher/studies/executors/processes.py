@@ -7,7 +7,9 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.synchronize import Event
 from types import TracebackType
 from typing import Any, Generic, Self
 
@@ -56,20 +58,22 @@ class _Processes(Generic[T, R]):
     def __init__(self, work: Work[T, R], workers: int) -> None:
         self._work, self._workers = work, workers
         self.room = workers * AHEAD
-        self._tasks: dict[Future[R], T] = {}
+        self._tasks: dict[Future[R | None], T] = {}
         self._broken = 0
+        self._over = _Context().Event()
         self._begin()
 
     def _begin(self) -> None:
         self._context = _Context()
-        self._pool = ProcessPool(self._workers, initializer=_begin, initargs=(self._work.begin,), context=self._context)
+        given = (self._work.begin, self._over)
+        self._pool = ProcessPool(self._workers, initializer=_begin, initargs=given, context=self._context)
 
     def submit(self, task: T) -> None:
-        future = self._pool.schedule(self._work.call, args=(task,), timeout=self._work.seconds)
+        future = self._pool.schedule(partial(_unless_over, self._work.call), args=(task,), timeout=self._work.seconds)
         self._tasks[future] = task
 
-    def wait(self, seconds: float) -> list[tuple[T, R | Lost]]:
-        results: list[tuple[T, R | Lost]] = []
+    def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
+        results: list[tuple[T, R | Lost | None]] = []
         for future in wait(self._tasks, seconds, FIRST_COMPLETED).done:
             task = self._tasks.pop(future)
             try:
@@ -100,8 +104,9 @@ class _Processes(Generic[T, R]):
             self.submit(task)
 
     def cancel(self) -> list[T]:
-        waiting = [future for future in self._tasks if not future.running() and future.cancel()]
-        return [self._tasks.pop(future) for future in waiting]
+        """Which tasks have begun only their processes know: a future's `cancel` might end one in the middle."""
+        self._over.set()
+        return []
 
     def _end(self) -> None:
         self._pool.stop()  # type: ignore[no-untyped-call]  # the package has types but for a few
@@ -119,8 +124,19 @@ class _Processes(Generic[T, R]):
         self._end()
 
 
-def _begin(begin: Callable[[], object]) -> None:
+_over: Event
+"""In a process that plays: whether no more tasks should begin."""
+
+
+def _unless_over(call: Callable[[T], R], task: T) -> R | None:
+    """Play a task, in a process of the engine's."""
+    return None if _over.is_set() else call(task)
+
+
+def _begin(begin: Callable[[], object], over: Event) -> None:
     """Set up a process. It ends when its parent is gone, even if that was killed."""
+    global _over
+    _over = over
     Process.owned = True
     begin()
     parent = multiprocessing.parent_process()

@@ -70,7 +70,7 @@ class _Ray(Generic[T, R]):
     def submit(self, task: T) -> None:
         self._tasks[self._remote.remote(self._work, task)] = task
 
-    def wait(self, seconds: float) -> list[tuple[T, R | Lost]]:
+    def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
         ready, rest = ray.wait(list(self._tasks), timeout=seconds)
         if ready and rest:
             ready += ray.wait(rest, num_returns=len(rest), timeout=0)[0]

@@ -32,8 +32,8 @@ class _Threads(Generic[T, R]):
     def submit(self, task: T) -> None:
         self._tasks.put(task)
 
-    def wait(self, seconds: float) -> list[tuple[T, R | Lost]]:
-        results: list[tuple[T, R | Lost]] = []
+    def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
+        results: list[tuple[T, R | Lost | None]] = []
         try:
             results.append(self._results.get(timeout=seconds))
             while True:
