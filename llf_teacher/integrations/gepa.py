@@ -5,40 +5,15 @@ task. What GEPA reflects on is what the teacher said of each turn.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from gepa import EvaluationBatch
 
-from llf_teacher.integrations.dialogue import SCORES, Dialogue
+from llf_teacher.integrations.games import Game, Played, check_score, done, play
 from llf_teacher.students.conversation import Message
-from teachers.spec import unknown
 
 ADVICE = "advice"
 """The component of a candidate."""
-
-
-class Game(NamedTuple):
-    """An episode to play, an example of GEPA's."""
-
-    id: str
-    """An id of `llf_teacher.ids()`."""
-    seed: int
-
-
-class Played(NamedTuple):
-    """An episode that was played."""
-
-    game: Game
-    scores: dict[str, float]
-    """By the names of `SCORES`."""
-    turns: list[dict[str, Any]]
-    """As `Dialogue.record` has them."""
-
-    def words(self) -> str:
-        """What was seen, done and said, turn by turn."""
-        return "\n\n".join(
-            f"Turn {turn['turn']}. {_done(turn)}Teacher: {turn['feedback'] or '-'}" for turn in self.turns
-        )
 
 
 class LLFAdapter:
@@ -56,8 +31,7 @@ class LLFAdapter:
     propose_new_texts = None  # GEPA's own way to reflect
 
     def __init__(self, ask: Callable[[list[Message]], str], *, score: str = "return", **settings: Any) -> None:
-        if score not in SCORES:
-            raise ValueError(unknown("score", score, SCORES))
+        check_score(score)
         self.ask, self.score, self.settings = ask, score, settings
 
     def evaluate(
@@ -67,7 +41,7 @@ class LLFAdapter:
         played = [self.play(game, candidate[ADVICE]) for game in batch]
         return EvaluationBatch(
             outputs=[each.scores for each in played],
-            scores=[self.worth(each) for each in played],
+            scores=[each.worth(self.score) for each in played],
             trajectories=played if capture_traces else None,
         )
 
@@ -81,7 +55,7 @@ class LLFAdapter:
         records = [
             {
                 "Inputs": {"task": played.turns[0]["instruction"], "environment": played.game.id},
-                "Generated Outputs": [_done(turn).strip() for turn in played.turns[1:]],
+                "Generated Outputs": [done(turn).strip() for turn in played.turns[1:]],
                 "Feedback": played.words(),
                 "Scores": played.scores,
             }
@@ -91,29 +65,9 @@ class LLFAdapter:
 
     def play(self, game: Game, advice: str) -> Played:
         """An episode."""
-        dialogue = Dialogue(*game, **self.settings)
-        try:
-            while not dialogue.over:
-                dialogue.answer(self.ask(_advised(dialogue.messages, advice)))
-                dialogue.speak()
-        finally:
-            dialogue.close()
-        return Played(game, dialogue.scores(), dialogue.record())
-
-    def worth(self, played: Played) -> float:
-        """The score that counts; more is better."""
-        score = played.scores[self.score]
-        return -score if self.score == "regret" else score
+        return play(game, lambda messages: self.ask(_advised(messages, advice)), **self.settings)
 
 
 def _advised(messages: list[Message], advice: str) -> list[Message]:
     system, *rest = messages
     return [{**system, "content": f"{system['content'].strip()}\n\n{advice}".strip()}, *rest]
-
-
-def _done(turn: Mapping[str, Any]) -> str:
-    if not turn["turn"]:
-        return ""
-    failed = turn.get("parse_failure")
-    what = f"no action, but {failed!r}" if failed is not None else turn.get("action_words") or turn["action"]
-    return f"Student: {what}. Reward: {turn['reward']:g}. "

@@ -1,33 +1,20 @@
 """GEPA improves a prompt by what the teacher says, with scripted models."""
 
-import re
-
 import gepa
 import pytest
+from advice import BANDIT, advice_from, advised
 
 from llf_teacher.integrations.dialogue import SCORES
-from llf_teacher.integrations.gepa import ADVICE, Game, LLFAdapter
-
-BANDIT = "llf-bandits-BanditTwoArmedHighLowFixed-v0"
+from llf_teacher.integrations.games import Game
+from llf_teacher.integrations.gepa import ADVICE, LLFAdapter
 
 
 def student(messages):
-    """Stands for a model: it pulls the arm that its advice names, else arm 1."""
-    advised = re.findall(r"pull arm (\d)", messages[0]["content"].rpartition("\n\n")[2])
-    return f"Response: {advised[-1] if advised else 1}"
-
-
-def reflect(prompt):
-    """Stands for the model that reflects: it reads which rewards were told, and writes down the arm of the greater."""
-    turns = re.findall(r"Student: (\d)\. Reward: (\S+)\. ", prompt)
-    good = [arm for arm, reward in turns if float(reward) > 0.5]
-    told = set(re.findall(r"(?i)arm (\d)", " ".join(re.findall(r"Teacher: (.*)", prompt))))
-    other = sorted(told - {arm for arm, _ in turns})
-    return f"```\npull arm {(other or good)[0]}\n```"
+    return advised(messages[0]["content"].rpartition("\n\n")[2])
 
 
 def test_a_prompt_is_improved_by_what_is_said(tmp_path):
-    """The arms' order is drawn at reset, so one seed is one problem: what the teacher names is the better arm."""
+    """What the teacher names is the better arm."""
     seed = next(
         seed
         for seed in range(20)
@@ -39,7 +26,7 @@ def test_a_prompt_is_improved_by_what_is_said(tmp_path):
 
     def reflection_lm(prompt):
         asked.append(prompt)
-        return reflect(prompt)
+        return f"```\n{advice_from(prompt)}\n```"
 
     result = gepa.optimize(
         {ADVICE: "Do as you like."},
