@@ -52,7 +52,8 @@ def main() -> None:
         there = path.exists()
         with Store(path) as store:
             if not there:
-                fill(store, study)
+                with store.together():
+                    fill(store, study)
             wall, processor = time.perf_counter(), time.process_time()
             before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
             write_report(store, study, report)
