@@ -166,13 +166,13 @@ class TeacherSeat:
 
     def info(self, speech: str, brief: bool = False) -> dict[str, Any]:
         """Told beside the observation: the moment, and what could be said, `brief` as in `suggestion`."""
-        told: dict[str, Any] = {"moment": self.moment}
+        told: dict[str, Any]
         if speech == "kinds":
-            told["trimmed"] = self.trimmed
+            told = {"moment": self.moment, "trimmed": self.trimmed}
         elif speech == "message":
-            told["suggestion"] = self.suggestion(brief)
+            told = {"moment": self.moment, "suggestion": self.suggestion(brief)}
         else:
-            told["claims"], told["sentences"] = tuple(self.listed()), self.sentences()
+            told = {"moment": self.moment, "claims": tuple(self.listed()), "sentences": self.sentences()}
         if self.asked:
             told["asked"] = True
         return told
@@ -228,7 +228,7 @@ class TeacherSeat:
         available = self.available()
         observation: dict[str, Any] = {
             "available": _BITS[available].copy(),
-            "features": np.fromiter(self.features(), _FLOAT, len(FEATURES)),
+            "features": np.fromiter(self.features(), _FLOAT, 5),
         }
         if self.asks:
             observation["asked"] = np.array([self.asked], np.int8)
@@ -248,11 +248,15 @@ class TeacherSeat:
             ValueError: it is no subset's number.
         """
         # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
-        if not (type(subset) is int and 0 <= subset < SUBSETS) and not _DISCRETE.contains(subset):
-            raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {subset!r}")
-        subset, said = int(subset), self.claims()
-        self.trimmed = subset & ~self.available()
-        if subset & self._kinds != self._kinds:  # or it says all that there is, as it mostly does
+        if type(subset) is not int or not 0 <= subset < SUBSETS:
+            if not _DISCRETE.contains(subset):
+                raise ValueError(f"the teacher's action must be an integer from 0 to {SUBSETS - 1}, got {subset!r}")
+            subset = int(subset)
+        said, available = self.claims(), self._kinds
+        if available < 0 or self.purse.budget is not None:
+            available = self.available()
+        self.trimmed = subset & ~available
+        if available & ~subset:  # or it says all that there is, as it mostly does
             said = tuple([claim for claim in said if claim.kind is None or subset & BIT[claim.kind]])
         if self.purse.budget is not None:
             said = tuple(within(self.purse.left, said, _kind))

@@ -75,7 +75,6 @@ class TutoringEnv(SeatsEnv):
     Args:
         world: what is taught.
         teacher: its oracle sees the truth; it speaks, or says what there is to choose from, or makes suggestions.
-        name: for `metadata`.
         max_cycles: turns of the student after which the episode is truncated, at least 1.
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         speech: `message`, `kinds` or `claims`.
@@ -89,7 +88,7 @@ class TutoringEnv(SeatsEnv):
         until_success: whether success ends the episode; it does not where the task is `repeated`.
         ask_cost: what the student pays for asking, at least 0; None: it cannot ask.
         failure_reward: of a text that is no action, in the world's `reward_range`; None: the world's own.
-        render_mode: see `SeatsEnv`.
+        name, render_mode: for `metadata`, and of `SeatsEnv`.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -239,7 +238,7 @@ class TutoringEnv(SeatsEnv):
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         if agent == STUDENT:
-            state = self.state_now
+            state = self.world.describe(self._state) if self.text else self._state
             if self._numbers is not None:
                 return self._numbers.of(state, self.turn, self.instruction, self.feedback, self.said)
             state = state.copy() if type(state) is dict else copy.copy(state)
@@ -263,8 +262,10 @@ class TutoringEnv(SeatsEnv):
         return f"{self.teacher!r}"
 
     def _act(self, agent: str, action: Any) -> None:
-        turn = self.student_turn if agent == STUDENT else self.teacher_turn
-        turn(action)
+        if agent == STUDENT:
+            self.student_turn(action)
+        else:
+            self.teacher_turn(action)
 
     def student_turn(self, action: Any) -> None:
         """The student acts, or asks.
@@ -347,8 +348,7 @@ class TutoringEnv(SeatsEnv):
             cost = len(advice.atoms)
         else:
             self.feedback = said
-            # After an executed action nothing but feedback is said.
-            cost = len(atoms) if atoms and self.moment.before is not None else price(said)
+            cost = len(atoms) if atoms and self.moment.before is not None else price(said)  # then all is feedback
             if self.turn == 0 and not self._asked:
                 atoms = self.said + atoms
         self.said = atoms
@@ -384,7 +384,7 @@ class TutoringEnv(SeatsEnv):
     def _pass_to_teacher(self) -> None:
         seat = self.seat
         seat.see(self.moment, self._asked)
-        self.infos[TEACHER] = seat.info(self.speech, brief=not self.turn and not self._asked)
+        self.infos[TEACHER] = seat.info(self.speech, not (self.turn or self._asked))
         self.agent_selection = TEACHER
 
     def _pay(self, teacher: float, student: float) -> None:
