@@ -1,10 +1,9 @@
 """Answers of chat models: thoughts are parted from what is said."""
 
-import time
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from timing import grows_linearly
 
 from pz_envs.answers import split_thought
 
@@ -56,9 +55,4 @@ def test_what_is_said_is_in_the_text_and_holds_no_thought(text):
 
 @pytest.mark.parametrize("piece", ["<think>", "</think>", "a</think>b", "<", "<|channel|>analysis", "[THINK]x[/THINK]"])
 def test_a_long_text_is_parted_in_linear_time(piece):
-    def seconds():
-        before = time.process_time()
-        split_thought(piece * (64_000 // len(piece)))
-        return time.process_time() - before
-
-    assert min(seconds() for _ in range(3)) < 0.1
+    assert grows_linearly(lambda size: split_thought(piece * (size // len(piece))))
