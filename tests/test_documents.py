@@ -12,7 +12,7 @@ from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
 from llf_teacher.tools.shelf import documents, families, matrix, update
-from pz_envs.family import all_families, own_families
+from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
 
@@ -101,9 +101,6 @@ def test_the_texts_for_lists_name_the_versions_that_are_tested():
     pins = dict(line.split("==") for line in (ROOT / "constraints.txt").read_text().splitlines() if "==" in line)
     for name in ("Gymnasium", "PettingZoo"):
         assert f"/badge/{name}-v{pins[name.lower()]}-blue" in page
-    assert len(own_families()) == 8
-    assert "Eight families" in page
-    assert "eight families" in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def test_the_site_is_pinned_and_has_a_page_for_each_user():

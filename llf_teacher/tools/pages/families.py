@@ -76,12 +76,15 @@ def write_film(family: Family, path: Path) -> None:
 def examples(family: Family) -> dict[type[Claim[Any]], str]:
     """A sentence of each class of claims that a few episodes have made, in the first of its wordings."""
     found: dict[type[Claim[Any]], str] = {}
-    wanted = set(claims_of(family.oracle_class().__module__))
+    oracle = family.oracle_class()
+    wanted = set(claims_of(oracle.__module__))
     for environment in family.showcase:
         for seed in _SEEDS[:1] if family.slow else _SEEDS:
             for spec, instruction in (("random", "p"), ("obedient", "c"), ("wayward(habit='contrary')", "b")):
                 if wanted <= found.keys():
                     return found
+                if instruction not in oracle.instruction_types:
+                    instruction = next(iter(oracle.instruction_types))
                 student = parse_student(spec)
                 env = StudentEnv(
                     f"{PREFIX}{environment}",
