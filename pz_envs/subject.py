@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from pz_envs.parallel_seats import InTurns, ParallelSeats
     from pz_envs.seats import SeatsEnv
+    from teachers.atoms import Moment
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Paraphrase, Phrasebook
@@ -88,6 +89,13 @@ class Subject(ABC):
         from worlds.pictures import TextPicture
 
         return TextPicture(world.scratch())
+
+    def is_over(self, moment: "Moment[Any]") -> bool:
+        """Whether a played episode stops with a moment: it ended, or the task is solved and not asked repeatedly.
+
+        LLF-Bench's evaluation stops so, whatever `until_success` says.
+        """
+        return moment.over or (moment.success and not self.repeated)
 
     def serves(self, personality: "str | Personality") -> bool:
         """Whether the oracle can do what a personality needs."""

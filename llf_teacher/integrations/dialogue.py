@@ -65,8 +65,7 @@ class Dialogue:
     @property
     def over(self) -> bool:
         """Whether there is nothing more to answer: the episode has ended, or its task is solved."""
-        moment = self._moments[-1]
-        return bool(moment.over or (moment.success and not self.env.family.repeated))
+        return self.env.family.is_over(self._moments[-1])
 
     def answer(self, text: str, told: Telling | None = None) -> None:
         """The student's half of a turn: what the model said to `messages`, and what is known of its cost."""

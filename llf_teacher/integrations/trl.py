@@ -76,11 +76,12 @@ class FeedbackEnvironment:
     def _step(self, action: str) -> dict[str, Any]:
         env = self._env
         observation: dict[str, Any]
-        observation, reward, terminated, truncated, _ = env.step(action)
+        observation, reward, _, _, _ = env.step(action)
         moment = env.aec.moment
         self._paid += reward
-        self._lost += env.aec.teacher.oracle.regret(moment)
-        self._over = terminated or truncated or (moment.success and not env.family.repeated)
+        if self._reward == "regret":  # which not every oracle knows
+            self._lost += env.aec.teacher.oracle.regret(moment)
+        self._over = env.family.is_over(moment)
         return observation
 
     def _environment(self, id: str, settings: dict[str, Any]) -> StudentEnv:

@@ -209,7 +209,7 @@ class _Lane:
     def step(self, text: str) -> None:
         """Take an answer, and ask again unless it was the last."""
         env = self.env
-        observation, reward, terminated, truncated, _ = env.step(self._talk.answer(text))
+        observation, reward, _, _, _ = env.step(self._talk.answer(text))
         moment = env.aec.moment
         failed = moment.action if type(moment.action) is ParseFailure else None
         self.turns.append(
@@ -223,7 +223,7 @@ class _Lane:
                 feedback=f"{observation['feedback']}",
             )
         )
-        self.over = terminated or truncated or (moment.success and not env.family.repeated)
+        self.over = env.family.is_over(moment)
         if not self.over:
             self.prompt = self._talk.ask(observation)
 

@@ -159,9 +159,9 @@ def scenes(
         if done:
             break
         action = student.act(aec.observe(STUDENT), entitled(student, aec))
-        observation, _, terminated, truncated, info = env.step(action)
+        observation, _, _, _, info = env.step(action)
         moments.append(aec.moment)
-        done = terminated or truncated or (aec.moment.success and not env.family.repeated)
+        done = env.family.is_over(aec.moment)
 
 
 def play(spec: EpisodeSpec, begins: Callable[[int], object] = abs) -> Record:

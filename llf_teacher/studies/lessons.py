@@ -34,7 +34,7 @@ def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
         terminated = done = False
         while not done:
             action = policy.act(aec.observe(STUDENT), entitled(policy, aec))
-            _, _, terminated, truncated, _ = env.step(action)
-            done = terminated or truncated or (aec.moment.success and not env.family.repeated)
+            _, _, terminated, _, _ = env.step(action)
+            done = env.family.is_over(aec.moment)
         policy.finish(aec.observe(STUDENT), entitled(policy, aec), terminated)
     env.close()

@@ -73,9 +73,7 @@ class LiveLesson:
     @property
     def over(self) -> bool:
         """Whether the last word has been said."""
-        aec = self.aec
-        ends = True in aec.ended or (aec.moment.success and not self.family.repeated)
-        return ends and len(self.rows) == aec.turn + 1
+        return self.family.is_over(self.aec.moment) and len(self.rows) == self.aec.turn + 1
 
     @property
     def to_move(self) -> str:

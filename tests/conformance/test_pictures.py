@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from design import sampled
+from opengl import with_opengl
 from sampling import ENTRIES
 
 from llf_teacher import make
@@ -46,16 +47,6 @@ def check(check, id):
 @pytest.mark.parametrize("entry", [each for each in ENTRIES if not each.values[0].family.slow])
 def test_pictures(entry, each):
     check(each, entry.id)
-
-
-def with_opengl(code):
-    """What a program prints that draws by OpenGL."""
-    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"} | {"MUJOCO_GL": "egl"}
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
-    if "images need off-screen OpenGL" in run.stderr:
-        pytest.skip("no off-screen OpenGL here; on Debian libegl1 brings it")
-    assert run.returncode == 0, run.stderr
-    return run.stdout
 
 
 @pytest.mark.full

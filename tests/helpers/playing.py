@@ -8,3 +8,14 @@ def steps(env, actions):
         yield outcome
         if outcome[2] or outcome[3]:
             env.reset()
+
+
+class Counting:
+    """A teacher who counts the turns."""
+
+    def reset(self, rng):
+        self.turns = 0
+
+    def act(self, observation, info):
+        self.turns += 1
+        return f"That makes {self.turns}."

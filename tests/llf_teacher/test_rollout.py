@@ -5,6 +5,7 @@ import re
 
 import gymnasium
 import pytest
+from playing import Counting
 
 from llf_teacher import chat_student, rollout
 from llf_teacher.studies.episode import play
@@ -165,17 +166,6 @@ def test_a_lesson_of_ones_own():
     assert played.rewards == (-1.0, -1.0)
     assert played.regrets == (None, None)  # nobody knows
     assert "reward" in played.messages[0]["content"]
-
-
-class Counting:
-    """A teacher who counts the turns."""
-
-    def reset(self, rng):
-        self.turns = 0
-
-    def act(self, observation, info):
-        self.turns += 1
-        return f"That makes {self.turns}."
 
 
 def test_a_teacher_of_ones_own_has_each_conversation_to_itself():

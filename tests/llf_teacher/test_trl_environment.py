@@ -3,9 +3,12 @@
 import inspect
 
 import pytest
+from playing import Counting
 
 import llf_teacher
 from llf_teacher.integrations.trl import OVER, FeedbackEnvironment
+from teachers.oracle import RefusalError
+from teachers.oracles.gridworld import GridworldOracle
 
 GRID = "llf-gridworld-v0"
 ARMS = "llf-bandits-BanditTenArmedGaussian-v0"
@@ -80,17 +83,6 @@ def test_a_row_says_what_is_played():
     assert environment.reset(**row) == first
 
 
-class Counting:
-    """A teacher who counts the turns."""
-
-    def reset(self, rng):
-        self.turns = 0
-
-    def act(self, observation, info):
-        self.turns += 1
-        return f"That makes {self.turns}."
-
-
 def test_a_teacher_of_ones_own_has_each_conversation_to_itself():
     teacher = Counting()
     one, other = (FeedbackEnvironment(GRID, teacher=teacher) for _ in range(2))
@@ -102,3 +94,18 @@ def test_a_teacher_of_ones_own_has_each_conversation_to_itself():
 def test_an_unknown_reward():
     with pytest.raises(ValueError, match="reward must be one of return, success, regret, got 'sum'"):
         FeedbackEnvironment(reward="sum")
+
+
+def test_an_oracle_need_not_know_regrets_unless_they_are_paid(monkeypatch):
+    def refuse(self, moment):
+        raise RefusalError("nobody knows")
+
+    monkeypatch.setattr(GridworldOracle, "regret", refuse)
+    played = FeedbackEnvironment(GRID, max_turns=1)
+    played.reset(seed=0)
+    played.act("west")
+    assert played.get_reward() == 0.0
+    paid = FeedbackEnvironment(GRID, max_turns=1, reward="regret")
+    paid.reset(seed=0)
+    with pytest.raises(RefusalError):
+        paid.act("west")

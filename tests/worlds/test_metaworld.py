@@ -2,13 +2,11 @@
 
 import copy
 import json
-import os
 import pickle
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from opengl import run, with_opengl
 
 from worlds.metaworld import (
     CONTROLS,
@@ -324,25 +322,16 @@ print(refused)
 """
 
 
-def see(gl, code=IMAGES):
-    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "MUJOCO_GL")}
-    program = [sys.executable, "-c", code]
-    return subprocess.run(program, capture_output=True, text=True, env=environment | {"MUJOCO_GL": gl}, check=False)
-
-
 def test_images():
-    result = see("egl")
-    if "images need off-screen OpenGL" in result.stderr:
-        pytest.skip("no off-screen OpenGL here; on Debian libegl1 brings it")
-    assert result.stdout == "seen\n", result.stderr
+    assert with_opengl(IMAGES) == "seen\n"
 
 
 def test_without_opengl_the_error_says_what_to_do():
-    result = see("glfw")  # which needs a display
+    result = run(IMAGES, "glfw")  # which needs a display
     assert "RuntimeError: images need off-screen OpenGL" in result.stderr
     assert "MUJOCO_GL to egl" in result.stderr
 
 
 def test_without_opengl_it_is_an_error_the_second_time_too():
-    result = see("glfw", TWICE)
+    result = run(TWICE, "glfw")
     assert result.stdout == "2\n", result.stderr

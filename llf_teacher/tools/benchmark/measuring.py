@@ -95,9 +95,9 @@ class Writer:
         actions: list[Any] = []
         over = False
         while not over and len(actions) < most:
-            _, _, terminated, truncated, _ = env.step(student.act(aec.observe(STUDENT), entitled(student, aec)))
+            env.step(student.act(aec.observe(STUDENT), entitled(student, aec)))
             actions.append(aec.moment.action)
-            over = terminated or truncated or (aec.moment.success and not env.family.repeated)
+            over = env.family.is_over(aec.moment)
         return actions
 
 
