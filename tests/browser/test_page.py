@@ -177,6 +177,7 @@ def test_stored_episodes_turn_by_turn(visitor, tmp_path):
         visitor.driver.get(address)
         visitor.click("a[href='/stored/0']")
         visitor.one("#q").send_keys("obedient" + Keys.ENTER)
+        visitor.until(lambda: visitor.driver.current_url.endswith("q=obedient"), "page of the episodes found")
         visitor.click("tbody a")
         visitor.shows("#place", "turn 3 of 3")
         visitor.press("Back")

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from PIL import Image
 from selenium import webdriver
-from selenium.common.exceptions import TimeoutException
+from selenium.common.exceptions import StaleElementReferenceException, TimeoutException
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
@@ -82,7 +82,8 @@ class Visitor:
         self.driver = driver
 
     def one(self, selector):
-        return self.driver.find_element(By.CSS_SELECTOR, selector)
+        """An element, as soon as it is there: a click may have asked for another page."""
+        return self.until(lambda: self.driver.find_element(By.CSS_SELECTOR, selector), selector)
 
     def all(self, selector):
         return self.driver.find_elements(By.CSS_SELECTOR, selector)
@@ -93,9 +94,10 @@ class Visitor:
         return self.driver.execute_script(script, selector)
 
     def until(self, condition, what):
-        """Wait for something."""
+        """Wait for something; an element that is not there yet, or of a page that is left, is tried again."""
+        wait = WebDriverWait(self.driver, SECONDS, 0.05, [StaleElementReferenceException])
         try:
-            return WebDriverWait(self.driver, SECONDS, 0.05).until(lambda _: condition())
+            return wait.until(lambda _: condition())
         except TimeoutException:
             raise AssertionError(f"no {what}: {self.text('body')}") from None
 
@@ -104,15 +106,23 @@ class Visitor:
         self.until(lambda: text in self.text(selector), f"{text!r} in {selector}")
 
     def click(self, selector):
-        element = self.one(selector)
-        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
-        element.click()
+        self.until(lambda: self._clicked(self.all(selector)[:1]), selector)
 
     def press(self, name):
         """Click the button of a name that is shown."""
-        (button,) = [each for each in self.all("button") if each.is_displayed() and each.text == name]
-        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", button)
-        button.click()
+
+        def named():
+            return [each for each in self.all("button") if each.is_displayed() and each.text == name]
+
+        self.until(lambda: self._clicked(named()), f"one button {name!r}")
+
+    def _clicked(self, elements):
+        """Whether there was one element, which has been clicked."""
+        if len(elements) != 1:
+            return False
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", elements[0])
+        elements[0].click()
+        return True
 
     def begin(self, address, *, seat="student", id=GRID, **fields):
         """Choose a lesson, and come to its page."""
