@@ -172,6 +172,28 @@ def test_a_crash_is_named_and_so_is_the_action_that_led_to_it():
     assert oracle.plan(moment.after, 5) == ()
 
 
+def test_whether_braking_helps_is_mostly_known_without_the_simulator(monkeypatch):
+    asked = []
+
+    def ask(lab, truth):
+        asked.append(truth)
+        return stops(lab, truth)
+
+    monkeypatch.setattr("teachers.oracles.parking.stops", ask)
+    rng, answers = np.random.default_rng(4), []
+    for count in (0, 10):
+        world = Parking(count)
+        world.reset(seed=count)
+        oracle, lab = engaged(world), world.scratch()
+        for _ in range(100):
+            car = Car(*rng.uniform((26, -17, -7, -7), (33, 17, 7, 8)))
+            truth = world.truth._replace(car=car)
+            answers.append(oracle._stops(truth))
+            assert answers[-1] == stops(lab, truth)
+    assert 50 < sum(answers) < 170
+    assert len(asked) < 50
+
+
 def test_hints_are_true_and_say_less():
     world = Parking()
     lab = world.scratch()

@@ -85,6 +85,13 @@ class ParkingOracle(Oracle[Truth, Parking]):
     def _ground(self, truth: Truth) -> Ground:
         return _ground(truth.spot, tuple([(other.x, other.y) for other in truth.parked]))
 
+    def _stops(self, truth: Truth) -> bool:
+        """As `stops`; the simulator is asked only if it is a near thing."""
+        car, ground = truth.car, self._ground(truth)
+        if car.crashed or car.impact is not None or not can_stop(ground, car[:4], -1):
+            return False
+        return can_stop(ground, car[:4]) or stops(self.lab, truth)
+
     def _is_parked(self, truth: Truth) -> bool:
         car = truth.car
         return misfit(self._ground(truth), car.x, car.y, car.heading) < TOLERANCE and not car.crashed
@@ -138,7 +145,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
             if moved < -_NEWS:
                 claims.append(Nearer(**far))
         elif wasted >= _WASTE and HN in kinds:
-            if not self._way(after) and stops(self.lab, before) and not stops(self.lab, after):
+            if not self._way(after) and self._stops(before) and not self._stops(after):
                 claims.append(Doomed(action=action))
             elif way and misses(self._ground(after), after.car[:4], way[1:]):
                 claims.append(Strayed(action=action, way=way))
@@ -186,7 +193,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
                 yield Crash(action=action)
             elif there is not None and not can_stop(ground, there):
                 trap = Trap(action=action)
-                if stops(self.lab, truth) and not stops(self.lab, after_action(self.lab, truth, action)):
+                if self._stops(truth) and not self._stops(after_action(self.lab, truth, action)):
                     yield trap
 
     def importance(self, truth: Truth) -> float:

@@ -83,8 +83,11 @@ def excess(ground: Ground, car: Car) -> float:
     return away if away >= SURE else misfit(ground, x, y, heading) - ground.tolerance
 
 
-def move(ground: Ground, car: Car, pedal: int, wheel: int) -> Car | None:
-    """Where an action, in hundredths, leads; None if that comes too close to something."""
+def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> Car | None:
+    """Where an action, in hundredths, leads; None if that comes too close to something.
+
+    With a caution of -1 it is None only if something is surely touched: the margin is the other way.
+    """
     x, y, heading, speed = car
     gain = _PEDAL[pedal + 100] * DT
     slip, sine = _WHEEL[wheel + 100]
@@ -98,7 +101,7 @@ def move(ground: Ground, car: Car, pedal: int, wheel: int) -> Car | None:
         y += speed * sin(course) * DT
         heading += speed * sine / HALF * DT
         speed += gain
-        if near is not None and not _free(ground, near, x, y, heading, _MARGIN + abs(speed) * DT):
+        if near is not None and not _free(ground, near, x, y, heading, caution * (_MARGIN + abs(speed) * DT)):
             return None
     return x, y, heading, speed
 
@@ -142,20 +145,23 @@ def _free(
     return True
 
 
-def brake(ground: Ground, car: Car, wheel: int) -> tuple[tuple[Hundredths, ...], Car] | None:
-    """Full braking with the wheel held, in hundredths: the actions and where the car stops, or None if it crashes."""
+def brake(ground: Ground, car: Car, wheel: int, caution: int = 1) -> tuple[tuple[Hundredths, ...], Car] | None:
+    """Full braking with the wheel held, in hundredths: the actions and where the car stops, or None if it crashes.
+
+    The caution is that of `move`.
+    """
     actions = []
     there: Car | None = car
     while there is not None and abs(there[3]) > 0.05:
         pedal = round(min(max(-there[3] / PUSH, -1.0), 1.0) * 100)
         actions.append((pedal, wheel))
-        there = move(ground, there, pedal, wheel)
+        there = move(ground, there, pedal, wheel, caution)
     return None if there is None else (tuple(actions), there)
 
 
-def can_stop(ground: Ground, car: Car) -> bool:
-    """Whether the car can be braked to a halt with one of the `BRAKES`."""
-    return any(brake(ground, car, round(wheel * 100)) is not None for wheel in BRAKES)
+def can_stop(ground: Ground, car: Car, caution: int = 1) -> bool:
+    """Whether the car can be braked to a halt with one of the `BRAKES`; the caution is that of `move`."""
+    return any(brake(ground, car, round(wheel * 100), caution) is not None for wheel in BRAKES)
 
 
 def misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
