@@ -32,14 +32,15 @@ from teachers.oracles.parking.claims import (
 )
 from teachers.oracles.parking.driving import solve
 from teachers.oracles.parking.model import Ground, can_stop, misfit, misses, move
-from worlds.parking import WALL_X, WALL_Y, Action, Parking, Spot, Truth
+from worlds.parking import WALL_X, WALL_Y, Action, Car, Parking, Spot, Truth
 
 TOLERANCE = 1.44
 """highway-env's threshold for the reward, squared and counted in metres."""
 
 
 @lru_cache(maxsize=16)
-def _ground(spot: Spot, places: tuple[tuple[float, float], ...]) -> Ground:
+def _ground(spot: Spot, parked: tuple[Car, ...]) -> Ground:
+    places = tuple([(other.x, other.y) for other in parked])
     return Ground((spot.x, spot.y, spot.heading), TOLERANCE, places, WALL_X, WALL_Y)
 
 
@@ -64,10 +65,15 @@ class ParkingOracle(Oracle[Truth, Parking]):
     def start(self, truth: Truth) -> None:
         """Know no way yet."""
         self._ways: dict[tuple[float, ...], tuple[Action, ...]] = {}
+        self._seen: dict[Car, tuple[Action, ...]] = {}
+        self._on: tuple[Truth, Ground] | None = None
 
     def _way(self, truth: Truth) -> tuple[Action, ...]:
         """Actions that park the car, as few as were found; none if none were, or if it is parked."""
         car = truth.car
+        seen = self._seen.get(car)
+        if seen is not None:
+            return seen
         if car.crashed or car.impact is not None or self._is_parked(truth):
             return ()
         key = tuple([round(each, 6) for each in car[:4]])  # what the model foresaw may differ in the last digit
@@ -80,10 +86,14 @@ class ParkingOracle(Oracle[Truth, Parking]):
             there = move(ground, car[:4], round(100 * pedal), round(100 * wheel))
             if there is not None and len(way) > 1:
                 self._ways.setdefault(tuple([round(each, 6) for each in there]), way[1:])
+        self._seen[car] = way
         return way
 
     def _ground(self, truth: Truth) -> Ground:
-        return _ground(truth.spot, tuple([(other.x, other.y) for other in truth.parked]))
+        last = self._on
+        if last is None or last[0].parked != truth.parked or last[0].spot != truth.spot:
+            last = self._on = truth, _ground(truth.spot, truth.parked)
+        return last[1]
 
     def _stops(self, truth: Truth) -> bool:
         """As `stops`; the simulator is asked only if it is a near thing."""

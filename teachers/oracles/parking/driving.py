@@ -14,6 +14,8 @@ from teachers.oracles.parking.paths import SPACING, TOP, Segment, Start, cheapes
 
 _TURN, _QUARTER = 2 * pi, pi / 4
 _LONGEST = 90  # actions
+_SLOW = 0.5 / 0.45  # m/s below which the point ahead comes no nearer
+_OPEN = TOP * TOP
 _DRIVEN = 6  # paths that are tried out at most
 _ENDS = ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0))
 _STRAIGHT_ENDS = ((1.0, 2.0), (1.0, 4.0), (1.0, 6.0), (1.0, 8.0))
@@ -78,53 +80,64 @@ def _starts(ground: Ground, car: Car) -> Iterator[Start]:
 
 
 def _follow(ground: Ground, car: Car, segments: Sequence[Segment]) -> list[Hundredths] | None:
-    """Drive along a path by pursuit of a point ahead: the actions until the car is parked, or None if it is not."""
+    """Drive along a path by pursuit of a point ahead: the actions until the car is parked, or None if it is not.
+
+    Most of the time that planning takes is spent here, and so nothing is called that can be written out.
+    """
+    (goal_x, goal_y, _), tolerance = ground.spot, ground.tolerance + SURE
     actions: list[Hundredths] = []
     number = at = 0
     (way, xs, ys, headings), last = segments[0], len(segments) == 1
     end = len(xs) - 1
-    while len(actions) < _LONGEST:
-        x, y, heading, speed = car
+    x, y, heading, speed = car
+    for _ in range(_LONGEST):
+        pace = speed if speed > 0 else -speed
         rear_x, rear_y = x - HALF * cos(heading), y - HALF * sin(heading)
+        off = hypot(xs[at] - rear_x, ys[at] - rear_y)
         while True:
-            off = hypot(xs[at] - rear_x, ys[at] - rear_y)
             while at < end and (further := hypot(xs[at + 1] - rear_x, ys[at + 1] - rear_y)) <= off:
                 at, off = at + 1, further
             left = (end - at) * SPACING
-            if last or left > SPACING or abs(speed) > 0.6:
+            if last or left > SPACING or pace > 0.6:
                 break
             number, at = number + 1, 0
             (way, xs, ys, headings), last = segments[number], number + 1 == len(segments)
             end = len(xs) - 1
+            off = hypot(xs[0] - rear_x, ys[0] - rear_y)
         bent = abs((headings[at] - heading + pi) % _TURN - pi)
         if off > 1.5 or bent > 0.6:
             return None
-        ahead = max(1.5, 0.45 * abs(speed) + 1)
-        to = min(end, at + round(ahead / SPACING))
-        aim_x, aim_y = xs[to], ys[to]
+        ahead = 0.45 * pace + 1 if pace > _SLOW else 1.5
+        to = at + round(ahead / SPACING)
+        if to > end:
+            to = end
+        dx, dy = xs[to] - rear_x, ys[to] - rear_y
         if ahead > left:
-            aim_x += way * (ahead - left) * cos(headings[to])
-            aim_y += way * (ahead - left) * sin(headings[to])
-        dx, dy = way * (aim_x - rear_x), way * (aim_y - rear_y)
-        angle = (atan2(dy, dx) - heading + pi) % _TURN - pi
-        bend = 2 * sin(angle) / max(0.5, hypot(dx, dy)) * way
+            dx = xs[to] + way * (ahead - left) * cos(headings[to]) - rear_x
+            dy = ys[to] + way * (ahead - left) * sin(headings[to]) - rear_y
+        if way < 0:
+            dx, dy = -dx, -dy
+        far = hypot(dx, dy)
+        bend = 2 * sin(atan2(dy, dx) - heading) / (far if far > 0.5 else 0.5) * way
+        room = 6 * left + 4 if last else 6 * left
+        fast = sqrt(room) if room < _OPEN else TOP
+        if bent > 0.3 and fast > 2.5:
+            fast = 2.5
+        pedal = (way * (fast if fast > 0.4 else 0.4) - speed) / PUSH
         wheel = atan(bend * 2 * HALF) / _QUARTER
-        fast = min(TOP, sqrt(6 * left + (4 if last else 0)))
-        if bent > 0.3:
-            fast = min(fast, 2.5)
-        pedal = (way * max(0.4, fast) - speed) / PUSH
         action = (
             100 if pedal >= 1 else -100 if pedal <= -1 else round(pedal * 100),
             100 if wheel >= 1 else -100 if wheel <= -1 else round(wheel * 100),
         )
-        there = move(ground, car, *action)
+        there = move(ground, (x, y, heading, speed), *action)
         if there is None:
             return None
-        car = there
+        x, y, heading, speed = there
         actions.append(action)
-        off_by = excess(ground, car)
-        if off_by < SURE:
-            return actions if off_by < -SURE else None
+        if abs(x - goal_x) + 0.3 * abs(y - goal_y) < tolerance:
+            off_by = excess(ground, there)
+            if off_by < SURE:
+                return actions if off_by < -SURE else None
         if last and left <= 0 and off > 2:
             return None
     return None

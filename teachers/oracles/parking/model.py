@@ -95,13 +95,21 @@ def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> 
     reach = _REACH + 0.3 + 0.3 * abs(speed)  # more than the car, with its margin, needs in the whole action
     if ground.parked or abs(x) + reach > ground.wall_x or abs(y) + reach > ground.wall_y:
         near = _near(ground, x, y, reach, reach)
+    if near is None:
+        for _ in _STEPS:
+            course = heading + slip
+            x += speed * cos(course) * DT
+            y += speed * sin(course) * DT
+            heading += speed * sine / HALF * DT
+            speed += gain
+        return x, y, heading, speed
     for _ in _STEPS:
         course = heading + slip
         x += speed * cos(course) * DT
         y += speed * sin(course) * DT
         heading += speed * sine / HALF * DT
         speed += gain
-        if near is not None and not _free(ground, near, x, y, heading, caution * (_MARGIN + abs(speed) * DT)):
+        if not _free(ground, near, x, y, heading, caution * (_MARGIN + abs(speed) * DT)):
             return None
     return x, y, heading, speed
 
@@ -111,8 +119,12 @@ def has_room(ground: Ground, xs: Sequence[float], ys: Sequence[float], headings:
     west, east, north, south = min(xs), max(xs), min(ys), max(ys)
     reach = HALF + _CORNER + room
     near = _near(ground, (west + east) / 2, (north + south) / 2, (east - west) / 2 + reach, (south - north) / 2 + reach)
-    return near is None or all(
-        _free(ground, near, x + HALF * cos(heading), y + HALF * sin(heading), heading, room)
+    if near is None:
+        return True
+    open_x, open_y = (-1.0, -1.0) if near else (ground.wall_x - reach, ground.wall_y - reach)
+    return all(
+        (abs(x) < open_x and abs(y) < open_y)
+        or _free(ground, near, x + HALF * cos(heading), y + HALF * sin(heading), heading, room)
         for x, y, heading in zip(xs, ys, headings, strict=True)
     )
 
