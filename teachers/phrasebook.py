@@ -1,12 +1,9 @@
 """Claims put into words. The words are data, in `phrases/<family>.toml`; for their tone see `teachers.voice`."""
 
-import re
-import string
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import resources
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -15,55 +12,13 @@ import numpy as np
 from teachers.atoms import Atom, Claim, FeedbackType, Utterance, slots_of
 from teachers.common import Late
 from teachers.oracle import claims_of
+from teachers.templates import Template, recurring, slots
 from teachers.voice import LEAST, MOST, PLAIN, Change, Tone, Voice, load_tone, rewrite, voice_names
 
 Paraphrase = str | int | Callable[..., str]
 """`"random"`, the index of a paraphrase (modulo their number), or a function `(templates, **slots) -> str`."""
 
-_SPEC = re.compile(r"\.\d+[efg]|d")
 _TEXT = "text"  # the slot of Late's phrases that takes the sentence which comes late
-
-
-class Template:
-    """One paraphrase, compiled to a %-pattern, which is twice as fast as `str.format`."""
-
-    __slots__ = ("pattern", "source", "values")
-
-    def __init__(self, source: str) -> None:
-        self.source = source
-        parts, fields = [], []
-        for literal, field, spec, conversion in string.Formatter().parse(source):
-            parts.append(literal.replace("%", "%%"))
-            if field is not None:
-                parts.append(f"%{spec or conversion or 's'}")
-                fields.append(field)
-        self.pattern = "".join(parts)
-        self.values: Callable[[Any], Any] = attrgetter(*fields) if fields else _no_values
-
-    def format(self, claim: Any) -> str:
-        """The sentence for a claim."""
-        text: str = self.pattern % self.values(claim)
-        return text
-
-
-def _no_values(claim: Any) -> tuple[()]:
-    return ()
-
-
-def slots(template: str) -> set[str]:
-    """The names of a template's slots.
-
-    Raises:
-        ValueError: the braces do not match, or a slot has a format that is not allowed.
-    """
-    names = set()
-    for _, field, spec, conversion in string.Formatter().parse(template):
-        if field is None:
-            continue
-        if (spec and (conversion or not _SPEC.fullmatch(spec))) or conversion not in (None, "r"):
-            raise ValueError(f"slot {field!r} has a bad format; allowed: none, !r, or such as :.3f, :.4g, :d")
-        names.add(field)
-    return names
 
 
 class _Templates(dict[type[Claim], tuple[Template, ...]]):
@@ -95,14 +50,14 @@ class Phrasebook:
 
     def _set(self, templates: _Templates) -> None:
         self._templates = templates
-        # What `say` needs of them, in the form in which that takes the least time; Late has a way of its own.
-        self._compiled = {cls: [(each.pattern, each.values) for each in templates[cls]] for cls in templates}
-        self._compiled.pop(Late, None)
+        self._drawn = {cls: (recurring(cls), each) for cls, each in templates.items() if cls is not Late}
+        """What `say` needs to draw a wording; Late has a way of its own."""
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
         """Both together."""
         both = object.__new__(Phrasebook)
-        both._set(_Templates(self._templates | other._templates))
+        both._templates = _Templates(self._templates | other._templates)
+        both._drawn = self._drawn | other._drawn
         return both
 
     def toned(self, tone: Tone, own: Mapping[str, list[str]], source: str) -> "Phrasebook":
@@ -144,13 +99,17 @@ class Phrasebook:
         """Put claims into words, with one draw a claim whether it is used or not."""
         atoms = []
         texts = []
-        compiled = self._compiled if paraphrase == "random" else {}
+        ways = self._drawn if paraphrase == "random" else {}
         drawn = draws.take(len(claims))
         for i, claim in enumerate(claims):  # which takes half the time of a zip
             draw = drawn[i]
-            if (wordings := compiled.get(claim.__class__)) is not None:
-                pattern, values = wordings[int(draw * len(wordings))]
-                text = pattern % values(claim)
+            if (way := ways.get(claim.__class__)) is not None:
+                key_of, templates = way
+                template = templates[int(draw * len(templates))]
+                if key_of is None:
+                    text = template.pattern % template.values(claim)
+                elif (text := template.said.get(key := key_of(claim))) is None:
+                    text = template.keep(key, claim)
                 atoms.append(_new_atom(Atom, (claim, text, turn, "")))
             elif isinstance(claim, Late):
                 said = claim.claim

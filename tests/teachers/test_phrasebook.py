@@ -21,6 +21,7 @@ from teachers.oracle import claims_of
 from teachers.oracles.poem import PoemOracle
 from teachers.oracles.poem.claims import AvoidCount, AvoidLines, Count, LinesRight, Write, WrongLine, WrongNumber
 from teachers.phrasebook import Draws, Phrasebook, check_paraphrase, load_phrasebook
+from teachers.templates import Template, recurring
 from teachers.testing import Pupil
 
 FAMILIES = {family.name: family for family in all_families()}
@@ -343,3 +344,44 @@ def test_one_syllable_and_one_line_are_no_plural(voice):
 def test_a_list_of_lines_is_a_part_of_the_sentence():
     book = next(family for family in FAMILIES.values() if family.oracle == PoemOracle.__name__).phrasebook()
     assert not [template for template in book.templates(LinesRight) if ": {listing}" in template]
+
+
+@claim
+class Turned(Claim):
+    """True if somebody turned so often, in this sense and by way of these places."""
+
+    times: int
+    kind_of: FeedbackType
+    by: tuple[int, ...]
+
+
+def test_claims_of_numbers_and_members_come_again():
+    assert recurring(Turned)(Turned(times=2, kind_of=FeedbackType.HP, by=(1,))) == (2, FeedbackType.HP, (1,))
+    for cls in (Steps, Done, Reward, Late):
+        assert recurring(cls) is None
+
+
+def test_a_sentence_is_made_once_for_claims_that_come_again_and_not_for_ever():
+    wording = ["{times} times {kind_of}", "{kind_of}: {times}", "{times}, {kind_of}", "so often: {times}, {kind_of}"]
+    phrasebook = Phrasebook({"Turned": wording, "Steps": STEPS}, [Turned, Steps], "words")
+
+    def sentence(number, cls=Turned):
+        fields = {"times": number, "kind_of": FeedbackType.HP, "by": ()}
+        said = cls(**(fields if cls is Turned else {"number": number, "place": "town"}))
+        (atom,) = say(phrasebook, [said]).atoms
+        assert atom.claim is said
+        return atom.text
+
+    first = sentence(1)
+    assert sentence(1) is first
+    assert sentence(1, Steps) is not sentence(1, Steps)
+    for number in range(3000):
+        assert str(number) in sentence(number)
+    kept = [len(template.said) for template in phrasebook._templates[Turned]]
+    assert 0 < sum(kept) <= 1024
+    assert sentence(1) == first
+
+
+def test_a_template_keeps_what_it_says():
+    template = Template("{number} to {place}")
+    assert template.keep("a key", Steps(number=3, place="town")) is template.said["a key"] == "3 to town"

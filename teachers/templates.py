@@ -1,0 +1,82 @@
+"""Templates: one way to say the claims of a class, with slots for what their fields hold."""
+
+import re
+import string
+from collections.abc import Callable
+from dataclasses import fields
+from enum import Enum
+from operator import attrgetter
+from typing import Any, get_args, get_origin
+
+from teachers.atoms import Claim
+
+__all__ = ["Template", "recurring", "slots"]
+
+_SPEC = re.compile(r"\.\d+[efg]|d")
+_KEPT = 1024  # sentences of a template
+
+
+class Template:
+    """One paraphrase, compiled to a %-pattern, which is twice as fast as `str.format`."""
+
+    __slots__ = ("pattern", "said", "source", "values")
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        parts, names = [], []
+        for literal, field, spec, conversion in string.Formatter().parse(source):
+            parts.append(literal.replace("%", "%%"))
+            if field is not None:
+                parts.append(f"%{spec or conversion or 's'}")
+                names.append(field)
+        self.pattern = "".join(parts)
+        self.values: Callable[[Any], Any] = attrgetter(*names) if names else _no_values
+        self.said: dict[Any, str] = {}
+        """Sentences for claims that come again, by what their fields hold; see `recurring`."""
+
+    def format(self, claim: Any) -> str:
+        """The sentence for a claim."""
+        text: str = self.pattern % self.values(claim)
+        return text
+
+    def keep(self, key: Any, claim: Any) -> str:
+        """The sentence for a claim, which is not made again as long as it is among the last ones."""
+        if len(self.said) >= _KEPT:
+            self.said.clear()
+        text = self.said[key] = self.format(claim)
+        return text
+
+
+def _no_values(claim: Any) -> tuple[()]:
+    return ()
+
+
+def recurring(cls: type[Claim]) -> Callable[[Any], Any] | None:
+    """What tells the claims of a class apart, if they come again and again; None if there are too many for that.
+
+    Few claims there are where all fields are whole numbers and members of enumerations.
+    """
+    names = [field.name for field in fields(cls)]  # type: ignore[arg-type]  # a dataclass
+    return attrgetter(*names) if names and all(_is_discrete(field.type) for field in fields(cls)) else None  # type: ignore[arg-type]  # a dataclass
+
+
+def _is_discrete(kind: Any) -> bool:
+    if get_origin(kind) is tuple:
+        return all(_is_discrete(part) for part in get_args(kind) if part is not ...)
+    return isinstance(kind, type) and issubclass(kind, int | Enum)
+
+
+def slots(template: str) -> set[str]:
+    """The names of a template's slots.
+
+    Raises:
+        ValueError: the braces do not match, or a slot has a format that is not allowed.
+    """
+    names = set()
+    for _, field, spec, conversion in string.Formatter().parse(template):
+        if field is None:
+            continue
+        if (spec and (conversion or not _SPEC.fullmatch(spec))) or conversion not in (None, "r"):
+            raise ValueError(f"slot {field!r} has a bad format; allowed: none, !r, or such as :.3f, :.4g, :d")
+        names.add(field)
+    return names
