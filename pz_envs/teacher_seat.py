@@ -139,11 +139,8 @@ class TeacherSeat:
 
     def see(self, moment: Moment[Any], asked: bool = False) -> None:
         """Take note of what there is to speak of now; `asked`: that the student asks for advice on it."""
-        self.moment = moment
-        self.asked = asked
-        self._claims = None
-        self._kinds = -1
-        self.choosing = []
+        self.moment, self.asked, self.choosing = moment, asked, []
+        self._claims, self._kinds = None, -1
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; asked for once a moment, and only if somebody wants to know."""
@@ -163,6 +160,14 @@ class TeacherSeat:
         if brief:  # which comes first: with it the oracle starts
             return teacher.say(teacher.notice(moment) + self.claims(), moment.turn)
         return teacher.say(self.claims(), moment.turn)
+
+    def speak(self, moment: Moment[Any]) -> Utterance:
+        """Take note of a turn, and what the teacher would say of it: `see` and `suggestion` in one go."""
+        self.moment, self.asked, self.choosing, self._kinds = moment, False, [], -1
+        teacher = self.teacher
+        said = teacher.judge(moment)
+        self._claims = said = said if moment.before is not None else teacher.notice(moment) + said
+        return teacher.say(said, moment.turn)
 
     def info(self, speech: str, brief: bool = False) -> dict[str, Any]:
         """Told beside the observation: the moment, and what could be said, `brief` as in `suggestion`."""

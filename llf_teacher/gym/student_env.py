@@ -133,9 +133,12 @@ class StudentEnv(SeatEnv):
         if not self._running:
             self._check_running()
         aec = self.aec
-        aec.student_turn(action)
-        reward = aec.rewards[STUDENT]
-        self._speak()
+        if self._policy is None:
+            reward = aec.take_turn(action)
+        else:
+            aec.student_turn(action)
+            reward = aec.rewards[STUDENT]
+            self._speak()
         terminated, truncated = aec.ended
         self._running = not (terminated or truncated)
         observation = self._seen(SILENCE)

@@ -179,7 +179,7 @@ def test_the_last_bit_of_a_claim_is_compared(tmp_path):
 
 @pytest.mark.full
 def test_a_slowed_copy_fails_and_the_other_way_round_passes(tmp_path):
-    line = "        aec.student_turn(action)\n"
+    line = "        terminated, truncated = aec.ended\n"
     copy(tmp_path, "llf_teacher/gym/student_env.py", line, line + "        sum(range(4000))\n")
 
     def against(mine, other):

@@ -237,3 +237,27 @@ def test_what_is_paid_adds_up_between_an_agents_turns_and_is_no_negative_zero():
     env.step(0b00001)
     env.step(0)
     assert env.last()[1] == 3.0 - 0.5
+
+
+def told(env):
+    """All that can be seen of an environment with a lesson in it, but for its spaces."""
+    purse = env.purse.spent, env._cumulative_rewards, env.rewards
+    ends = env.ended, env.terminations, env.truncations, env.agent_selection, env.turn
+    return env.moment, env.said, env.feedback, env.instruction, env.infos, env.seat.claims(), *purse, *ends
+
+
+@pytest.mark.parametrize("personality", ["oracle", "mistake(eps=0.5)"])
+@pytest.mark.parametrize("options", [{}, {"budget": 9}, {"ask_cost": 0.1}, {"teacher_reward": "student_progress"}])
+@pytest.mark.parametrize("family", [GRID, BANDIT], ids=lambda family: family.name)
+def test_a_turn_at_one_go_is_that_of_both_seats(family, options, personality):
+    one, other = (family.raw_env(teacher=personality, text=True, max_cycles=6, **options) for _ in range(2))
+    for env in (one, other):
+        env.reset(seed=5)
+        env.take_suggestion()
+    for action in ("2", "\x00", "0", "1", "1", "0"):
+        reward = one.take_turn(action)
+        other.student_turn(action)
+        assert reward == other.rewards[STUDENT]
+        other.take_suggestion()
+        assert repr(told(one)) == repr(told(other))
+    assert one.truncations[STUDENT]

@@ -32,12 +32,10 @@ class ShownTutoring(TutoringEnv):
         if moment.turn:
             self.watch.begin(moment)
 
-    def student_turn(self, action: Any) -> None:
-        """The student acts, or asks."""
-        before = self.turn
-        super().student_turn(action)
-        if self.turn != before:
-            self.watch.acted(self.moment)
+    def _move(self, action: Any) -> float:
+        reward = super()._move(action)
+        self.watch.acted(self.moment)
+        return reward
 
     def hear(self, said: str) -> int:
         """Let the student hear the teacher's words."""
