@@ -6,6 +6,8 @@ import pickle
 import re
 import sqlite3
 from collections import Counter
+from functools import reduce
+from operator import or_
 
 import numpy as np
 import pytest
@@ -73,6 +75,18 @@ def test_most_profiles_have_matches():
     share = np.mean([len(catalogue.fitting(profile.wishes.values())) >= LEAST_MATCHES for profile in profiles])
     assert share >= 0.6
     assert share == pytest.approx(0.916, abs=0.02)
+
+
+def test_what_fits_is_found_as_item_by_item():
+    """Sets of items, as numbers, against each item's bits."""
+    catalogue, rng = load_catalogue(), np.random.default_rng(1)
+    assert catalogue.bits == reduce(or_, (item.bits for item in catalogue.items))
+    for _ in range(50):
+        wishes = draw_profile(rng).wishes.values()
+        fitting = [i for i, item in enumerate(catalogue.items) if item.named and item.meets(wishes)]
+        assert catalogue.fitting(wishes).tolist() == fitting
+        assert catalogue.count(wishes) == len(fitting)
+        assert catalogue.bits_of(wishes) == reduce(or_, (catalogue.items[i].bits for i in fitting), 0)
 
 
 @pytest.mark.parametrize(

@@ -118,9 +118,9 @@ class Movies(World[Truth, dict[str, Any], str]):
         """Look the titles up and judge them."""
         profile, unsaid, manner, _ = self._truth
         self._truth = Truth(profile, unsaid, manner, action)
-        titles, wishes = titles_of(action), profile.wishes.values()
-        met = sum([self.catalogue.meets(title, wishes) for title in titles])
-        reward = met / len(titles) - 1.0 if titles else -1.0
+        items, wishes = self.catalogue.look_up(titles_of(action)), profile.wishes.values()
+        met = sum([item is not None and item.meets(wishes) for item in items])
+        reward = met / len(items) - 1.0 if items else -1.0
         return self.observe(), reward, False, False, {"success": reward == 0.0}
 
     def observe(self) -> dict[str, Any]:
@@ -163,7 +163,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         return answer_of(titles)
 
     def _enough(self, profile: Profile) -> bool:
-        return len(self.catalogue.fitting(profile.wishes.values())) >= LEAST_MATCHES
+        return self.catalogue.count(profile.wishes.values()) >= LEAST_MATCHES
 
     def _load(self, truth: Truth) -> None:
         self._truth = truth

@@ -3,7 +3,7 @@
 What it finds in tables of bits, its claims look up in the catalogue's SQLite tables, or try on the world.
 """
 
-from collections.abc import Iterable, Set
+from collections.abc import Set
 from functools import lru_cache
 
 import numpy as np
@@ -50,7 +50,7 @@ from worlds.movies import (
     answer_of,
     titles_of,
 )
-from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, period_bit, type_bit
+from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, certificate_bit, period_bit, type_bit
 
 
 @claim
@@ -109,11 +109,11 @@ class MoviesOracle(Oracle[Truth, Movies]):
     def start(self, truth: Truth) -> None:
         """Find what fits, and what is to be avoided."""
         catalogue: Catalogue = self.lab.catalogue
-        items = [catalogue.items[i] for i in catalogue.fitting(truth.profile.wishes.values()).tolist()]
+        fitting = catalogue.fitting(truth.profile.wishes.values())
         first, second = truth.manner  # another user hears of other titles first
-        begin = (7 * first + 31 * second) % max(1, len(items))
-        self._fitting = [item.label for item in (items[begin:] + items[:begin])[:_LONGEST]]
-        self._traits = [AvoidTrait(attribute=a, trait=t) for a, t in _traits(catalogue, truth.profile, items)]
+        begin = (7 * first + 31 * second) % max(1, len(fitting))
+        self._fitting: list[int] = np.concatenate((fitting[begin:], fitting[:begin]))[:_LONGEST].tolist()
+        self._traits = _traits(catalogue, truth.profile)
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         return _GOAL, _RULES, *_AGE_GROUPS, _ANSWER
@@ -140,20 +140,24 @@ class MoviesOracle(Oracle[Truth, Movies]):
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """Each title is told of, up to `max_items`; those behind are counted."""
         titles, catalogue, profile = titles_of(moment.action), self.lab.catalogue, moment.past.profile
-        limit = self.lab.max_items
-        told = [
-            found
-            for place, said in enumerate(titles[:limit], 1)
-            for found in _verdicts(catalogue, profile, place, said)
-            if found.kind in kinds
-        ]
+        items, limit, success = catalogue.look_up(titles), self.lab.max_items, moment.success
+        good: list[Claim] = [_ALL_FIT] if success else []
+        bad: list[Claim] = [] if titles else [_NOTHING]
+        wanted = () if success else _wanted(profile)
+        for place, (said, item) in enumerate(zip(titles[:limit], items, strict=False), 1):
+            if item is None:
+                bad.append(_unclear(catalogue, place, said))
+            elif item.named:
+                if said != item.label and _is_other(said, item):
+                    good.append(TakenFor(item=place, said=said, title=item.label))
+                _judge(good, bad, place, item, wanted)
         if HP in kinds:
-            claims += (_ALL_FIT,) if moment.success else ()
-            claims += [claim for claim in told if claim.kind is HP and (not moment.success or type(claim) is TakenFor)]
+            claims += good
         if HN in kinds:
-            claims += [claim for claim in told if claim.kind is HN] if titles else (_NOTHING,)
-        if not moment.success and (behind := titles[limit:]):
-            fit = sum(catalogue.meets(title, profile.wishes.values()) for title in behind)
+            claims += bad
+        if not success and (behind := items[limit:]):
+            wishes = profile.wishes.values()
+            fit = sum(item is not None and item.meets(wishes) for item in behind)
             if HP in kinds and fit:
                 claims.append(OthersFit(first=limit + 1, count=fit, total=len(behind)))
             if HN in kinds and fit < len(behind):
@@ -164,25 +168,29 @@ class MoviesOracle(Oracle[Truth, Movies]):
         truth = moment.after
         catalogue = self.lab.catalogue
         titles, wishes = titles_of(truth.answer), truth.profile.wishes.values()
-        items, wrong = [], []
-        for i, title in enumerate(titles):
-            item = catalogue.item(title)
-            items.append(item)
-            if item is None or not item.meets(wishes):
-                wrong.append(i)
+        items = catalogue.look_up(titles)
+        wrong = [i for i, item in enumerate(items) if item is None or not item.meets(wishes)]
         if FP in kinds:
             if titles and not wrong:
                 claims.append(Repeat(action=truth.answer))
             elif self._fitting:  # a user that was made by hand may have wishes that nothing meets
-                used = {item.label for item in items if item}
-                title = next((label for label in self._fitting if label not in used), self._fitting[0])
+                title = self._other_than({item.label for item in items if item})
                 claims.append(_recommend(titles, wrong[0] if wrong else 0, title))
         if FN in kinds:
             bad = next((items[i].label for i in wrong if items[i] and items[i].named), None)  # type: ignore[union-attr]
             if bad:
                 claims.append(AvoidTitle(title=bad))
             elif self._traits:
-                claims.append(self._traits[moment.turn % len(self._traits)])
+                attribute, trait = self._traits[moment.turn % len(self._traits)]
+                claims.append(AvoidTrait(attribute=attribute, trait=trait))
+
+    def _other_than(self, used: Set[str]) -> str:
+        """The first title that fits and is not used yet; if all are, the first one."""
+        items = self.lab.catalogue.items
+        for i in self._fitting:
+            if (label := items[i].label) not in used:
+                return label
+        return items[self._fitting[0]].label
 
     def importance(self, truth: Truth) -> float:
         """The reward of a list that fits less that of one that fits in nothing: always 1."""
@@ -190,7 +198,8 @@ class MoviesOracle(Oracle[Truth, Movies]):
 
     def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
         """The same list of titles that fit `n` times."""
-        return (answer_of(self._fitting[:_SHOWN]),) * n if self._fitting else ()
+        items = self.lab.catalogue.items
+        return (answer_of([items[i].label for i in self._fitting[:_SHOWN]]),) * n if self._fitting else ()
 
     def regret(self, moment: Moment[Truth]) -> float:
         """The reward of a list that fits less the action's: 0 to 1."""
@@ -210,63 +219,53 @@ def _recommend(titles: tuple[str, ...], place: int, title: str) -> Recommend:
     return Recommend(action=action if len(action) <= MAX_LENGTH else answer_of([title]), title=title)
 
 
-def _traits(catalogue: Catalogue, profile: Profile, fitting: Iterable[Item]) -> list[tuple[str, str]]:
+def _traits(catalogue: Catalogue, profile: Profile) -> list[tuple[str, str]]:
     """Attributes that no fitting title has, where they matter: the other type, periods and certificates."""
-    bits, certificates = _together(fitting)
-    all_bits, all_certificates = _of_all(catalogue)
-    some = [(TYPE, TYPE_NAMES[not profile.series])] if all_bits & type_bit(not profile.series) else []
+    lacking = catalogue.bits & ~catalogue.bits_of(profile.wishes.values())
+    some = [(TYPE, TYPE_NAMES[not profile.series])] if catalogue.bits & type_bit(not profile.series) else []
     if profile.age >= 0:
-        some += [(AGE, each) for each in CERTIFICATES if each in all_certificates - certificates]
+        some += [(AGE, each) for each in CERTIFICATES if lacking & certificate_bit(each)]
     if profile.periods:
-        lacking = all_bits & ~bits
         some += [(YEAR, PERIOD_NAMES[period]) for period in range(len(PERIODS)) if lacking & period_bit(period)]
     return some
 
 
-def _together(items: Iterable[Item]) -> tuple[int, set[str | None]]:
-    """The bits and the certificates that any of the items has."""
-    bits, certificates = 0, set()
-    for item in items:
-        bits |= item.bits
-        certificates.add(item.certificate)
-    return bits, certificates
-
-
-@lru_cache(maxsize=16)
-def _of_all(catalogue: Catalogue) -> tuple[int, set[str | None]]:
-    return _together(catalogue.items)
-
-
-@lru_cache(maxsize=4096)
-def _verdicts(catalogue: Catalogue, profile: Profile, place: int, said: str) -> tuple[Claim, ...]:
-    """What there is to say of a title of the list."""
+def _unclear(catalogue: Catalogue, place: int, said: str) -> Claim:
+    """What there is to say of a title of the list that stands for no item, or for several."""
     found = catalogue.find(said)
-    if not found:
-        near = next((each.label for each in map(catalogue.items.__getitem__, catalogue.near(said)) if each.named), None)
-        return (SpeltLike(item=place, said=said, title=near) if near else NotInCatalogue(item=place, said=said),)
-    if len(found) > 1:
+    if found:
         works = tuple([f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]])
-        return (Ambiguous(item=place, said=said, count=len(found), works=works),)
-    item = catalogue.items[found[0]]
-    if not item.named:
-        return ()
-    title = item.label
-    claims: list[Claim] = []
+        return Ambiguous(item=place, said=said, count=len(found), works=works)
+    near = next((each.label for each in map(catalogue.items.__getitem__, catalogue.near(said)) if each.named), None)
+    return SpeltLike(item=place, said=said, title=near) if near else NotInCatalogue(item=place, said=said)
+
+
+def _is_other(said: str, item: Item) -> bool:
+    """Whether what was said is another spelling than the item's title, but for the case."""
     plain = (item.title, f"{item.title} ({item.first})")
-    if said not in plain and said.casefold() not in map(str.casefold, plain):
-        claims.append(TakenFor(item=place, said=said, title=title))
-    if item.meets(profile.wishes.values()):
-        return (*claims, Fits(item=place, title=title))
-    bits = item.bits
-    for attribute, wish, wanted in _wanted(profile):
-        words = found_words(item, attribute)
+    return said not in plain and said.casefold() not in map(str.casefold, plain)
+
+
+def _judge(
+    good: list[Claim], bad: list[Claim], place: int, item: Item, wanted: tuple[tuple[str, int, str], ...]
+) -> None:
+    """What there is to say of an item of the list, wish by wish; nothing where none is asked about."""
+    title, bits = item.label, item.bits
+    for _, wish, _ in wanted:
+        if not bits & wish:
+            break
+    else:
+        if wanted:
+            good.append(Fits(item=place, title=title))
+        return
+    for attribute, wish, words in wanted:
+        found = found_words(item, attribute)
         if bits & wish:
-            claims.append(AttributeFits(item=place, title=title, attribute=attribute, found=words))
-        elif words:
-            claims.append(AttributeMisses(item=place, title=title, attribute=attribute, found=words, wanted=wanted))
+            good.append(AttributeFits(item=place, title=title, attribute=attribute, found=found))
+        elif found:
+            bad.append(AttributeMisses(item=place, title=title, attribute=attribute, found=found, wanted=words))
         else:
-            claims.append(Unrated(item=place, title=title, wanted=wanted))
-    return tuple(claims)
+            bad.append(Unrated(item=place, title=title, wanted=words))
 
 
 @lru_cache(maxsize=1024)

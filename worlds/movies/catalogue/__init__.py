@@ -9,8 +9,9 @@ import os
 import sqlite3
 import weakref
 from collections.abc import Callable, Iterable, Iterator
-from functools import lru_cache
+from functools import cache, lru_cache, reduce
 from importlib import resources
+from operator import or_
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,6 +30,7 @@ __all__ = [
     "Item",
     "age_bit",
     "aliases",
+    "certificate_bit",
     "genre_bit",
     "load_catalogue",
     "period_bit",
@@ -96,7 +98,7 @@ class Item(NamedTuple):
     genres: tuple[str, ...]
     certificate: str | None
     bits: int
-    """What it is: a bit for each type, period, genre and age group that it belongs to, as of `type_bit`."""
+    """What it is: a bit for each type, period, genre, age group and certificate, as of `type_bit`."""
 
     def meets(self, wishes: Iterable[int]) -> bool:
         """Whether it has one of the bits of each wish."""
@@ -127,6 +129,14 @@ def age_bit(age: int) -> int:
     return 4 << len(PERIODS) + len(GENRES) + age
 
 
+def certificate_bit(certificate: str) -> int:
+    """The bit of one of `CERTIFICATES`."""
+    return 4 << len(PERIODS) + len(GENRES) + len(AGES) + CERTIFICATES.index(certificate)
+
+
+_BITS = certificate_bit(CERTIFICATES[-1]).bit_length()
+
+
 class Catalogue:
     """Films and series. It never changes: copies share it, and a pickle holds its path only.
 
@@ -153,12 +163,18 @@ class Catalogue:
         self._titles = Titles([(entry.title, entry.first) for entry in entries], aliases())
         self.items = tuple(_item(entry, *self._titles.label(i)) for i, entry in enumerate(entries))
         """Every item, in the order of the source."""
-        self._bits = np.array([item.bits for item in self.items], np.int64)
-        self._named = np.array([item.named for item in self.items], bool)
+        bits = np.array([item.bits for item in self.items], np.int64)
+        self.bits = int(np.bitwise_or.reduce(bits))
+        """The bits that any item has."""
+        self._named = _set_of([item.named for item in self.items])
+        self._having = tuple(_set_of(bits >> place & 1) for place in range(_BITS))
+        self._having_any = cache(self._unite)
         self._by_label = {item.label: (i,) for i, item in enumerate(self.items) if item.named}
         self._found: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=32_768)(self._titles.find)
         self.near: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.near)
         """The items that a title, which stands for none, is spelt like."""
+        self.look_up: Callable[[tuple[str, ...]], tuple[Item | None, ...]] = lru_cache(maxsize=1024)(self._look_up)
+        """Of each of some titles the one item that it stands for; None if there is none, or several."""
 
     def find(self, title: str) -> tuple[int, ...]:
         """The items that a title stands for: none, one, or several if it is ambiguous."""
@@ -169,12 +185,32 @@ class Catalogue:
         found = self._by_label.get(title) or self._found(title)
         return self.items[found[0]] if len(found) == 1 else None
 
+    def _look_up(self, titles: tuple[str, ...]) -> tuple[Item | None, ...]:
+        return tuple(map(self.item, titles))
+
     def fitting(self, wishes: Iterable[int]) -> np.ndarray:
         """Indices, in order, of the items that have one of the bits of each wish and that a label names."""
-        fits = self._named.copy()
+        octets = self._fitting(wishes).to_bytes(len(self.items) // 8 + 1, "little")
+        return np.flatnonzero(np.unpackbits(np.frombuffer(octets, np.uint8), bitorder="little").view(bool))
+
+    def count(self, wishes: Iterable[int]) -> int:
+        """The number of items that fit, as `fitting` has them."""
+        return self._fitting(wishes).bit_count()
+
+    def bits_of(self, wishes: Iterable[int]) -> int:
+        """The bits that any item has that fits, as `fitting` has them."""
+        fits = self._fitting(wishes)
+        return sum([1 << place for place, having in enumerate(self._having) if having & fits])
+
+    def _fitting(self, wishes: Iterable[int]) -> int:
+        fits = self._named
         for wish in wishes:
-            fits &= (self._bits & wish) != 0
-        return np.flatnonzero(fits)
+            fits &= self._having_any(wish)
+        return fits
+
+    def _unite(self, wish: int) -> int:
+        """The items that have one of some bits."""
+        return reduce(or_, (having for place, having in enumerate(self._having) if wish >> place & 1), 0)
 
     def meets(self, title: str, wishes: Iterable[int]) -> bool:
         """Whether a title stands for one item, which has one of the bits of each wish."""
@@ -286,4 +322,11 @@ def _item(entry: Entry, label: str, named: bool) -> Item:
     for age, certificates in enumerate(AGES):
         if certificate in certificates:
             bits |= age_bit(age)
+    if certificate in CERTIFICATES:
+        bits |= certificate_bit(certificate)
     return Item(label, named, title, series, first, last, genres, certificate, bits)
+
+
+def _set_of(members: Any) -> int:
+    """A set of items as a number whose bit `i` is set if item `i` is a member: sets of thousands meet in no time."""
+    return int.from_bytes(np.packbits(np.asarray(members, bool), bitorder="little").tobytes(), "little")
