@@ -11,6 +11,7 @@ from operator import or_
 
 import numpy as np
 import pytest
+from rapidfuzz.distance import OSA
 
 from worlds.movies import LEAST_MATCHES, draw_profile
 from worlds.movies.catalogue import CERTIFICATES, GENRES, Catalogue, aliases, load_catalogue, shipped
@@ -75,6 +76,26 @@ def test_most_profiles_have_matches():
     share = np.mean([len(catalogue.fitting(profile.wishes.values())) >= LEAST_MATCHES for profile in profiles])
     assert share >= 0.6
     assert share == pytest.approx(0.916, abs=0.02)
+
+
+def test_spellings_that_share_letters_are_compared_with_all_titles():
+    """Forms that differ in too many letters are passed over; here nothing is."""
+    titles = load_catalogue()._titles
+    rng = np.random.default_rng(2)
+    near = 0
+    for form in rng.choice([form for form in titles._by_form if len(form) >= 6], 100).tolist():
+        at = int(rng.integers(1, len(form) - 1))
+        for said in (form, form[:at] + form[at + 1 :], form[:at] + "x" + form[at:], f"{form[:at]}2{form[at + 1 :]}s"):
+            most = 2 if len(said) >= 12 else 1
+            all_forms = [form for form in titles._by_form if form[0] == said[0] and len(form) >= 6]
+            close = (
+                {(d, form) for form in all_forms if (d := OSA.distance(said, form)) <= most}
+                if len(said) >= 6
+                else set()
+            )
+            assert set(titles._close(said)) == close
+            near += len(close)
+    assert near > 300
 
 
 def test_what_fits_is_found_as_item_by_item():

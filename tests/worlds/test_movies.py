@@ -20,6 +20,7 @@ from worlds.movies import (
     Movies,
     Profile,
     Truth,
+    answers,
     draw_profile,
 )
 from worlds.movies.catalogue import AGES, GENRES, PERIODS, load_catalogue
@@ -119,6 +120,7 @@ def test_what_max_items_may_be_is_said(max_items):
         ('[{"title": "Aladdin (1992)", "year": 1992}, "Jaws"]', '["Aladdin (1992)", "Jaws"]'),
         ('[{"title": "Aladdin", "year": "1992"}]', '["Aladdin"]'),
         ('```json\n["The Matrix"]\n```', '["The Matrix"]'),
+        ('```\n\t["The Matrix"]  \n```', '["The Matrix"]'),
         ('["Am\\u00e9lie"]', '["Amélie"]'),
         ("[]", "[]"),
     ],
@@ -136,6 +138,9 @@ def test_answers_have_a_canonical_form(answer, canonical):
         '{"title": "The Matrix"}',
         '["The Matrix"',
         '["The Matrix"] and more',
+        '["The Matrix"]]',
+        '\ufeff["The Matrix"]',
+        '```\n\xa0["The Matrix"]\n```',
         "[1]",
         "[null]",
         "[[]]",
@@ -264,6 +269,6 @@ def test_a_catalogue_that_is_too_small_is_refused(tmp_path):
 
 def test_an_answer_is_parsed_once(monkeypatch):
     read = []
-    monkeypatch.setattr(json, "loads", lambda text, loads=json.loads: read.append(text) or loads(text))
+    monkeypatch.setattr(answers, "_parse", lambda text, parse=answers._parse: read.append(text) or parse(text))
     earned(Profile(False), "Twelve Names of the Same River", "The Glimmerfoam Heist")
     assert len(read) == 1

