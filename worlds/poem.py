@@ -6,6 +6,7 @@ has a set of possible numbers of syllables; sets of small numbers are bit masks 
 
 import re
 import unicodedata
+from collections.abc import Iterable
 from functools import cache, lru_cache
 from numbers import Integral
 from typing import Any, NamedTuple
@@ -194,7 +195,7 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)*|\d+")
 @lru_cache(maxsize=256)
 def lines_of(poem: str) -> tuple[str, ...]:
     """The lines of verse, without space around them; blank lines are none."""
-    return tuple(line for line in map(str.strip, poem.splitlines()) if line)
+    return tuple(filter(None, map(str.strip, poem.splitlines())))
 
 
 def fits(line: str, number: int) -> bool:
@@ -210,23 +211,32 @@ def readings(line: str) -> int:
     them. Case, accents and the shape of the apostrophe do not matter. Each word counts in every pronunciation
     that CMUdict lists, an unlisted one as `syllables` estimates it. A line without words has 0 syllables.
     """
-    text = line.casefold()
+    return _sums(map(_counts, line.split()))
+
+
+@lru_cache(maxsize=16_384)
+def _counts(part: str) -> int:
+    """The numbers of syllables of a part of a line without space: mostly of a word, which comes again and again."""
+    text = part.casefold()
     if not text.isascii():
         text = "".join(map(_bare, text))
     table = _pronunciations()
+    return _sums(table.get(word) or _estimate(word) for word in _WORD.findall(text))
+
+
+def _sums(parts: Iterable[int]) -> int:
+    """Every sum of a number of each part, where parts and sums are bit masks."""
     totals = 1
-    for word in _WORD.findall(text):
-        counts = table.get(word) or _estimate(word)
-        # Every total so far with every count of the word.
+    for counts in parts:
         sums = 0
         while counts:
-            sums |= totals << (counts & -counts).bit_length() - 1
-            counts &= counts - 1
+            least = counts & -counts
+            sums |= totals * least
+            counts ^= least
         totals = sums
     return totals
 
 
-@lru_cache(maxsize=4096)
 def _bare(character: str) -> str:
     """A letter without its accents; nothing for an accent that follows its letter."""
     if character == "\u2019":  # the typographic apostrophe

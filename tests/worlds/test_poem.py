@@ -11,6 +11,7 @@ import syllables
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from worlds import poem
 from worlds.poem import FORMS, MAX_LENGTH, MOST, Poem, Truth, compose, fits, lines_of, readings
 
 HAIKU = "an old silent pond\na frog jumps into the pond\nsplash silence again"
@@ -169,6 +170,23 @@ def test_every_word_of_the_dictionary_counts_in_each_of_its_pronunciations():
 def test_a_line_can_be_read_in_every_combination_of_its_words(words, data):
     line = "".join(word + data.draw(st.sampled_from([" ", ", ", "-", "... ", " \u2014 "])) for word in words)
     assert counts(line) == {sum(choice) for choice in product(*(dictionary()[word] for word in words))}
+
+
+@given(text=st.text(max_size=30))
+@settings(deadline=None)
+def test_what_is_counted_word_by_word_is_counted_in_the_whole_line(text):
+    """Space in a line does as much as any other sign that is in no word: with dashes for it, the line is one part."""
+    assert readings(text) == readings("\u2014".join(text.split()))
+
+
+def test_a_word_that_comes_again_in_another_line_is_not_looked_up_again(monkeypatch):
+    for known in (readings, poem._counts):
+        known.cache_clear()
+    readings("The kettle's lid, quiet at last")
+    asked = []
+    monkeypatch.setattr(poem, "_pronunciations", lambda: asked.append(1) or {})
+    assert readings("at last, quiet") == readings("quiet at last")  # `last,` is new
+    assert asked == [1]
 
 
 @pytest.mark.parametrize("number", range(1, 41))

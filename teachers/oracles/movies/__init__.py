@@ -144,7 +144,8 @@ class MoviesOracle(Oracle[Truth, Movies]):
         good: list[Claim] = [_ALL_FIT] if success else []
         bad: list[Claim] = [] if titles else [_NOTHING]
         wanted = () if success else _wanted(profile)
-        for place, (said, item) in enumerate(zip(titles[:limit], items, strict=False), 1):
+        for place, said in enumerate(titles[:limit], 1):
+            item = items[place - 1]
             if item is None:
                 bad.append(_unclear(catalogue, place, said))
             elif item.named:

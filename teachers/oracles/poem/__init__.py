@@ -39,6 +39,14 @@ def _nearest(line: str, number: int) -> int:
     return min((n for n in range(counts.bit_length()) if counts >> n & 1), key=lambda n: abs(n - number))
 
 
+def _first_wrong(lines: tuple[str, ...], pattern: tuple[int, ...]) -> int:
+    """The number of the first line that cannot be read as the pattern wants it; 0 if there is none."""
+    for i, words in enumerate(lines):
+        if not fits(words, pattern[i]):
+            return i + 1
+    return 0
+
+
 _TRIES = 3
 _COUNTING, _ANSWER = Counting(), Answer(limit=MAX_LENGTH)
 _ALL_RIGHT, _EMPTY = AllRight(), Empty()
@@ -79,8 +87,8 @@ class PoemOracle(Oracle[Truth, Poem]):
         wanted = moment.past.demands(len(lines))
         right: list[int] = []
         wrong: list[int] = []
-        for line, (words, required) in enumerate(zip(lines, wanted, strict=False), 1):
-            (right if fits(words, required) else wrong).append(line)
+        for i, required in enumerate(wanted):  # none, or as many as there are lines
+            (right if fits(lines[i], required) else wrong).append(i + 1)
         if HP in kinds and right:
             claims.append(LinesRight(lines=tuple(right[:TOLD])) if wrong else _ALL_RIGHT)
         if HN in kinds:
@@ -99,7 +107,7 @@ class PoemOracle(Oracle[Truth, Poem]):
         wanted = truth.demands(len(lines))
         pattern = wanted or truth.pattern
         kept = lines[: len(pattern)] + (PLACEHOLDER,) * (len(pattern) - len(lines))
-        line = next((i for i, words in enumerate(kept, 1) if not fits(words, pattern[i - 1])), 0)
+        line = _first_wrong(kept, pattern)
         if FP in kinds:
             if line:
                 pliable = editable(kept, truth)
