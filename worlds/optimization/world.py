@@ -126,10 +126,11 @@ class Optimization(World[Truth, dict[str, Any], Point]):
 
     def advance(self, action: Point) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Evaluate the loss."""
-        y = self._landscape.value(*action)
-        self._truth = Truth(action, y, self._landscape.shift)
-        reward = -min(max(y, self.minimum), self.corner) / SCALE
-        return self.observe(), reward, False, False, {"success": bool(y - self.minimum <= TOLERANCE)}
+        landscape, low, high = self._landscape, self.minimum, self.corner
+        y = landscape.value(*action)
+        self._truth = Truth(action, y, landscape.shift)
+        reward = -(low if y < low else high if y > high else y) / SCALE
+        return self.observe(), reward, False, False, {"success": bool(y - low <= TOLERANCE)}
 
     def observe(self) -> dict[str, Any]:
         """The last proposal and its loss."""

@@ -7,15 +7,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.oracle import Oracle
-from teachers.oracles.optimization.checks import (
-    NAMES,
-    between,
-    contains,
-    corners_of,
-    directions,
-    moved_inside,
-    with_coordinate,
-)
+from teachers.oracles.optimization.checks import between, contains, corners_of, directions, moved_inside
 from teachers.oracles.optimization.claims import (
     FARTHER,
     Answer,
@@ -113,7 +105,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """The verdict on the proposal, then those on what each coordinate did by itself; no change is no news."""
-        x, before, _ = moment.past
+        (x1, x2), before, _ = moment.past
         action, after = moment.action, moment.after.y
         good: list[Claim] = []
         bad: list[Claim] = []
@@ -124,12 +116,11 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
                 good.append(Fell(action=action, before=before, after=after))
             else:
                 bad.append(Rose(action=action, before=before, after=after))
-        for i, name in enumerate(NAMES):
-            if action[i] != x[i]:
-                alone = self._landscape.value(*with_coordinate(x, i, action[i]))
-                if _differ(before, alone):
-                    told, verdict = (good, Helped) if alone < before else (bad, Hurt)
-                    told.append(verdict(name=name, start=x[i], end=action[i], before=before, after=alone))
+        value, (end1, end2) = self._landscape.value, action
+        for name, start, end, alone in (("x1", x1, end1, value(end1, x2)), ("x2", x2, end2, value(x1, end2))):
+            if end != start and _differ(before, alone):
+                told, verdict = (good, Helped) if alone < before else (bad, Hurt)
+                told.append(verdict(name=name, start=start, end=end, before=before, after=alone))
         if HP in kinds:
             claims += good
         if HN in kinds:
