@@ -406,8 +406,19 @@ def test_a_changed_file_is_read_again(tmp_path):
 
 def test_labels_are_looked_up_without_reading_them(monkeypatch):
     catalogue = Catalogue()
-    read = [catalogue._titles.find(item.label) for item in catalogue.items]
-    monkeypatch.setattr(catalogue, "_found", lambda title: pytest.fail(f"{title} was read"))
-    found = [catalogue.find(item.label) for item in catalogue.items if item.named]
-    assert found == [each for each, item in zip(read, catalogue.items, strict=True) if item.named]
+    read = [catalogue.find(item.label) for item in catalogue.items]
+    monkeypatch.setattr(catalogue, "find", lambda title: pytest.fail(f"{title} was read"))
+    found = [(i, catalogue.item(item.label)) for i, item in enumerate(catalogue.items) if item.named]
+    assert all(item is catalogue.items[i] and read[i] == (i,) for i, item in found)
     assert len(found) > 1000
+
+
+def test_equal_facts_of_items_are_one_object():
+    """Thousands of strings for a few genres would have to be fetched from memory one by one."""
+    items = Catalogue().items
+    for facts in (
+        [item.genres for item in items],
+        [item.certificate for item in items],
+        [item.first for item in items],
+    ):
+        assert len(set(map(id, facts))) == len(set(facts)) < 600

@@ -169,20 +169,19 @@ class Catalogue:
         self._named = _set_of([item.named for item in self.items])
         self._having = tuple(_set_of(bits >> place & 1) for place in range(_BITS))
         self._having_any = cache(self._unite)
-        self._by_label = {item.label: (i,) for i, item in enumerate(self.items) if item.named}
-        self._found: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=32_768)(self._titles.find)
+        self._by_label = {item.label: item for item in self.items if item.named}
+        self.find: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=32_768)(self._titles.find)
+        """The items that a title stands for: none, one, or several if it is ambiguous."""
         self.near: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.near)
         """The items that a title, which stands for none, is spelt like."""
         self.look_up: Callable[[tuple[str, ...]], tuple[Item | None, ...]] = lru_cache(maxsize=1024)(self._look_up)
         """Of each of some titles the one item that it stands for; None if there is none, or several."""
 
-    def find(self, title: str) -> tuple[int, ...]:
-        """The items that a title stands for: none, one, or several if it is ambiguous."""
-        return self._by_label.get(title) or self._found(title)
-
     def item(self, title: str) -> Item | None:
         """The one item that a title stands for; None if there is none, or several."""
-        found = self._by_label.get(title) or self._found(title)
+        if item := self._by_label.get(title):
+            return item
+        found = self.find(title)
         return self.items[found[0]] if len(found) == 1 else None
 
     def _look_up(self, titles: tuple[str, ...]) -> tuple[Item | None, ...]:
@@ -302,12 +301,15 @@ def _refusal(path: str | None, error: Exception) -> ValueError:
 
 
 def _entries(database: sqlite3.Connection) -> Iterable[Entry]:
-    genres: dict[int, list[str]] = {}
+    genres: dict[int, tuple[str, ...]] = {}
+    one: dict[Any, Any] = {}  # object for equal values: a few are at hand where thousands would have to be fetched
     for id, genre in database.execute("SELECT id, genre FROM genre ORDER BY rowid"):
-        genres.setdefault(id, []).append(genre)
+        several = (*genres.get(id, ()), one.setdefault(genre, genre))
+        genres[id] = one.setdefault(several, several)
     rows = database.execute("SELECT id, title, series, first, last, certificate, source FROM title ORDER BY id")
     for id, title, series, first, last, certificate, source in rows:
-        yield Entry(title, bool(series), first, last, tuple(genres.get(id, ())), certificate, source)
+        begin, end, rating = (one.setdefault(value, value) for value in (first, last, certificate))
+        yield Entry(title, bool(series), begin, end, genres.get(id, ()), rating, source)
 
 
 def _item(entry: Entry, label: str, named: bool) -> Item:
