@@ -70,8 +70,9 @@ class Seats:
             cost=0.0,
             teacher_reward="student_progress",
             announce=True,
-            pool=pool,
+            vary=setting.vary,
             **setting.world,
+            **({"pool": pool} if setting.id == SETTING.id else {}),
         )
         self._look(self.env.reset(seed=list(seeds))[0])
 
@@ -216,11 +217,16 @@ def near_mistakes(others: float = 0.0, moves: int = _NEAR) -> Policy:
 
 def accompanied(policy: Policy, setting: Setting, seeds: Iterable[int]) -> np.ndarray:
     """The student's regret per episode in a lifetime with this teacher, one a seed."""
-    seats = Seats(setting, list(seeds), pool=1)  # who has ended is not looked at
+    return lived(Seats(setting, list(seeds), pool=1), lambda seen, _: policy(seen), setting)
+
+
+def lived(seats: Seats, policy: Callable[[np.ndarray, np.ndarray], np.ndarray | bool], setting: Setting) -> np.ndarray:
+    """The student's regret per episode in each of these lifetimes, by a policy that is told of which rows it sees."""
     regrets = np.zeros(seats.env.num_envs)
     living = np.ones(seats.env.num_envs, bool)
-    while living.any():
-        reward, ended = seats.step(policy(seats.seen[seats.choosing]))
+    while living.any():  # who has ended is not looked at
+        rows = seats.choosing
+        reward, ended = seats.step(policy(seats.seen[rows], rows))
         regrets -= np.where(living, reward, 0)
         living &= ~ended
     return regrets / setting.episodes

@@ -37,6 +37,8 @@ class Setting(NamedTuple):
     student: str
     world: Mapping[str, Any] = {}
     """Its options."""
+    vary: Mapping[str, Any] = {}
+    """Parameters of the student that are drawn for each lifetime."""
 
 
 SETTINGS = (

@@ -83,6 +83,30 @@ def test_learn_by_budget(tmp_path):
     assert len(rules["announced mistake"]) == len(training["learned"]) == 3
 
 
+@pytest.mark.full
+def test_search_a_teacher(tmp_path):
+    """Needs the extra `learn`. A second run trains nothing, and prints the same."""
+    store = tmp_path / "it.jsonl"
+    command = [sys.executable, ROOT / "examples" / "search_a_teacher.py", "--generations", "2", "--lifetimes", "3"]
+    command += ["--cases", "bandits", "without way", "--trainings", "2"]
+    command += ["--store", store, "--plot", tmp_path / "it.png"]
+    first, again = (subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False) for _ in range(2))
+    assert first.returncode == 0, first.stderr
+    assert first.stdout == again.stdout
+    assert "| bandits | near mistakes (within 10) | " in first.stdout
+    lines = [json.loads(line) for line in store.read_text().splitlines()]
+    assert [(line["case"], line.get("seed")) for line in lines] == [
+        ("bandits", None),
+        ("bandits", 0),
+        ("bandits", 1),
+        ("without way", None),
+        ("without way", 0),
+        ("without way", 1),
+    ]
+    assert all(len(line["last iterate"]) == 3 for line in lines if "seed" in line)
+    assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
 def test_checking_the_catalogue(tmp_path):
     """The films of other data are counted that are found, and that agree; those that are not found are named."""
     keys = ("Title", "Release Date", "MPAA Rating", "IMDB Votes")
