@@ -43,7 +43,7 @@ FIRST, FRESH = 60_000_000, 4_000_000
 """First seeds of the lifetimes to learn from, and to compare on; nothing was chosen on the latter."""
 CANDIDATES, LIVES, TOGETHER = 12, 32, 5
 """Of a generation, lifetimes on which each of them is tried, and trainings in the same arrays."""
-STAGES, SPREAD, STEEP, LEAST = 5, 0.3, 2.0, 0.05
+STAGES, SPREAD, STEEP, LEAST, ROUNDING = 5, 0.3, 2.0, 0.05, 1e-3
 ALL, NEAR, ONCE, REACHED = "announced mistake", "near mistakes", "near, advised there once at most", "as far as reached"
 LEARNED, LAST = "learned", "last iterate"
 Line = dict[str, Any]
@@ -58,6 +58,7 @@ class Case(NamedTuple):
     """Numbers that the teacher does not see."""
     trainings: int = 3
     """At most."""
+    generations: int = 10
 
 
 def student(**parameters: float) -> Case:
@@ -74,8 +75,11 @@ def rooms(number: int) -> Case:
 VARIED = {"alpha": (0.1, 0.9), "gamma": (0.8, 0.99), "trust": (0.5, 1.0)}
 """Students of whom each lifetime has its own."""
 CASES: Mapping[str, Case] = {
-    **{f"budget {budget}": Case(SETTING._replace(budget=budget), trainings=10) for budget in (2, 4, 8, 16, 32)},
-    "without way": Case(without=GROUPS["way"]),
+    **{
+        f"budget {budget}": Case(SETTING._replace(budget=budget), trainings=10, generations=20)
+        for budget in (2, 4, 8, 16, 32)
+    },
+    "without way": Case(without=GROUPS["way"], generations=20),
     "alpha 0.2": student(alpha=0.2),
     "12 rooms": rooms(12),
     "trust 0.5": Case(SETTING._replace(student=SETTING.student.replace("trust=1.0", "trust=0.5"))),
@@ -164,17 +168,17 @@ def trained(case: Case, seeds: Sequence[int], generations: int, lifetimes: int, 
 
 def ruled(setting: Setting, lifetimes: int) -> Line:
     """Rules that see what the learned teacher sees; of nearness the one that is best on trial."""
-
-    def within(moves: int) -> float:
-        return float(accompanied(near_mistakes(moves=moves), setting, range(TRIAL, TRIAL + lifetimes)).mean())
-
-    moves = min(range(1, 11), key=within)
+    tried = range(1, 11)
+    limits = np.repeat([moves / (moves + 4) for moves in tried], lifetimes)
+    seats = Seats(setting, [*range(TRIAL, TRIAL + lifetimes)] * len(tried), pool=1)
+    trials = lived(seats, lambda seen, rows: seen[:, WAY] <= limits[rows] + ROUNDING, setting)
+    moves = tried[int(np.argmin(trials.reshape(-1, lifetimes).mean(axis=1)))]
     near = near_mistakes(moves=moves)
 
     def reached(seen: np.ndarray) -> np.ndarray:
         spent = np.rint(setting.budget * (1 - seen[:, SHARE]))
         farthest: np.ndarray = 2 + spent
-        return seen[:, WAY] <= (farthest + 0.5) / (farthest + 4.5)
+        return seen[:, WAY] <= farthest / (farthest + 4) + ROUNDING
 
     rules: Mapping[str, Policy] = {
         ALL: near_mistakes(others=1.0),
@@ -258,7 +262,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", nargs="+", default=[*CASES], choices=CASES, metavar="CASE", help=", ".join(CASES))
     parser.add_argument("--trainings", type=int, default=10, help="of a case, at most; 10 by budget, 3 of others")
-    parser.add_argument("--generations", type=int, default=20)
+    parser.add_argument("--generations", type=int, help="in place of what the cases say, to try it out")
     parser.add_argument("--lifetimes", type=int, default=300, help="to compare on, and to choose on")
     parser.add_argument("--store", type=Path, required=True, help="file of JSON lines")
     parser.add_argument("--plot", help="file for the figure")
@@ -271,7 +275,7 @@ def main() -> None:
             last = min(first + TOGETHER, arguments.trainings, case.trainings)
             if seeds := [seed for seed in range(first, last) if seed not in [line.get("seed") for line in done]]:
                 moves = next(line["moves"] for line in [*done, *lines] if "moves" in line)
-                lines += trained(case, seeds, arguments.generations, arguments.lifetimes, moves)
+                lines += trained(case, seeds, arguments.generations or case.generations, arguments.lifetimes, moves)
             lines = [{"case": name} | line for line in lines]
             with arguments.store.open("a", encoding="utf-8") as file:
                 file.writelines(f"{json.dumps(line)}\n" for line in lines)
