@@ -215,25 +215,27 @@ def over_trainings(gains: np.ndarray) -> str:
 
 
 def table(lines: Sequence[Line]) -> list[str]:
-    """Per case regret per episode, and what is saved beside two rules, with intervals over lifetimes; then beside
-    the rule of nearness with an interval over trainings.
-    """  # noqa: D205
-    rows = [
-        "| case | teacher | regret per episode | less than announced mistake | than near mistakes | by trainings | n |"
-    ]
-    rows.append("|---|---|---|---|---|---|---|")
-    for rules in (line for name in CASES for line in lines if line["case"] == name and ALL in line):
-        found = {name: np.array([rules[name]]) for name in (ALL, NEAR, ONCE, REACHED)}
-        trainings = [line for line in lines if line["case"] == rules["case"] and LEARNED in line]
-        if trainings:
-            found |= {name: np.array([line[name] for line in trainings]) for name in (LEARNED, LAST)}
-        for name, lives in found.items():
-            gains = [mean_interval(found[rule][0] - lives.mean(axis=0)) for rule in (ALL, NEAR)]
-            cells = [shown(mean_interval(lives.mean(axis=0))), *map(shown, gains), "", ""]
-            if name in (LEARNED, LAST):
-                cells[-2:] = over_trainings((found[NEAR] - lives).mean(axis=1)), str(len(lives))
-            title = f"{name} (within {rules['moves']})" if name == NEAR else name
-            rows.append(f"| {rules['case']} | {title} | {' | '.join(cells)} |")
+    """Per case what the student wastes by each teacher, and what the learned ones save.
+
+    Of the mean of all trainings with intervals over lifetimes; then, beside the rule of nearness, over trainings.
+    """
+    rules = ALL, NEAR, ONCE, REACHED
+    rows = [f"| case | {' | '.join(rules)} | {LEARNED} | {LAST} | less than {ALL} | than {NEAR} | by trainings | n |"]
+    rows.append("|---" * (len(rules) + 7) + "|")
+    for name in CASES:
+        of_case = [line for line in lines if line["case"] == name]
+        trainings = [line for line in of_case if LEARNED in line]
+        if not trainings:
+            continue
+        given = next(line for line in of_case if ALL in line)
+        wasted = [f"{np.mean(given[rule]):.2f}" for rule in rules]
+        wasted[rules.index(NEAR)] += f" ({given['moves']})"
+        lives = np.array([line[LEARNED] for line in trainings])
+        last = np.mean([line[LAST] for line in trainings])
+        cells = [name, *wasted, shown(mean_interval(lives.mean(axis=0))), f"{last:.2f}"]
+        cells += [shown(mean_interval(given[rule] - lives.mean(axis=0))) for rule in (ALL, NEAR)]
+        cells += [over_trainings((given[NEAR] - lives).mean(axis=1)), str(len(lives))]
+        rows.append(f"| {' | '.join(cells)} |")
     return rows
 
 
