@@ -1,0 +1,176 @@
+"""The best times to advise, exact, beside rules; and what it takes to teach, beside a bound (Zhang et al. 2021)."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.optimum import Life, Rooms, Span, least, lived
+from llf_teacher.reproductions.row import Reading, Row, Values, told
+from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from worlds.gridworld import DIRECTIONS, NO_DOOR, Gridworld, Truth, distances_from
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Case(NamedTuple):
+    """Lifetimes that are alike."""
+
+    rooms: int
+    far: int
+    """Least number of moves to the treasure."""
+    optimism: float
+    episodes: int
+    turns: int
+    near: tuple[int, ...]
+    """By budget, how near mistakes are corrected."""
+
+
+CASES = {
+    "6 rooms, undecided": Case(6, 3, 0.0, 10, 20, (0, 2, 2, 3, 3)),
+    "10 rooms, undecided": Case(10, 4, 0.0, 20, 30, (0, 2, 2, 3)),
+    "6 rooms, optimistic": Case(6, 3, 1.0, 10, 20, (0, 1, 2, 1)),
+}
+
+
+def house_of(truth: Truth) -> Rooms:
+    """The house of an episode that begins; advised is, as by the oracle, the first of the directions that lead on."""
+    doors = truth.layout.doors
+    distance = distances_from(truth.layout.treasure, doors)
+    behind = [[room if to == NO_DOOR else to for to in sides] for room, sides in enumerate(doors)]
+    advice = [min(range(len(DIRECTIONS)), key=[distance[to] for to in sides].__getitem__) for sides in behind]
+    return Rooms(behind, distance, advice, truth.room)
+
+
+def _mistaken(life: Life) -> bool:
+    return life.left()[life.meant()] >= life.house.distance[life.room]
+
+
+def _important(life: Life) -> bool:
+    return max(life.left()) - min(life.left()) == 2
+
+
+RULES: dict[str, Callable[[Life], bool]] = {
+    "early": lambda life: not life.over,
+    "importance": _important,
+    "announced mistake": _mistaken,
+}
+BEST = "optimum"
+TEACHERS = (*RULES, "near mistakes", BEST)
+TAUGHT, WAY = "least moves until taught", "rooms on the way"
+MOVES, ADVICE = (f"{what} when all mistakes are corrected" for what in ("moves until taught", "advice"))
+MEASURES = (*TEACHERS, TAUGHT, MOVES, ADVICE, WAY)
+
+
+def measure(
+    rooms: int, far: int, optimism: float, episodes: int, turns: int, near: int, budget: int, seed: int
+) -> Sequence[float]:
+    """Regret per episode by teacher, and what it takes until the student is taught."""
+    world = Gridworld(num_rooms=rooms, min_goal_dist=far)
+    world.reset(seed=seed)
+    life = Life(house_of(world.truth), Span(episodes, turns, optimism))
+
+    def nearby(life: Life) -> bool:
+        return _mistaken(life) and life.house.distance[life.room] <= near
+
+    ends = [lived(life, rule, budget) for rule in (*RULES.values(), nearby)]
+    lost = least(life, lambda each: each.lost, budget, 1 + min(end.lost for end in ends))
+    settled = least(life, lambda each: each.settled, budget, 1 + min(end.settled for end in ends))
+    corrected = lived(life, _mistaken, math.inf)
+    regrets = [cost / episodes for cost in (*(end.lost for end in ends), lost)]
+    return [*regrets, settled, corrected.settled, corrected.said, life.house.distance[life.house.start]]
+
+
+def _setting(case: Case, budget: int) -> dict[str, Any]:
+    return {**case._asdict(), "near": case.near[budget], "budget": budget}
+
+
+def _column(values: Values, case: Case, budget: int, measured: str) -> Any:
+    return values(**_setting(case, budget))[:, MEASURES.index(measured)]
+
+
+def _regrets(values: Values, case: Case, teacher: str) -> list[Estimate]:
+    return [mean_interval(_column(values, case, budget, teacher)) for budget in range(len(case.near))]
+
+
+def read(values: Values) -> Reading:
+    """Rules beside the optimum, and what it takes to teach beside the bound."""
+    heads = ["house and student", "budget", *TEACHERS, "best rule less optimum", "least moves until taught"]
+    table, parts, more, needs = [heads], list[str](), list[bool](), list[str]()
+    for name, case in CASES.items():
+        way, shares, gaps = _column(values, case, 0, WAY), list[str](), list[Estimate]()
+        alone = _column(values, case, 0, BEST).mean()
+        for budget in range(len(case.near)):
+            columns = {teacher: _column(values, case, budget, teacher) for teacher in TEACHERS}
+            rule = min(TEACHERS[:-1], key=lambda teacher: columns[teacher].mean())
+            gap = paired_difference(columns[rule], columns[BEST]).estimate
+            taught = _column(values, case, budget, TAUGHT)
+            more.append(paired_difference(taught, way).estimate.low > 0)
+            cells = [told(mean_interval(columns[teacher])) for teacher in TEACHERS]
+            table.append([name, str(budget), *cells, f"{told(gap)} ({rule})" if budget else "", _few(taught)])
+            if budget:
+                gaps.append(gap)
+                shares.append(f"{(alone - columns[rule].mean()) / (alone - columns[BEST].mean()):.0%}")
+        widest = max(gaps, key=lambda gap: gap.mean)
+        parts.append(f"{', '.join(shares)} ({name}; it leaves at most {told(widest)} moves an episode)")
+        moves, advice = (_few(_column(values, case, 0, each)) for each in (MOVES, ADVICE))
+        needs.append(f"{moves} moves and {advice} pieces for {_few(way)} rooms ({name})")
+    ours = (
+        f"Of what the best choice of times saves, the best rule saves, at budgets from 1 on: {'; '.join(parts)}. Even "
+        f"that choice needs surely more moves than there are rooms on the way in {sum(more)} of {len(more)} settings. "
+        f"If all mistakes are corrected it takes {'; '.join(needs)}."
+    )
+    why = (
+        "A teacher of full power, who sets rewards, moves and actions, needs one sample a state, one who cannot set "
+        "actions as many as there are wrong actions. Advice sets nothing but the action. An undecided student passes "
+        "a value on by one room a visit: led one way, it is taught when it has been led as often as the way has rooms, "
+        "in at most the square of their number. An optimistic one gives up a wrong action only when it has tried it, "
+        "so that advice saves turns and teaches little. The optimum knows the whole future of the student; who sees no "
+        "more than the present cannot have all of the gap."
+    )
+    return Reading("yes" if all(more) else "no", ours, why, table)
+
+
+def _few(numbers: Any) -> str:
+    return told(mean_interval(numbers), 1)
+
+
+def draw(values: Values, figure: "Figure") -> None:
+    """Regret by budget, a panel a case."""
+    panels = figure.subplots(1, len(CASES))
+    for axes, (name, case) in zip(panels, CASES.items(), strict=True):
+        for teacher in TEACHERS:
+            found = _regrets(values, case, teacher)
+            budgets = range(len(found))
+            style = "k-o" if teacher == BEST else "-o"
+            axes.errorbar(budgets, [each.mean for each in found], spread(found), fmt=style, label=teacher, markersize=4)
+        axes.set(title=name, xlabel="budget", xticks=budgets, ylim=(0, None))
+    panels[0].set_ylabel("regret per episode")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right center", fontsize="small")
+
+
+ROW = Row(
+    claim=(
+        "A teacher of full power teaches Q-learning in as many samples as there are states, and weaker ones need more; "
+        "beside it, the best times to give advice"
+    ),
+    source="Zhang et al. 2021 (arXiv 2006.09324)",
+    protocol=(
+        "Houses of 6 rooms, 10 episodes of at most 20 moves, the treasure at least 3 moves away, and of 10 rooms, 20 "
+        "episodes of at most 30 moves, at least 4 away; always from the same room. The student is Q-learning, greedy, "
+        "and does nothing by chance: where values are equal it takes one after the other, visit by visit. Undecided: "
+        "all is worth 0 at first; optimistic: 1. It takes the advised action for the turn. The optimum is exact: the "
+        "least regret of any choice of turns for the advice, by branch and bound through all of them; the least number "
+        "of moves after which the student neither errs nor is advised until the end (taught) likewise. Early advises "
+        "from the first turn on, importance where 2 moves are at stake, announced mistake before any mistake, near "
+        "mistakes before those near the treasure, within a number of moves that was chosen by budget on other seeds. "
+        "The paper has theorems on the worst case; its teachers set rewards."
+    ),
+    settings=tuple(_setting(case, budget) for case in CASES.values() for budget in range(len(case.near))),
+    seeds=30,
+    measure=measure,
+    measures=MEASURES,
+    read=read,
+    draw=draw,
+)
