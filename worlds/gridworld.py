@@ -6,6 +6,7 @@ shortest paths can lead to the treasure.
 
 from collections.abc import Sequence
 from enum import IntEnum
+from itertools import product
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -62,6 +63,7 @@ ROOM_TYPES = ("attic", "bathroom", "bedroom", "cellar", "hall", "kitchen", "libr
 OBJECTS = ("clock", "lamp", "mirror", "plant", "vase")
 TREASURE = "treasure"
 NO_DOOR = -1
+_DOORS = {walls: 1 - np.array(walls, np.int8) for walls in product((False, True), repeat=4)}  # on which sides
 _NAMED = "of letters, spaces, hyphens and apostrophes"
 _ATTEMPTS = 200
 
@@ -200,8 +202,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         room = self._room
         view = self._views.get(room)
         if view is None:
-            seen = view_of(self._layout, room, self.things)
-            view = self._views[room] = seen[: len(DIRECTIONS)], seen[len(DIRECTIONS) :]
+            view = self._views[room] = view_of(self._layout, room, self.things)
         doors, objects = view
         return {"room": room, "doors": doors.copy(), "objects": objects.copy()}
 
@@ -288,11 +289,18 @@ def names_of(types: Sequence[str]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def view_of(layout: Layout, room: int, things: Sequence[str]) -> npt.NDArray[np.int8]:
-    """Which of the four doors and of the things, the treasure last, there are in a room, 0 or 1 each."""
-    here = layout.objects[room]
-    doors = [behind != NO_DOOR for behind in layout.doors[room]]
-    return np.array((*doors, *[thing in here for thing in things[:-1]], room == layout.treasure), np.int8)
+def view_of(layout: Layout, room: int, things: Sequence[str]) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]:
+    """Which of the four doors there are in a room, and which of the things, the treasure last: 0 or 1 each.
+
+    The doors are shared by all rooms that have the same, and are not to be changed.
+    """
+    north, east, west, south = layout.doors[room]
+    walls = (north == NO_DOOR, east == NO_DOOR, west == NO_DOOR, south == NO_DOOR)
+    objects = np.zeros(len(things), np.int8)
+    if here := layout.objects[room]:
+        objects[:-1] = [thing in here for thing in things[:-1]]
+    objects[-1] = room == layout.treasure
+    return _DOORS[walls], objects
 
 
 def look_around(room: int, doors: Sequence[Sequence[int]], distance: Sequence[int]) -> tuple[list[int], int]:

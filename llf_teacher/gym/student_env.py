@@ -121,7 +121,7 @@ class StudentEnv(SeatEnv):
         self._speak()
         if self.render_mode == "human":
             self.render()
-        return self._seen(aec.instruction), self._info()
+        return self._seen(aec.instruction), self._info(aec.infos[STUDENT])
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act, or ask, and hear what the teacher says of it.
@@ -144,7 +144,8 @@ class StudentEnv(SeatEnv):
         observation = self._seen(SILENCE)
         if self.render_mode == "human":
             self.render()
-        return observation, reward, terminated, truncated, self._info()
+        info = aec.infos[STUDENT]
+        return observation, reward, terminated, truncated, self._info(info) if self.privileged_info else info
 
     def take_up(self, moment: Moment[Any], terminated: bool = False) -> None:
         """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
@@ -162,8 +163,8 @@ class StudentEnv(SeatEnv):
         seen = {"observation": aec.state_now, "instruction": instruction, "feedback": aec.feedback}
         return seen | {"image": aec.image()} if aec.visual else seen
 
-    def _info(self) -> dict[str, Any]:
-        info = self.aec.infos[STUDENT]
+    def _info(self, info: dict[str, Any]) -> dict[str, Any]:
+        """The seat's info, with what is privileged if that is wanted."""
         if self.privileged_info:
             info["moment"] = self.aec.moment
             if changes := getattr(self.teacher, "changes", ()):

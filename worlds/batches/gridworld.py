@@ -46,7 +46,7 @@ class Houses(NamedTuple):
     compass: npt.NDArray[np.int8]
     """How the sides are: see `worlds.gridworld.SIDES`."""
     views: npt.NDArray[np.int8]
-    """As `worlds.gridworld.view_of` has it."""
+    """As `worlds.gridworld.view_of` has it, the doors first."""
     types: npt.NDArray[np.int16]
     """The type of room, as an index into the world's `room_types`."""
 
@@ -122,7 +122,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         houses.doors[here] = [[room if to == NO_DOOR else to for to in doors[room]] for room in rooms]
         houses.distance[here] = distance
         houses.compass[here] = [look_around(room, doors, distance)[1] for room in rooms]
-        houses.views[here] = [view_of(layout, room, things) for room in rooms]
+        houses.views[here] = [np.concatenate(view_of(layout, room, things)) for room in rooms]
         houses.types[here] = [self._types[name.rpartition("-")[0]] for name in layout.names]
 
     def truth(self, state: State, row: int) -> Truth:
