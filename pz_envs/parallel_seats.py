@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 from pettingzoo.utils.conversions import turn_based_aec_to_parallel_wrapper
 
-from pz_envs.seats import STUDENT, SeatsEnv, entitled
+from pz_envs.lifetimes import LifetimeEnv
+from pz_envs.seats import STUDENT, SeatsEnv, entitled, role_of
 from teachers.seeds import Seeds
 
 
@@ -32,8 +34,9 @@ class ParallelSeats(ParallelEnv):
 
     A step hands every agent's action to the environment when that agent's turn comes, and goes on until an agent is to
     act again. An agent's reward is what it got from its turn until then. Observations, infos and spaces are the
-    environment's. An agent that has ended leaves `agents` in the step in which it does. Teachers and students cannot
-    act at the same time: a student would act before it hears what is said to it.
+    environment's. In a lifetime the actions of who waits are ignored. An agent that has ended leaves `agents` in the
+    step in which it does. Teachers and students cannot act at the same time: a student would act before it hears what
+    is said to it.
 
     Args:
         env: the environment, bare: `raw_env(...)`, `raw_env(seating="classroom", ...)`.
@@ -53,7 +56,7 @@ class ParallelSeats(ParallelEnv):
         self.possible_agents = [agent for agent in env.possible_agents if agent not in partners]
         if not self.possible_agents:
             raise ValueError("every seat is taken by a partner; leave at least one to act")
-        if len({_role_of(agent) for agent in self.possible_agents}) > 1:
+        if len({role_of(agent) for agent in self.possible_agents}) > 1:
             raise ValueError(
                 f"seats of teachers and of students are left, who do not act at the same time, got partners for "
                 f"{', '.join(partners) or 'nobody'}; give one to each seat of the teachers or to each of the students, "
@@ -63,6 +66,7 @@ class ParallelSeats(ParallelEnv):
         self.metadata = {**env.metadata, "is_parallelizable": True}
         self.render_mode = env.render_mode
         self._seeds = Seeds()
+        self._rngs: dict[str, np.random.Generator] = {}
 
     def __repr__(self) -> str:
         partners = ", ".join(f"{agent}: {partner!r}" for agent, partner in self.partners.items())
@@ -89,7 +93,8 @@ class ParallelSeats(ParallelEnv):
             self._seeds = Seeds(seed)
         for agent, partner in self.partners.items():
             role, _, number = agent.rpartition("_")
-            partner.reset(self._seeds.stream(role, int(number)))
+            self._rngs[agent] = self._seeds.stream(role, int(number))
+            partner.reset(self._rngs[agent])
         self.agents = self.possible_agents[:]
         self._play({})
         infos = {agent: self.env.infos[agent] for agent in self.agents}
@@ -99,12 +104,13 @@ class ParallelSeats(ParallelEnv):
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Let every agent act."""
-        results = self._play(dict(actions))
         env = self.env
+        waiting = {agent for agent in self.agents if "waits" in env.infos[agent]}  # for the next episode of a lifetime
+        results = self._play({agent: action for agent, action in actions.items() if agent not in waiting})
         for agent in self.agents:
             if agent not in results:
-                rewards = env._cumulative_rewards[agent]
-                results[agent] = env.observe(agent), rewards, False, False, env.infos[agent]
+                reward = 0.0 if agent in waiting else env._cumulative_rewards[agent]  # it has been paid
+                results[agent] = env.observe(agent), reward, False, False, env.infos[agent]
         ordered = {agent: results[agent] for agent in self.agents}
         self.agents = [agent for agent in self.agents if agent in env.agents]
         return (
@@ -136,6 +142,7 @@ class ParallelSeats(ParallelEnv):
                     partner.finish(env.observe(agent), self._told(agent), env.terminations[agent])
                 env.step(None)
             elif partner is not None:
+                self._begin_next(agent)
                 env.step(partner.act(env.observe(agent), self._told(agent)))
             elif agent in actions:
                 env.step(actions.pop(agent))
@@ -143,12 +150,16 @@ class ParallelSeats(ParallelEnv):
                 break
         return ended
 
+    def _begin_next(self, agent: str) -> None:
+        """Tell a partner in the seat of a student how its last episode ended, and begin the next with it."""
+        env, partner = self.env, self.partners[agent]
+        if isinstance(env, LifetimeEnv) and (ending := env.take_ending(agent)):
+            if hasattr(partner, "finish"):
+                partner.finish(ending.observation, ending.told(partner), ending.terminated)
+            partner.reset(self._rngs[agent])
+
     def _told(self, agent: str) -> dict[str, Any]:
         """A partner's info."""
-        if _role_of(agent) == _role_of(STUDENT):
+        if role_of(agent) == role_of(STUDENT):
             return entitled(self.partners[agent], self.env, agent)
         return self.env.infos[agent]
-
-
-def _role_of(agent: str) -> str:
-    return agent.rpartition("_")[0]

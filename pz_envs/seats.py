@@ -20,6 +20,11 @@ SPEECHES = ("message", "kinds", "claims")
 """What a teacher's action can be: its own words, kinds of feedback to voice, or one claim after the other."""
 
 
+def role_of(agent: str) -> str:
+    """What an agent is, `teacher` or `student`."""
+    return agent.rpartition("_")[0]
+
+
 def check_flags(**flags: Any) -> None:
     """Check switches.
 
@@ -138,6 +143,20 @@ class SeatsEnv(AECEnv):
         """How many actions a student has yet, if nothing else ends its episode."""
         return self.max_turns - self.moment_of(student).turn
 
+    @property
+    @abstractmethod
+    def truth_now(self) -> Any:
+        """The truth of the world as it is, or that of each world: what `go_on` can begin with."""
+
+    @abstractmethod
+    def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+        """Begin another episode of the same lesson: the streams go on, and what was spent of a budget stays spent.
+
+        Args:
+            start: the truth to begin with, as of `truth_now`; None: as a reset of the world draws it.
+            options: the world's.
+        """
+
     @abstractmethod
     def as_text(self) -> str:
         """The state of affairs for human eyes, in words."""
@@ -185,12 +204,17 @@ def entitled(policy: Any, env: SeatsEnv, student: str = STUDENT) -> dict[str, An
     with the atoms for a reader of advice) or the privileged `moment` for one that learns from these; see `reads` of
     students.
     """
-    info = {**env.infos[student], "turns_left": env.turns_left(student)}
+    return told(policy, env.infos[student], env.turns_left(student), env.moment_of(student))
+
+
+def told(policy: Any, info: dict[str, Any], turns_left: int, moment: Moment[Any]) -> dict[str, Any]:
+    """The info that a policy in a student's seat may see, as in `entitled`, of a seat's own info and last turn."""
+    info = {**info, "turns_left": turns_left}
     reads = getattr(policy, "reads", "atoms")
     if reads in ("nothing", "reward", "words"):
         info.pop("atoms", None)  # there are none before the teacher has spoken
     if reads in ("reward", "atoms and reward"):
-        info["reward"] = env.moment_of(student).reward
+        info["reward"] = moment.reward
     elif reads == "truth":
-        info["moment"] = env.moment_of(student)
+        info["moment"] = moment
     return info

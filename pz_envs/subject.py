@@ -141,6 +141,7 @@ class Subject(ABC):
         max_cycles: int | None = None,
         cost: float = 0.01,
         budget: int | None = None,
+        episodes: int = 1,
         render_mode: str | None = None,
         privileged_info: bool = False,
         **options: Any,
@@ -160,7 +161,8 @@ class Subject(ABC):
             text: text in, text out for the student.
             max_cycles: turns of the student after which an episode is truncated; None: the family's.
             cost: paid by the teacher for each atom that it says.
-            budget: atoms that it may say in an episode; None: any number.
+            budget: atoms that it may say in an episode, or in a lifetime; None: any number.
+            episodes: of a lifetime, which is then one game; see `pz_envs.lifetimes.LifetimeEnv`.
             render_mode: None, `ansi`, `rgb_array` or `human`.
             privileged_info: show the truth in frames.
             options: further settings of the seating, such as `students` of a classroom, which its module tells, and the
@@ -169,7 +171,7 @@ class Subject(ABC):
         Raises:
             ValueError: no such seating, or an argument is not allowed.
         """
-        env = self._seating(seating, settings).raw_env(self, **settings)
+        env = self._seating(seating, settings).seats(self, **settings)
         env.label = self.label(seating, settings)
         return env
 
@@ -223,11 +225,25 @@ class Seating(ABC):
         from pz_envs.parallel_seats import InTurns
         from pz_envs.seats import OrderEnforcing
 
-        return InTurns(OrderEnforcing(self.raw_env(subject, **settings)))
+        return InTurns(OrderEnforcing(self.seats(subject, **settings)))
+
+    def seats(self, subject: Subject, *, episodes: int = 1, **settings: Any) -> "SeatsEnv":
+        """The bare AEC environment, or a lifetime in it of so many episodes, which success ends unless it is said.
+
+        Raises:
+            ValueError: an argument is not allowed.
+        """
+        if isinstance(episodes, bool) or not isinstance(episodes, int) or episodes < 1:
+            raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
+        if episodes == 1:
+            return self.raw_env(subject, **settings)
+        from pz_envs.lifetimes import LifetimeEnv
+
+        return LifetimeEnv(self.raw_env(subject, **({"until_success": True} | settings)), episodes)
 
     def settings(self) -> tuple[str, ...]:
         """The names of what it takes: its own settings, and those of tutoring, of which the others are made."""
-        named = settings_of(self.raw_env, self.parallel_env, find_seating(TUTORING).raw_env)
+        named = settings_of(self.raw_env, self.parallel_env, self.seats, find_seating(TUTORING).raw_env)
         return tuple(name for name in named if name != "subject")
 
 

@@ -169,6 +169,28 @@ def check_budget(make: Make) -> None:
     require(spent == 5, f"the teacher said {spent} atoms with a budget of 5")
 
 
+def check_lifetime(make: Make) -> None:
+    """Episodes in a row are one game for PettingZoo; each begins alike, and the student is told how the last ended."""
+
+    def lifetime() -> AECEnv:
+        return make(speech="kinds", episodes=3, max_cycles=2)
+
+    require_aec(lifetime)
+    env = lifetime()
+    env.reset(seed=3)
+    starts, endings = [], 0
+    for agent in env.agent_iter():
+        _, _, terminated, truncated, info = env.last()
+        dead = terminated or truncated
+        if agent == TEACHER and not dead and not info["moment"].turn:
+            starts.append(plain(info["moment"].after))
+        endings += "final_obs" in info
+        env.step(None if dead else _act(env, agent))
+    require(len(starts) == 3, f"a lifetime of 3 episodes had {len(starts)}")
+    require(all(start == starts[0] for start in starts), "the episodes of a lifetime do not begin alike")
+    require(endings == 2, f"the student was told {endings} times how an episode had ended, of 2")
+
+
 def check_roles(make: Make) -> None:
     """What claims declare to be written in their sentences as a student has to write it is written there, and is so."""
     for type_ in make().unwrapped.teacher.oracle.instruction_types:

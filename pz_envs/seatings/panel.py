@@ -125,15 +125,28 @@ class PanelEnv(SeatsEnv):
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
+        self.desk.reset(seed, options)
+        for seat in self.seats.values():
+            seat.purse.spent = seat.trimmed = 0
+        self._open_panel()
+
+    def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+        """Begin another episode of the same lesson; see `SeatsEnv`."""
+        self.desk.go_on(start, options)
+        self._open_panel()
+
+    @property
+    def truth_now(self) -> Any:
+        """The world's truth as it is."""
+        return self.desk.truth_now
+
+    def _open_panel(self) -> None:
         desk = self.desk
-        desk.reset(seed, options)
         self._order_rng = desk.seeds.stream("order")
         _, *others = self.seats.values()
         for number, seat in enumerate(others, 1):
             seat.teacher.begin(desk.seeds, number)
             seat.teacher.open(desk.moment)  # which looks at the world; the student has the instruction already
-        for seat in self.seats.values():
-            seat.purse.spent = seat.trimmed = 0
         self._open()
         self.infos[STUDENT] = desk.infos[STUDENT]
         self._said: dict[str, str] = dict.fromkeys(self.teachers, SILENCE)
@@ -305,8 +318,9 @@ class Panel(Seating):
             ValueError: an argument is not allowed, such as `speech="message"`.
         """
         refuse_messages(speech)
-        env = self.raw_env(subject, speech=speech, **settings)
-        return ParallelSeats(env, {teacher: Frank() for teacher in env.teachers})
+        env = self.seats(subject, speech=speech, **settings)
+        teachers = [agent for agent in env.possible_agents if agent != STUDENT]
+        return ParallelSeats(env, {teacher: Frank() for teacher in teachers})
 
 
 _TEACHING = ("instruction_type", "feedback_type", "voice", "paraphrase")

@@ -65,7 +65,7 @@ class Classroom(Seating):
             ValueError: an argument is not allowed, such as `speech="message"`.
         """
         refuse_messages(speech)
-        return ParallelSeats(self.raw_env(subject, speech=speech, **settings), {TEACHER: Attention(rule)})
+        return ParallelSeats(self.seats(subject, speech=speech, **settings), {TEACHER: Attention(rule)})
 
 
 SEATING = Classroom()

@@ -144,6 +144,21 @@ class ClassroomEnv(SeatsEnv):
             seeds[0] = seed
         for desk, own in zip(self.desks, seeds, strict=True):
             desk.reset(seeds[0] if self.same_world else own, options)
+        self._open_class()
+
+    def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+        """Begin another episode of the same lesson; see `SeatsEnv`."""
+        self.seeds.episode += 1
+        for i, desk in enumerate(self.desks):
+            desk.go_on(None if start is None else start[i], options)
+        self._open_class()
+
+    @property
+    def truth_now(self) -> tuple[Any, ...]:
+        """The truth of each student's world."""
+        return tuple(desk.truth_now for desk in self.desks)
+
+    def _open_class(self) -> None:
         self._open()
         for student, desk in zip(self.students, self.desks, strict=True):
             self.infos[student] = desk.infos[STUDENT]
@@ -274,14 +289,11 @@ class ClassroomEnv(SeatsEnv):
     def _answer(self, asking: int, i: int | None, said: Any) -> None:
         """What the teacher says to a student who asks; what it says to another one is not heard."""
         desk = self.desks[asking]
-        reward = 0.0
-        if i is None:
-            desk.hear(SILENCE)
-        elif i != asking:
-            reward = -self.attention_cost
-            desk.hear(SILENCE)
+        reward = 0.0 if i is None else -self.attention_cost
+        if i == asking:
+            reward += self._put(desk, said)
         else:
-            reward = self._put(desk, said) - self.attention_cost
+            desk.hear(SILENCE)
         self._pay(TEACHER, reward, 0.0)
         self._asking, self._rows = None, None
         self.infos[TEACHER] = self._privilege()

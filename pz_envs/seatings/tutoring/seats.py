@@ -99,14 +99,14 @@ class TutoringSeats(SeatsEnv):
         self._open_lesson()
 
     def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
-        """Begin another episode of the same lesson: the streams go on, and what was spent of the budget stays spent.
-
-        Args:
-            start: the world's truth to begin with; None: as its reset draws it.
-            options: the world's.
-        """
+        """Begin another episode of the same lesson; see `SeatsEnv`."""
         self._begin(None, options, start)
         self._open_lesson()
+
+    @property
+    def truth_now(self) -> Any:
+        """The world's truth as it is."""
+        return self.moment.after
 
     def take_up(self, moment: Moment[Any], terminated: bool = False) -> None:
         """Go on from a moment of an episode that was played elsewhere; the teacher is the next to speak.
