@@ -13,6 +13,7 @@ from llf_teacher.reproductions.classes import accompanied
 from llf_teacher.reproductions.lessons import regrets
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.play import Measurement, load, play, tasks
+from llf_teacher.reproductions.reviews import Notes, Remark, commented
 from llf_teacher.reproductions.row import FIRST_SEED, VERDICTS, Values, all_rows, digest, some_rows
 from llf_teacher.reproductions.rows import classroom, curriculum
 from llf_teacher.reproductions.rows.growth import exponent
@@ -179,3 +180,39 @@ def test_practice_begins_in_the_room_that_was_picked():
         assert (moves, school.env.moment.before.room) == (1, room)
         assert found == (wasted == 0 and school.steps[room] == 1)
     assert school.steps[school.task.room] >= curriculum.LEAST
+
+
+REVIEW = {"student": "obedient(forget=False)", "feedback": "fp", "teacher": "end_of_episode(top_k=32)", "turns": 30}
+
+
+def test_the_very_claim_goes_further_than_its_kind():
+    """Of a review with twelve claims: the rooms that matter are named once each."""
+    lives = {
+        speech: [
+            commented("llf-gridworld-v0", **REVIEW, speech=speech, budget=12, episodes=8, seed=seed)
+            for seed in range(6)
+        ]
+        for speech in ("claims", "kinds")
+    }
+    assert all(said <= 12 for each in lives.values() for _, said in each)
+    assert np.mean([lost for lost, _ in lives["claims"]]) < 0.8 * np.mean([lost for lost, _ in lives["kinds"]])
+
+
+def test_at_once_a_kind_is_its_claim():
+    life = {**REVIEW, "teacher": "oracle", "budget": 5, "episodes": 3, "seed": 2}
+    assert commented("llf-gridworld-v0", **life, speech="claims") == commented(
+        "llf-gridworld-v0", **life, speech="kinds"
+    )
+
+
+def test_notes_of_what_was_said():
+    """What is right before what is wrong, rooms by their visits, and a room of which the best is known is done with."""
+    notes = Notes()
+    wrong, right, other = Remark(1, 0, False), Remark(1, 2, True), Remark(4, 1, False)
+    notes._way = [1, 4, 4, 1, 4]
+    assert notes.best([wrong, other]) == 1
+    assert notes.best([wrong, right, other]) == 1
+    notes.say([right])
+    assert notes.best([wrong, right, other]) == 2
+    notes.say([other])
+    assert notes.best([wrong, right, other]) is None

@@ -117,6 +117,19 @@ def test_who_remembers_learns_from_one_episode_for_the_next(seating):
     assert forgot[-5:].mean() > kept[-5:].mean() * 3
 
 
+@pytest.mark.parametrize("name", ["obedient", "text_only"])
+def test_who_reads_takes_the_last_words_along(name):
+    """All is said when an episode is over; an episode later it has an effect on who remembers."""
+
+    def regrets(forget):
+        paid = {"cost": 0.0, "teacher_reward": "student_progress", "num_rooms": 6, "max_cycles": 20}
+        env = GRID.raw_env(speech="kinds", episodes=6, teacher="end_of_episode(top_k=99)", feedback_type="fp", **paid)
+        return lost(env, f"{name}(forget={forget})", 5, speak)
+
+    assert regrets(forget=False)[-1] == 0
+    assert regrets(forget=True)[-1] > 0
+
+
 def test_a_lifetime_is_that_of_the_teachers_seat():
     """`TeacherEnv` with as many episodes, and the same student, who draws nothing."""
 

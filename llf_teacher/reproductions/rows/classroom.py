@@ -11,7 +11,8 @@ from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.students.shelf.q_learning import QLearning
 from llf_teacher.studies.statistics import mean_interval, paired_difference
-from pz_envs.seats import TEACHER, entitled
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.seats import TEACHER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,38 +50,34 @@ def measure(rule: str, attention: int, seed: int) -> Sequence[float]:
     """Moves wasted by a student in an episode: by all of them, and by the one who wasted most."""
     rank, rng = RULES[rule], np.random.default_rng(seed)
     family = entry("llf-gridworld-v0").family
-    env: Any = family.raw_env(
-        seating="classroom", students=PUPILS, attention=attention, speech="kinds", feedback_type="fp", max_cycles=TURNS
+    lifetimes = family.raw_env(
+        seating="classroom",
+        students=PUPILS,
+        attention=attention,
+        speech="kinds",
+        feedback_type="fp",
+        episodes=EPISODES,
+        max_cycles=TURNS,
     )
-    env.reset(seed=seed)
-    pupils: dict[str, Any] = {name: LEARNER.seat(family, env.desks[0].world) for name in env.students}
+    room: Any = lifetimes.unwrapped
+    env = ParallelSeats(lifetimes, {name: LEARNER.seat(family, room.desks[0].world) for name in room.students})
+    observations, infos = env.reset(seed=seed)
+    advice = [room.address(i, _ADVICE) for i in range(PUPILS)]
+    oracles, last = [desk.teacher.oracle for desk in room.desks], infos[TEACHER]["moments"]
     heard, wasted, rounds = np.zeros(PUPILS), np.zeros(PUPILS), 0
-    for _ in range(EPISODES):
-        env.reset(seed=seed)  # the same houses
-        for pupil in pupils.values():
-            pupil.reset(rng)
-        while env.agents:
-            agent = env.agent_selection
-            over = env.terminations[agent] or env.truncations[agent]
-            if agent == TEACHER and not over:
-                observation = env.observe(TEACHER)
-                may = observation["action_mask"][[env.address(i, _ADVICE) for i in range(PUPILS)]] > 0
-                rounds += 1
-                action = 0
-                if rank is not None and may.any():
-                    seen = Class(observation["students"][:, _IMPORTANCE], heard, wasted, rng.random(PUPILS))
-                    student = int(np.where(may, rank(seen), -np.inf).argmax())
-                    heard[student], action = rounds, env.address(student, _ADVICE)
-                env.step(action)
-            elif over:
-                if agent != TEACHER:
-                    pupil = pupils[agent]
-                    pupil.finish(env.observe(agent), entitled(pupil, env, agent), env.terminations[agent])
-                env.step(None)
-            else:
-                env.step(pupils[agent].act(env.observe(agent), entitled(pupils[agent], env, agent)))
-                number = env.students.index(agent)
-                wasted[number] += env.desks[number].teacher.oracle.regret(env.moment_of(agent))
+    while env.agents:
+        seen, moments = observations[TEACHER], infos[TEACHER]["moments"]
+        for i, (now, before) in enumerate(zip(moments, last, strict=True)):
+            if now is not before and now.turn:
+                wasted[i] += oracles[i].regret(now)
+        may, last = seen["action_mask"][advice] > 0, moments
+        rounds += 1
+        action = 0
+        if rank is not None and may.any():
+            known = Class(seen["students"][:, _IMPORTANCE], heard, wasted, rng.random(PUPILS))
+            student = int(np.where(may, rank(known), -np.inf).argmax())
+            heard[student], action = rounds, advice[student]
+        observations, _, _, _, infos = env.step({TEACHER: action})
     env.close()
     return [float(wasted.mean()) / EPISODES, float(wasted.max()) / EPISODES]
 

@@ -31,7 +31,19 @@ class _Policy(AdviceTaker["TextOnly"]):
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
         """Obey what is understood."""
         turn = self.arrive(observation)
-        text = observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}"
+        self._read(observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}", turn)
+        action = self.decide()
+        self._actions.append(self.world.legal(action))
+        if isinstance(self.world.action_space, spaces.Text):
+            self._draft = action
+        return action
+
+    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
+        """Read the last words, for the episodes to come."""
+        self._read(observation["feedback"], len(self._actions))
+
+    def _read(self, text: str, turn: int) -> None:
+        """Take a text to heart that is read after so many turns."""
         for claim, slots, about in self._reader.read(text):
             at = turn if about is None else about
             if issubclass(claim, ActionClaim) and claim.action_slot in slots:
@@ -45,11 +57,6 @@ class _Policy(AdviceTaker["TextOnly"]):
                     self.learn(FP, self._correct(int(number), words), turn)
             elif issubclass(claim, ActionClaim) and claim.kind in (HP, HN) and 0 < at <= len(self._actions):
                 self.learn(claim.kind, self._actions[at - 1], at)
-        action = self.decide()
-        self._actions.append(self.world.legal(action))
-        if isinstance(self.world.action_space, spaces.Text):
-            self._draft = action
-        return action
 
     def _hear(self, claim: type[Claim[Any]], words: Sequence[str], turn: int, endless: bool = False) -> None:
         """Take actions to heart that are named, if all of them are actions."""

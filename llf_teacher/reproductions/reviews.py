@@ -1,0 +1,111 @@
+"""Lifetimes in a house with a teacher who comments on single moves, at once or when an episode is over."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from llf_teacher.registry import entry
+from llf_teacher.students.parsing import parse_student
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.teacher_seat import BIT
+from teachers.atoms import FP, HN, Claim, Moment, action_of
+from teachers.common import Late
+
+
+class Remark(NamedTuple):
+    """What a claim says: whether an action is right in a room."""
+
+    room: int
+    action: Any
+    right: bool
+
+
+class Notes:
+    """What a teacher knows of a student's way through a house, and of what it has said of it."""
+
+    def __init__(self) -> None:
+        self._way: list[int] = []
+        self._told: set[Remark] = set()
+
+    def see(self, moment: Moment[Any]) -> None:
+        """Take note of where the student is."""
+        self._way[moment.turn :] = [moment.after.room]
+
+    def remark(self, claim: Claim[Any], now: int) -> Remark:
+        """What a claim says that is made after `now` turns."""
+        turn = claim.turn if isinstance(claim, Late) else now
+        bare = claim.claim if isinstance(claim, Late) else claim
+        return Remark(self._way[turn if bare.kind is FP else turn - 1], action_of(bare), bare.kind is not HN)
+
+    def best(self, remarks: Sequence[Remark]) -> int | None:
+        """The most useful remark, by its index: one that is new, what is right before what is wrong, and of those the
+        one about the room that was visited most in this episode. None: nothing is new.
+        """  # noqa: D205
+        visits = Counter(self._way)
+        settled = {each.room for each in self._told if each.right}
+        new = [i for i, each in enumerate(remarks) if each not in self._told and each.room not in settled]
+        return max(new, key=lambda i: (remarks[i].right, visits[remarks[i].room], i)) if new else None
+
+    def say(self, remarks: Sequence[Remark]) -> None:
+        """Take note of what was said."""
+        self._told.update(remarks)
+
+
+def commented(
+    id: str,
+    *,
+    student: str,
+    teacher: str,
+    feedback: str,
+    speech: str,
+    budget: int,
+    seed: int,
+    episodes: int,
+    turns: int,
+) -> tuple[float, int]:
+    """A lifetime: moves wasted per episode, and the claims that were made.
+
+    The teacher speaks when something new could be said: that claim alone, again and again, or all there is of its kind.
+
+    Args:
+        id: an environment of houses.
+        student: its spec, with `forget=False`.
+        teacher: the personality's spec: what there is to say, and when.
+        feedback: the kinds of claims.
+        speech: `claims` or `kinds`.
+        budget: claims in a lifetime.
+        seed: of the world and of all who take part.
+        episodes: how many.
+        turns: of each, at most.
+    """
+    family = entry(id).family
+    aec: Any = family.raw_env(
+        teacher=teacher,
+        feedback_type=feedback,
+        speech=speech,
+        episodes=episodes,
+        max_cycles=turns,
+        budget=budget,
+        cost=0.0,
+        teacher_reward="student_progress",
+    )
+    seats = aec.unwrapped
+    env = ParallelSeats(aec, {STUDENT: parse_student(student).seat(family, seats.world)})
+    _, infos = env.reset(seed=seed)
+    notes, lost = Notes(), 0.0
+    while env.agents:
+        moment = infos[TEACHER]["moment"]
+        notes.see(moment)
+        listed = seats.seat.listed() if seats.purse.left else []
+        remarks = [notes.remark(claim, moment.turn) for claim in listed]
+        best, action = notes.best(remarks), 0
+        if best is not None:
+            alike = [i for i, claim in enumerate(listed) if claim.kind is listed[best].kind][: seats.purse.left]
+            said = [best] if speech == "claims" else alike
+            notes.say([remarks[i] for i in said])
+            action = 1 + best if speech == "claims" else BIT[listed[best].kind]
+        _, rewards, _, _, infos = env.step({TEACHER: action})
+        lost -= rewards[TEACHER]
+    env.close()
+    return lost / episodes, seats.purse.spent
