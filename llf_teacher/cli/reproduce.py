@@ -19,17 +19,18 @@ def reproduce(
     store: Annotated[Path, typer.Option(help="File of measurements; what it has is not played again.")] = Path(
         "known-results.jsonl"
     ),
-    page: Annotated[Path, typer.Option(help="Page to write; plots go into a folder of its name.")] = Path(
-        "known-results.md"
-    ),
+    page: Annotated[
+        Path,
+        typer.Option(help="Page to write; plots go into a folder of its name, and rows that are not played stay."),
+    ] = Path("known-results.md"),
 ) -> None:
     """Play known results of the field and write what came of them, claim by claim, beside their sources."""
     from rich.console import Console
     from rich.progress import Progress
 
-    from llf_teacher.reproductions.page import write
+    from llf_teacher.reproductions.page import stored, write
     from llf_teacher.reproductions.play import play
-    from llf_teacher.reproductions.row import some_rows
+    from llf_teacher.reproductions.row import all_rows, some_rows
 
     rows = some_rows(only or ())
     with Progress(console=Console(stderr=True)) as progress:
@@ -37,7 +38,9 @@ def reproduce(
         values = play(
             rows, store, quick, lambda name, done, total: progress.update(bars[name], completed=done, total=total)
         )
-    write(rows, values, page)
+    there = {name: stored(row, page.with_suffix("") / f"{name}.json") for name, row in all_rows().items()}
+    values = {name: found for name, each in there.items() if (found := values.get(name, each))}
+    write({name: row for name, row in all_rows().items() if name in values}, values, page)
     for name, row in rows.items():
         typer.echo(f"{name}: {row.read(values[name]).agrees}")
     typer.echo(f"Written to {page}; measurements are in {store}.")

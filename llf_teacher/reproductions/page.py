@@ -4,16 +4,20 @@ import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from llf_teacher.reproductions.row import FIRST_SEED, Reading, Row, Values
+import numpy as np
+
+from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Reading, Row, Values, digest
 
 HEAD = """# Known results
 
 What is known about teaching, tried here. Each row is a claim of a paper, played with our worlds, teachers and students
 on seeds that nothing was tuned on. `llf reproduce` plays them all and writes this page; `llf reproduce --only NAME`
-plays one of them, `--quick` a few seeds of each, to see that it runs. What is measured is stored as it ends, so that it
-can be stopped and taken up again. Intervals are 95 % bootstrap intervals over seeds.
+plays one of them and leaves the others as they are, `--quick` a few seeds of each, to see that it runs. What is
+measured is stored as it ends, so that it can be stopped and taken up again. Intervals are 95 % bootstrap intervals over
+seeds.
 
-When to speak can be learned, too: [A teacher that learned](learn-to-teach.md).
+When to speak can be learned, too. That needs the extra `learn` and has commands of its own, which stand beside its
+figures: [A teacher that learned](learn-to-teach.md).
 """
 
 
@@ -31,14 +35,16 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
     for name, row in rows.items():
         plot(row, values[name], folder / f"{name}.png")
         (folder / f"{name}.json").write_text(raw(row, values[name]), encoding="utf-8")
-    lines = [HEAD, "| claim | source | here | agrees | command | minutes of 2 cores |", "|---|---|---|---|---|---|"]
+    together = sum(values[name].seconds for name in rows)
+    lines = [HEAD, "| claim | source | here | agrees | command | minutes of 2 cores | share |", f"|{'---|' * 7}"]
     for name, row in rows.items():
         link = f"[{row.claim}](#{name.replace('_', '-')})"
         command = f"`llf reproduce --only {name}`"
-        cells = (link, row.source, found[name].ours, found[name].agrees, command, f"{values[name].seconds / 120:.1f}")
-        lines.append(f"| {' | '.join(cells)} |")
-    together = sum(values[name].seconds for name in rows) / 120
-    lines += ["", f"All of it takes {together:.0f} minutes of 2 cores."]
+        seconds = values[name].seconds
+        cost = f"{seconds / 120:.1f}", f"{seconds / together:.0%}"
+        lines.append(f"| {' | '.join((link, row.source, found[name].ours, found[name].agrees, command, *cost))} |")
+    quick = sum(values[name].seconds * min(1, QUICK / values[name].seeds) for name in rows)
+    lines += ["", f"All of it takes {together / 120:.0f} minutes of 2 cores, {quick / 120:.1f} with `--quick`."]
     for name, row in rows.items():
         lines += ["", *section(name, row, found[name], f"{folder.name}/{name}.png")]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -48,10 +54,26 @@ def raw(row: Row, values: Values) -> str:
     """What was measured, as JSON: a line a setting, with a list of its measures for each seed."""
     lines = []
     for setting in row.settings:
-        table = [[float(f"{number:.6g}") for number in numbers] for numbers in values(**setting).tolist()]
+        table = [[float(f"{number:.10g}") for number in numbers] for numbers in values(**setting).tolist()]
         lines.append(json.dumps({"setting": setting, "values": table}))
-    head = f'"measures": {json.dumps(list(row.measures))}, "first_seed": {FIRST_SEED}'
+    head = f'"measures": {json.dumps(list(row.measures))}, "first_seed": {FIRST_SEED}, "seconds": {values.seconds:.0f}'
     return "{" + head + ', "results": [\n' + ",\n".join(lines) + "\n]}\n"
+
+
+def stored(row: Row, path: Path) -> Values | None:
+    """What was measured, as `raw` has written it; None where that was not these settings.
+
+    Args:
+        row: what it is of.
+        path: the file; it need not be there.
+    """
+    if not path.exists():
+        return None
+    kept = json.loads(path.read_text(encoding="utf-8"))
+    tables = {digest(each["setting"]): np.array(each["values"]) for each in kept["results"]}
+    if kept["measures"] != list(row.measures) or tables.keys() != {digest(each) for each in row.settings}:
+        return None
+    return Values(tables, kept["seconds"])
 
 
 def section(name: str, row: Row, finding: Reading, picture: str) -> list[str]:

@@ -12,10 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 import llf_teacher
-from llf_teacher.reproductions.row import FIRST_SEED, Row, Setting, Values, all_rows, digest
-
-QUICK = 3
-"""Seeds of each setting when it is only tried whether all runs."""
+from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Row, Setting, Values, all_rows, digest
 
 
 class Task(NamedTuple):

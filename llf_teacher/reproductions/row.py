@@ -22,6 +22,8 @@ Setting = Mapping[str, Any]
 """Keyword arguments of a row's `measure`, JSON values. What they do not say cannot change while results are kept."""
 FIRST_SEED = 10_000
 """Seeds from here on belong to results; those below it are for trying things out."""
+QUICK = 3
+"""Seeds of each setting when it is only tried whether all runs."""
 VERDICTS = ("yes", "in part", "no")
 
 
@@ -32,6 +34,8 @@ class Values:
         self._measured = measured
         self.seconds = seconds
         """CPU time of all measurements."""
+        self.seeds = min(map(len, measured.values()))
+        """Measurements of each setting."""
 
     def __call__(self, **setting: Any) -> NDArray[np.float64]:
         """The numbers of a setting, a row a seed; the rows of all settings have the same seeds in the same order."""

@@ -98,6 +98,27 @@ def test_the_command(tmp_path, monkeypatch):
     assert "no" in (tmp_path / "page.md").read_text()
 
 
+def test_a_page_keeps_the_rows_that_are_not_played(tmp_path):
+    """As long as they are about what they were measured of."""
+    for name in ("growth", "silence"):
+        row = ROWS[name]
+        values = Values({digest(each): np.ones((3, len(row.measures))) for each in row.settings}, 240.0)
+        page.write({name: row}, {name: values}, tmp_path / "page.md")
+    (tmp_path / "page" / "growth.json").write_text((tmp_path / "page" / "growth.json").read_text().replace("32", "33"))
+    row = ROWS["policy_shaping"]
+    there = {task.key: [[0.5, 0.5], 1.0] for task in tasks("policy_shaping", row, quick=True)}
+    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: each}) + "\n" for key, each in there.items()))
+    told = CliRunner().invoke(
+        app, f"reproduce --only policy_shaping --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}"
+    )
+    assert told.exit_code == 0, told.output
+    text = (tmp_path / "page.md").read_text()
+    assert [line for line in text.splitlines() if line.startswith("## ")] == ["## policy shaping", "## silence"]
+    minutes = len(there) / 120
+    assert f"`llf reproduce --only silence` | 2.0 | {2 / (2 + minutes):.0%} |" in text
+    assert f"All of it takes {2 + minutes:.0f} minutes of 2 cores, {2 + minutes:.1f} with `--quick`." in text
+
+
 def test_a_row_that_is_not_there():
     with pytest.raises(ValueError, match="policy_shaping"):
         some_rows(["policy_shapping"])
