@@ -143,8 +143,11 @@ def test_regrets_of_a_lesson():
 
 def test_exponents():
     sizes = (1, 2, 4, 8)
-    assert exponent(sizes, 3.0 * np.array(sizes) ** 1.5) == pytest.approx(1.5)
-    assert exponent(sizes, np.array([1.0, 0.0, 1.0, 1.0])) is None
+    around = np.linspace(0.5, 1.5, 20)
+    found = exponent(sizes, [3.0 * size**1.5 * around for size in sizes])
+    assert found.mean == pytest.approx(1.5)
+    assert 1.3 < found.low < 1.5 < found.high < 1.7
+    assert exponent(sizes, [around, 0 * around, around, around]) is None
 
 
 LIFE = {"episodes": 3, "turns": 15, "seed": 4}

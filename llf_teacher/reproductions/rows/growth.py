@@ -10,7 +10,7 @@ from scipy import stats
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval
+from llf_teacher.studies.statistics import RESAMPLES, Estimate, mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,9 +62,24 @@ def _means(values: Values, family: str, learns: str) -> NDArray[np.float64]:
     return np.array([values(**_setting(family, size, learns)).mean() for size in SIZES[family]])
 
 
-def exponent(sizes: Sequence[int], means: NDArray[np.float64]) -> float | None:
-    """The b of regret = a * size ** b, by least squares of the logarithms; None where some size has no regret."""
-    return float(stats.linregress(np.log(sizes), np.log(means)).slope) if means.min() > 0 else None
+def exponent(sizes: Sequence[int], regrets: Sequence[NDArray[np.float64]]) -> Estimate | None:
+    """The b of mean regret = a * size ** b, by least squares of the logarithms; None where some size has no regret.
+
+    Args:
+        sizes: different ones.
+        regrets: per size those of the seeds, as many for each.
+    """
+    if not min(each.mean() for each in regrets):
+        return None
+    away = np.log(sizes) - np.log(sizes).mean()
+
+    def slope(*samples: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+        means = [each.mean(axis=axis) for each in samples]
+        return np.asarray(np.tensordot(away, np.log(means), 1) / (away @ away))
+
+    found = stats.bootstrap(regrets, slope, n_resamples=RESAMPLES, method="percentile", random_state=0)
+    low, high = found.confidence_interval
+    return Estimate(float(slope(*regrets, axis=0)), float(low), float(high), len(regrets[0]))
 
 
 def read(values: Values) -> Reading:
@@ -74,8 +89,8 @@ def read(values: Values) -> Reading:
     for family, sizes in SIZES.items():
         for learns in TEACHERS:
             ends = [told(mean_interval(values(**_setting(family, n, learns))[:, 0]), 1) for n in (sizes[0], sizes[-1])]
-            power = exponent(sizes, _means(values, family, learns))
-            powers[family, learns] = "no regret" if power is None else f"{power:.2f}"
+            power = exponent(sizes, [values(**_setting(family, size, learns))[:, 0] for size in sizes])
+            powers[family, learns] = "no regret" if power is None else told(power)
             table.append([family, learns, *ends, powers[family, learns]])
     beside = [
         f"in {family} {powers[family, 'rewards']} from rewards, {powers[family, 'verdicts']} from verdicts, "
