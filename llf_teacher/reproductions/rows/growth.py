@@ -71,11 +71,12 @@ def exponent(sizes: Sequence[int], regrets: Sequence[NDArray[np.float64]]) -> Es
     """
     if not min(each.mean() for each in regrets):
         return None
+    least = min(each[each > 0].min() / len(each) for each in regrets)  # of what a mean above 0 can be
     away = np.log(sizes) - np.log(sizes).mean()
 
     def slope(*samples: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
         means = [each.mean(axis=axis) for each in samples]
-        return np.asarray(np.tensordot(away, np.log(means), 1) / (away @ away))
+        return np.asarray(np.tensordot(away, np.log(np.maximum(means, least)), 1) / (away @ away))
 
     found = stats.bootstrap(regrets, slope, n_resamples=RESAMPLES, method="percentile", random_state=0)
     low, high = found.confidence_interval
