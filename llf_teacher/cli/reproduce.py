@@ -28,11 +28,14 @@ def reproduce(
     from rich.console import Console
     from rich.progress import Progress
 
+    from llf_teacher.cli import errors
     from llf_teacher.reproductions.page import stored, write
     from llf_teacher.reproductions.play import play
     from llf_teacher.reproductions.row import all_rows, some_rows
 
     rows = some_rows(only or ())
+    for name in [name for name, row in rows.items() if row.missing()]:
+        errors.print(f"left out: the row {name} {rows.pop(name).missing()}")
     with Progress(console=Console(stderr=True)) as progress:
         bars = {name: progress.add_task(name, total=None) for name in rows}
         values = play(

@@ -14,7 +14,7 @@ What is known about teaching, tried here. Each row is a claim of a paper, played
 on seeds that nothing was tuned on. `llf reproduce` plays them all and writes this page; `llf reproduce --only NAME`
 plays one of them and leaves the others as they are, `--quick` a few seeds of each, to see that it runs. What is
 measured is stored as it ends, so that it can be stopped and taken up again. Intervals are 95 % bootstrap intervals over
-seeds.
+seeds. What trains networks needs the extra `learn`; without it, its row is left out.
 
 When to speak can be learned, too. That needs the extra `learn` and has commands of its own, which stand beside its
 figures: [A teacher that learned](learn-to-teach.md).

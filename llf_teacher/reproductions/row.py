@@ -1,6 +1,7 @@
 """What a reproduced result is: a claim with its source, settings that are played, and what their values say of it."""
 
 import hashlib
+import importlib.util
 import json
 import pkgutil
 from collections.abc import Callable, Mapping, Sequence
@@ -72,6 +73,14 @@ class Row:
     """What the numbers are that it gives, in their order."""
     read: Callable[[Values], Reading]
     draw: "Callable[[Values, Figure], None]"
+    needs: str = ""
+    """A module of the extra `learn` that measuring needs; empty if the core is enough."""
+
+    def missing(self) -> str:
+        """What keeps it from being measured here; empty if nothing does."""
+        if not self.needs or importlib.util.find_spec(self.needs):
+            return ""
+        return f"needs {self.needs!r}, which is not installed; run: pip install 'llf-teacher[learn]'"
 
 
 def digest(setting: Setting) -> str:
@@ -90,11 +99,14 @@ def some_rows(names: Sequence[str]) -> dict[str, Row]:
 
     Raises:
         ValueError: there is no such row.
+        ModuleNotFoundError: one of these names needs a package that is not installed; the message has the pip line.
     """
     there = all_rows()
     for name in names:
         if name not in there:
             raise ValueError(unknown("row", name, there))
+        if why := there[name].missing():
+            raise ModuleNotFoundError(f"the row {name} {why}", name=there[name].needs)
     return {name: there[name] for name in names or there}
 
 

@@ -1,13 +1,16 @@
 """Known results: what is measured is stored, resumed, read and written up."""
 
+import importlib.util
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
-from llf_teacher.reproductions import page
+from llf_teacher.registry import family
+from llf_teacher.reproductions import household, page
 from llf_teacher.reproductions.asking import attended
 from llf_teacher.reproductions.classes import accompanied
 from llf_teacher.reproductions.lessons import regrets
@@ -15,7 +18,7 @@ from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.play import Measurement, load, play, tasks
 from llf_teacher.reproductions.reviews import Notes, Remark, commented
 from llf_teacher.reproductions.row import FIRST_SEED, VERDICTS, Values, all_rows, digest, some_rows
-from llf_teacher.reproductions.rows import classroom, curriculum
+from llf_teacher.reproductions.rows import classroom, curriculum, embodied
 from llf_teacher.reproductions.rows.growth import exponent
 from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
@@ -27,7 +30,7 @@ ROWS = all_rows()
 @pytest.mark.parametrize("name", ROWS)
 def test_a_row_is_complete(name):
     row = ROWS[name]
-    assert row.seeds >= 20
+    assert row.seeds >= (6 if row.needs else 20)  # where a seed is a training, it costs more
     assert len({digest(setting) for setting in row.settings}) == len(row.settings)
     for setting in row.settings:
         if "student" in setting:
@@ -58,9 +61,9 @@ def test_a_row_reads_and_draws_whatever_was_measured(name, tmp_path):
     assert np.allclose(results[-1]["values"], values(**row.settings[-1]), rtol=1e-5)
 
 
-@pytest.mark.parametrize("name", ROWS)
+@pytest.mark.parametrize("name", [name for name, row in ROWS.items() if not row.needs])
 def test_a_row_measures(name, monkeypatch):
-    """The first setting, twice the same, with few episodes."""
+    """The first setting, twice the same, with few episodes; what needs more than the core is in tests/rl/learn."""
     row = ROWS[name]
     monkeypatch.setattr(f"llf_teacher.reproductions.rows.{name}.EPISODES", 3, raising=False)
     first, again = (row.measure(**row.settings[0], seed=FIRST_SEED) for _ in range(2))
@@ -117,6 +120,74 @@ def test_a_page_keeps_the_rows_that_are_not_played(tmp_path):
     minutes = len(there) / 120
     assert f"`llf reproduce --only silence` | 2.0 | {2 / (2 + minutes):.0%} |" in text
     assert f"All of it takes {2 + minutes:.0f} minutes of 2 cores, {2 + minutes:.1f} with `--quick`." in text
+
+
+def test_a_row_whose_package_is_not_installed_is_left_out(tmp_path, monkeypatch):
+    """Unless it is asked for by its name: then that is an error."""
+    find_spec = importlib.util.find_spec
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "torch" else find_spec(name))
+    short = {name: row for name, row in ROWS.items() if name in ("embodied", "policy_shaping")}
+    monkeypatch.setattr("llf_teacher.reproductions.row.all_rows", lambda: short)
+    there = {task.key: [[0.5], 1.0] for task in tasks("policy_shaping", short["policy_shaping"], quick=True)}
+    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: each}) + "\n" for key, each in there.items()))
+    told = CliRunner().invoke(
+        app, f"reproduce --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}", env={"COLUMNS": "200"}
+    )
+    assert told.exit_code == 0, told.output
+    assert "left out: the row embodied needs 'torch'" in told.stderr
+    assert "## policy shaping" in (tmp_path / "page.md").read_text()
+    assert "embodied" not in (tmp_path / "page.md").read_text()
+    with pytest.raises(ModuleNotFoundError, match=r"the row embodied needs 'torch'.*llf-teacher\[learn\]"):
+        some_rows(["embodied"])
+
+
+def test_errands_in_words():
+    """What is seen, heard and done turn by turn; the least number of commands is what the oracle's plan takes."""
+    env = embodied.house("hp+hn+fp", "plain", household.Sentences(False, None), max_turns=20)
+    (errand,) = household.play([(env, 3)], household.blundering(env, 0.0, np.random.default_rng(0)))
+    assert errand.success
+    assert errand.score == 1
+    assert len(errand.turns) == errand.least
+    assert errand.task.startswith("Your task is to: ")
+    assert errand.task not in errand.turns[0].seen
+    assert errand.turns[0].last == ""
+    for before, after in pairwise(errand.turns):
+        assert before.done in before.commands
+        assert f"`{before.done}`" in before.heard
+        assert after.last == before.done
+        assert dict(zip(after.commands, after.before, strict=True)).get(before.done, 1) == 1
+        assert "Admissible" not in after.seen
+    (astray,) = household.play([(env, 3)], household.blundering(env, 1.0, np.random.default_rng(0)))
+    assert astray.least == errand.least
+    assert astray.score < 1
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_sentences_of_the_test_are_in_no_lesson(many):
+    """Of what judges and advises; and one sentence is one."""
+    said = {}
+    for test, voices in ((False, embodied.VOICES["many" if many else "one"]), (True, (embodied.TEST_VOICE,))):
+        wording = household.Sentences(test, np.random.default_rng(0) if many or test else None)
+        said[test] = {
+            voice: {
+                claim: {wording(templates, action="X", left=1) for _ in range(200)}
+                for claim, templates in family("alfworld").phrasebook(voice).items()
+                if claim.__name__ in ("Do", "Nearer", "NoNearer", "Done", "Refused")
+            }
+            for voice in voices
+        }
+    for claim, tested in said[True][embodied.TEST_VOICE].items():
+        assert len(tested) > 4
+        for voice, taught in said[False].items():
+            plain = said[False]["plain"][claim]
+            assert not any(test.endswith(sentence) for test in tested for sentence in plain)
+            assert (len(taught[claim]) > 1) == many, voice
+
+
+def test_words_are_numbers():
+    assert household.numbers("Go to `desk 1`.") == household.numbers("go  to ` Desk 1 ` .")
+    assert len(set(household.numbers("take apple 1 from desk 2"))) == 6
+    assert all(0 < number < household.WORDS for number in household.numbers("take apple 1 from desk 2"))
 
 
 def test_a_row_that_is_not_there():
