@@ -6,6 +6,7 @@ from gymnasium import spaces
 
 from pz_envs import testing as kit
 from pz_envs.family import all_families
+from pz_envs.lifetimes import LifetimeEnv
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.seats import STUDENT
 from teachers.atoms import ActionClaim, Atom, EditClaim, ParseFailure, PlanClaim, Utterance, claim
@@ -19,17 +20,20 @@ WORLD = next(
 def maker(cls):
     def make(**settings):
         budget, cost = settings.pop("budget", None), settings.pop("cost", 0.01)
-        max_cycles = settings.pop("max_cycles", FAMILY.max_turns)
+        max_cycles, episodes = settings.pop("max_cycles", FAMILY.max_turns), settings.pop("episodes", 1)
         world = FAMILY.make_world()
         teacher = FAMILY.make_teacher(world, instruction_type=settings.pop("instruction_type", "b"))
-        return cls(world, teacher, budget=budget, cost=cost, max_cycles=max_cycles, **settings)
+        seats = cls(world, teacher, budget=budget, cost=cost, max_cycles=max_cycles, **settings)
+        return seats if episodes == 1 else LifetimeEnv(seats, episodes)
 
     return make
 
 
 class Unseeded(TutoringEnv):
     def reset(self, seed=None, options=None):
-        super().reset(np.random.default_rng().integers(2**31).item(), options)
+        if self.speech == "message":
+            seed = np.random.default_rng().integers(2**31).item()
+        super().reset(seed, options)
 
 
 class NoLastWord(TutoringEnv):
@@ -68,6 +72,11 @@ class Spendthrift(TutoringEnv):
         self.purse.spent -= self.purse.left == 0
 
 
+class Wanderer(TutoringEnv):
+    def go_on(self, start=None, options=None):
+        super().go_on(None, options)
+
+
 class Mumbler(TutoringEnv):
     def teacher_turn(self, action):
         super().teacher_turn(action)
@@ -82,6 +91,7 @@ LIARS = {
     kit.check_privilege: Indiscreet,
     kit.check_parse_failure: Patient,
     kit.check_budget: Spendthrift,
+    kit.check_lifetime: Wanderer,
     kit.check_roles: Mumbler,
 }
 
