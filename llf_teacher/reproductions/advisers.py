@@ -6,15 +6,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from llf_teacher.gym import TeacherVectorEnv
-from llf_teacher.gym.lifetime import FIELDS, HALF
-from llf_teacher.reproductions.classes import STUDENT
+from llf_teacher.gym.lifetime import HALF
+from llf_teacher.reproductions.classes import ADVICE, COLUMN, STUDENT
 from worlds.batches import Bools, Floats, Ints
 
 ROUNDS, ROWS = 4, 512
 """How often a teacher changes its mind, and the lifetimes that it lives before each time."""
 _FIRST, _EXPLORES, _KEPT = 0.1, 0.1, 0.9
-_ADVICE = 0b01000
-_COLUMN = {name: number for number, name in enumerate(FIELDS)}
 
 
 class Choices(NamedTuple):
@@ -63,17 +61,17 @@ class Lessons:
 
     def _look(self, observation: Mapping[str, Any]) -> None:
         life, features = observation["lifetime"].astype(float), observation["features"].astype(float)
-        may = (life[:, _COLUMN["mistake"]] > 0) & (observation["action_mask"][:, _ADVICE] > 0) & self._living
+        may = (life[:, COLUMN["mistake"]] > 0) & (observation["action_mask"][:, ADVICE] > 0) & self._living
         self.rows: Ints = np.flatnonzero(may)
         """Those in which there is something to decide."""
-        share, episode = life[self.rows, _COLUMN["way"]], life[self.rows, _COLUMN["episode"]]
+        share, episode = life[self.rows, COLUMN["way"]], life[self.rows, COLUMN["episode"]]
         way = np.rint(HALF * share / (1 - share))
         self.choices = Choices(way, features[self.rows, 2], episode, features[self.rows, 3])
 
     def go_on(self, corrects: Bools) -> None:
         """A turn in all lifetimes."""
         actions = np.zeros(len(self._living), np.int64)
-        actions[self.rows] = np.where(corrects, _ADVICE, 0)
+        actions[self.rows] = np.where(corrects, ADVICE, 0)
         observation, reward, terminated, truncated, _ = self._env.step(actions)
         self.lost -= np.where(self._living, reward, 0.0)
         self._living &= ~(terminated | truncated)

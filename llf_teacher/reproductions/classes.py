@@ -13,8 +13,10 @@ LIFETIMES = 50
 """In a class; a class is what a seed stands for."""
 STUDENT = "q_learning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)"
 """Takes the advised action for the turn, and learns from what comes of it."""
-_ADVICE = 0b01000
-_COLUMN = {name: number for number, name in enumerate(FIELDS)}
+ADVICE = 0b01000
+"""The teacher's choice of `fp` alone."""
+COLUMN = {name: number for number, name in enumerate(FIELDS)}
+"""Where the numbers of a lifetime stand."""
 
 
 class Glance(NamedTuple):
@@ -84,22 +86,22 @@ def accompanied(
     rng = np.random.default_rng(seed)
     while living.any():
         features, life = observation["features"], observation["lifetime"].astype(float)
-        importance, share = features[:, 2].astype(float), life[:, _COLUMN["way"]]
+        importance, share = features[:, 2].astype(float), life[:, COLUMN["way"]]
         opening = features[:, 0] == 0
         seen = Glance(
             importance=importance,
-            mistake=life[:, _COLUMN["mistake"]] > 0,
-            erred=~opening & (life[:, _COLUMN["optimal"]] == 0),
+            mistake=life[:, COLUMN["mistake"]] > 0,
+            erred=~opening & (life[:, COLUMN["optimal"]] == 0),
             before=np.where(opening, 0.0, before),
             way=np.rint(HALF * share / (1 - share)),
             rng=rng,
         )
-        speaks = rule(seen) & (observation["action_mask"][:, _ADVICE] > 0) & living
+        speaks = rule(seen) & (observation["action_mask"][:, ADVICE] > 0) & living
         acts = living & (features[:, 4] == 0)
         turn_count += int(acts.sum())
         at_most += int((importance[acts] >= most - NEAR).sum())
         before = importance
-        observation, reward, terminated, truncated, _ = env.step(np.where(speaks, _ADVICE, 0))
+        observation, reward, terminated, truncated, _ = env.step(np.where(speaks, ADVICE, 0))
         said += speaks
         regret -= np.where(living, reward, 0.0)
         living &= ~(terminated | truncated)
