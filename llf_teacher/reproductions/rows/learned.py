@@ -95,8 +95,8 @@ def read(values: Values) -> Reading:
         "Where the budget is enough for nearly all mistakes nothing is left to choose. Near mistakes is a rule with a "
         "number that was chosen for each budget. Progress tells what advice does for later episodes; the worth of the "
         "present action tells nothing of that, but grows towards the treasure, where advice does most. The papers "
-        "learn online, by Q-learning, and in other worlds. Online Q-learning over tiles was tried first and came to "
-        "less than announced mistake; so both are fitted by least squares here, which tells what their rewards are "
+        "learn online, by Q-learning, and in other worlds. Online Q-learning over tiles was tried first and did "
+        "worse than announced mistake; so both are fitted by least squares here, which tells what their rewards are "
         "worth and not how fast their learners are."
     )
     return Reading(agrees, " ".join(parts), why, table)
