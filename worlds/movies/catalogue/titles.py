@@ -133,14 +133,15 @@ class Titles:
         most = 2 if len(form) >= _LONG else 1
         forms, letters = self._about(form[0], max(len(form) - most, _SHORTEST), len(form) + most)
         # A typo takes at most one letter away and brings at most one: few forms are left to be compared.
-        left = np.flatnonzero(np.bitwise_count(letters ^ np.uint64(_letters(form))) <= 2 * most).tolist()
+        left = np.flatnonzero(np.bitwise_count(letters ^ _letters([form])) <= 2 * most).tolist()
         distances = [(OSA.distance(form, forms[i]), forms[i]) for i in left]
         return [each for each in distances if each[0] <= most]
 
     def _spelt(self, start: str, least: int, most: int) -> tuple[list[str], npt.NDArray[np.uint64]]:
         """The forms of titles that begin so, of so many characters, and the letters of each."""
-        forms = [form for length in range(least, most + 1) for form in self._by_start.get((start, length), ())]
-        return forms, np.array([_letters(form) for form in forms], np.uint64)
+        groups = [group for length in range(least, most + 1) if (group := self._by_start.get((start, length)))]
+        letters = [np.empty(0, np.uint64), *map(_letters, groups)]
+        return [form for group in groups for form in group], np.concatenate(letters)
 
 
 def _split(text: str) -> tuple[str, int | None]:
@@ -191,11 +192,10 @@ def _is_slip(said: str, form: str) -> bool:
     return _DOUBLED.sub(r"\1", word) == _DOUBLED.sub(r"\1", meant)
 
 
-def _letters(form: str) -> int:
-    """The set of letters as a number of 64 bits, where some letters share one."""
-    letters = 0
-    for letter in form:
-        letters |= 1 << (ord(letter) & 63)
+def _letters(forms: Sequence[str]) -> npt.NDArray[np.uint64]:
+    """The letters of each of some forms of one length, a number of 64 bits, where some letters share one."""
+    codes = np.array(forms).view(np.uint32).reshape(len(forms), -1)
+    letters: npt.NDArray[np.uint64] = np.bitwise_or.reduce(np.uint64(1) << (codes & 63).astype(np.uint64), axis=1)
     return letters
 
 
