@@ -8,6 +8,7 @@ import numpy as np
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.row import Reading, Row, Values, told
 from llf_teacher.studies.statistics import mean_interval, paired_difference
+from worlds.batches import Floats
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,20 +61,15 @@ def _setting(family: str, student: str, teacher: str) -> dict[str, str]:
 
 def read(values: Values) -> Reading:
     """Regret by teacher, and who is surely better under gold, surely worse under wrong feedback than under retry."""
+    within = f"solved within {', '.join(map(str, ATTEMPTS))}"
     table = [
-        [
-            "family",
-            "student",
-            *(f"{name}: regret" for name in TEACHERS),
-            *(f"gold: solved within {k}" for k in ATTEMPTS),
-        ]
+        ["family", "student", *(f"{name}: regret" for name in TEACHERS), *(f"{name}: {within}" for name in TEACHERS)]
     ]
     helped, harmed, fooled, moved = [], [], [], []
     reading = [pair for pair in _pairs() if pair[1] != "reward_only"]
     for family, student in _pairs():
         found = {name: values(**_setting(family, student, name)) for name in TEACHERS}
-        first = found["gold"][:, 1]
-        rates = [f"{np.mean((first > 0) & (first <= attempts)):.0%}" for attempts in ATTEMPTS]
+        rates = [_solved(each[:, 1]) for each in found.values()]
         table.append([family, student, *(told(mean_interval(each[:, 0])) for each in found.values()), *rates])
         retry = found["retry"][:, 0]
         if (family, student) in reading:
@@ -99,6 +95,11 @@ def read(values: Values) -> Reading:
         "told."
     )
     return Reading("yes" if helped and short else "no", ours, why, table)
+
+
+def _solved(first: Floats) -> str:
+    """The shares of seeds in which the first success came within so many turns; 0 is none."""
+    return ", ".join(f"{np.mean((first > 0) & (first <= attempts)):.0%}" for attempts in ATTEMPTS)
 
 
 def _ceiling(values: Values, family: str) -> float:
