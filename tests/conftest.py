@@ -4,10 +4,16 @@ import os
 
 import pytest
 from design import mark_sizes
+from hypothesis import HealthCheck, settings
 
 import llf_teacher
 
 os.environ.pop("ALFWORLD_DATA", None)  # so that games are generated, here and in other processes
+
+_patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # other work may slow a machine
+settings.register_profile("new", _patient)  # pytest --hypothesis-profile=new: other examples each time
+settings.register_profile("same", _patient, derandomize=True)
+settings.load_profile("same")
 
 
 @pytest.hookimpl(tryfirst=True)
