@@ -3,13 +3,14 @@
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Set
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, ClassVar, Generic
 
 import numpy as np
 
 from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, TruthT, WorldT
 from teachers.common import Reward
+from teachers.making import maker
 
 ALL_KINDS = frozenset(KINDS)
 ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
@@ -192,9 +193,18 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return false[rng.integers(len(false))] if false else None
 
 
-@lru_cache(maxsize=4096)
+_make_reward = maker(Reward)
+_rewards: dict[float, Reward] = {}
+_KEPT = 1024  # rewards, of worlds that pay the same ones again and again
+
+
 def _reward(reward: float) -> Reward:
-    return Reward(reward=reward)
+    claim = _rewards.get(reward)
+    if claim is None:
+        if len(_rewards) >= _KEPT:
+            _rewards.clear()
+        claim = _rewards[reward] = _make_reward(reward)
+    return claim
 
 
 def claims_of(module: str) -> tuple[type[Claim], ...]:

@@ -141,7 +141,7 @@ def _three_hump_camel_hessian(x1: float, x2: float) -> _Curvature:
     return 4 - 12.6 * x1**2 + 5 * x1**4, 1.0, 2.0
 
 
-def _constant(x1: float, x2: float, *, curvature: _Curvature) -> _Curvature:
+def _constant(curvature: _Curvature, x1: float, x2: float) -> _Curvature:
     return curvature
 
 
@@ -149,7 +149,7 @@ def _square(
     value: Value, gradient: Gradient, hessian: Gradient | _Curvature, low: float, high: float, *minimisers: Point
 ) -> Loss:
     if isinstance(hessian, tuple):
-        hessian = partial(_constant, curvature=hessian)
+        hessian = partial(_constant, hessian)
     return Loss(value, gradient, hessian, (low, low), (high, high), minimisers)
 
 

@@ -1,11 +1,12 @@
 """The oracle of losses: it knows their derivatives and where they are least, and tries out what it says."""
 
 import math
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Sequence, Set
 
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.making import maker
 from teachers.oracle import Oracle
 from teachers.oracles.optimization.checks import between, contains, corners_of, directions, moved_inside
 from teachers.oracles.optimization.claims import (
@@ -31,8 +32,7 @@ from worlds.optimization import TOLERANCE, Landscape, Optimization, Point, Truth
 
 def _differ(a: float, b: float) -> bool:
     """Whether two losses differ in the six digits that phrases tell."""
-    a, b, gap = abs(a), abs(b), abs(a - b)
-    return gap > 1e-5 * (a if a > b else b)
+    return not math.isclose(a, b, rel_tol=1e-5)
 
 
 def _newton(gradient: Sequence[float], hessian: Sequence[float]) -> Point:
@@ -40,9 +40,9 @@ def _newton(gradient: Sequence[float], hessian: Sequence[float]) -> Point:
     g1, g2 = gradient
     h11, h12, h22 = hessian
     mean, radius = (h11 + h22) / 2, math.hypot((h11 - h22) / 2, h12)
-    floor = 1e-3 * (abs(mean) + radius) + 1e-9
-    extra = max(0.0, floor - (mean - radius))
-    h11, h22 = h11 + extra, h22 + extra
+    lack = 1e-3 * (abs(mean) + radius) + 1e-9 - (mean - radius)
+    if lack > 0:
+        h11, h22 = h11 + lack, h22 + lack
     determinant = h11 * h22 - h12 * h12
     return (h12 * g2 - h22 * g1) / determinant, (h12 * g1 - h11 * g2) / determinant
 
@@ -59,6 +59,8 @@ CLOSE = 1e-6
 """What is no farther from a minimiser is not advised."""
 _TRIES = 3
 _PROPOSALS = Proposals()
+_fell, _rose, _helped, _hurt = maker(Fell), maker(Rose), maker(Helped), maker(Hurt)
+_step, _cross, _avoid = maker(Step), maker(Cross), maker(Avoid)
 
 
 class OptimizationOracle(Oracle[Truth, Optimization]):
@@ -75,6 +77,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         self._landscape = Landscape(self.lab.loss, truth.shift)
         self._minimisers = self._landscape.minimisers()
         self._minimum = self.lab.minimum
+        self._corners = corners_of(self.lab)
 
     @property
     def max_importance(self) -> float:  # type: ignore[override]
@@ -113,14 +116,16 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
             good.append(Reached(action=action, loss=after))
         elif _differ(before, after):
             if after < before:
-                good.append(Fell(action=action, before=before, after=after))
+                good.append(_fell(action, before, after))
             else:
-                bad.append(Rose(action=action, before=before, after=after))
+                bad.append(_rose(action, before, after))
         value, (end1, end2) = self._landscape.value, action
         for name, start, end, alone in (("x1", x1, end1, value(end1, x2)), ("x2", x2, end2, value(x1, end2))):
             if end != start and _differ(before, alone):
-                told, verdict = (good, Helped) if alone < before else (bad, Hurt)
-                told.append(verdict(name=name, start=start, end=end, before=before, after=alone))
+                if alone < before:
+                    good.append(_helped(name, start, end, before, alone))
+                else:
+                    bad.append(_hurt(name, start, end, before, alone))
         if HP in kinds:
             claims += good
         if HN in kinds:
@@ -137,13 +142,13 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
             good = self._step(truth)
             if FP in kinds and good:
                 point, loss = good
-                cls = Step if loss < y else Cross
-                claims.append(cls(action=point, ways=directions(x, point), now=y, loss=loss))
+                advise = _step if loss < y else _cross
+                claims.append(advise(point, directions(x, point), y, loss))
         if FN in kinds:
-            for point in self._warnings(x, good and good[0], moment.turn):
+            for point in self._suspects(x, good and good[0], moment.turn):
                 loss = self._landscape.value(*point)
                 if loss > y and _differ(loss, y):
-                    claims.append(Avoid(action=point, now=y, loss=loss))
+                    claims.append(_avoid(point, y, loss))
                     break
 
     def _step(self, truth: Truth) -> tuple[Point, float] | None:
@@ -181,13 +186,13 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
             minimiser = self._nearest(point)
         return point if math.dist(point, minimiser) > CLOSE and point != x else None
 
-    def _warnings(self, x: Point, good: Point | None, turn: int) -> Iterator[Point]:
+    def _suspects(self, x: Point, good: Point | None, turn: int) -> tuple[Point, ...]:
         """Points whose loss may be higher: opposite to the good one, and the corners."""
-        if good:
-            yield moved_inside(self.lab, (2 * x[0] - good[0], 2 * x[1] - good[1]))
-        corners = corners_of(self.lab)
-        for i in range(len(corners)):
-            yield corners[(turn + i) % len(corners)]
+        first = turn % len(self._corners)
+        corners = self._corners[first:] + self._corners[:first]
+        if good is None:
+            return corners
+        return moved_inside(self.lab, (2 * x[0] - good[0], 2 * x[1] - good[1])), *corners
 
     def _nearest(self, x: Point) -> Point:
         """The nearest point of least loss."""

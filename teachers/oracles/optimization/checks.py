@@ -66,7 +66,8 @@ def moved_inside(lab: Optimization, point: Point) -> Point:
     x1, x2 = float(f"{point[0]:.6g}") + 0.0, float(f"{point[1]:.6g}") + 0.0  # without a negative zero
     if low1 <= x1 <= high1 and low2 <= x2 <= high2:
         return x1, x2
-    return min(max(x1, low1), high1) + 0.0, min(max(x2, low2), high2) + 0.0
+    x1, x2 = low1 if x1 < low1 else min(x1, high1), low2 if x2 < low2 else min(x2, high2)
+    return x1 + 0.0, x2 + 0.0
 
 
 def corners_of(lab: Optimization) -> tuple[Point, ...]:
