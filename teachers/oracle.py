@@ -16,6 +16,9 @@ ALL_KINDS = frozenset(KINDS)
 ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
 """What an oracle may be able to do, and a personality may need; see `Oracle.abilities`."""
 
+_KEPT = 64  # rewards
+_reward = maker(Reward)
+
 
 class RefusalError(TypeError):
     """What an oracle raises that is asked for something that it does not know."""
@@ -43,6 +46,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
 
     def __init__(self, scratch: Callable[[], WorldT]) -> None:
         self._scratch = scratch
+        self._rewards: dict[float, Reward] = {}  # of a world that pays the same ones again and again
 
     @cached_property
     def lab(self) -> WorldT:
@@ -107,11 +111,19 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         claims: list[Claim] = []
         if moment.before is not None:
             if R in kinds:
-                claims.append(_reward(moment.reward + 0.0))  # -0.0 is 0.0: they share a place in the cache
+                reward = moment.reward + 0.0  # never -0.0
+                claims.append(self._rewards.get(reward) or self._told(reward))
             self._hindsight(claims, moment, kinds)
         if not moment.over:
             self._advice(claims, moment, kinds)
         return tuple(claims)
+
+    def _told(self, reward: float) -> Reward:
+        """The claim about a reward, which is kept if there are few."""
+        claim = _reward(reward)
+        if len(self._rewards) < _KEPT:
+            self._rewards[reward] = claim
+        return claim
 
     @abstractmethod
     def _basics(self, truth: TruthT) -> tuple[Claim, ...]:
@@ -191,20 +203,6 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         """A false claim in place of `claim`, checked to be false; None if there is no plausible one."""
         false = self.falsehoods(claim, moment)
         return false[rng.integers(len(false))] if false else None
-
-
-_make_reward = maker(Reward)
-_rewards: dict[float, Reward] = {}
-_KEPT = 1024  # rewards, of worlds that pay the same ones again and again
-
-
-def _reward(reward: float) -> Reward:
-    claim = _rewards.get(reward)
-    if claim is None:
-        if len(_rewards) >= _KEPT:
-            _rewards.clear()
-        claim = _rewards[reward] = _make_reward(reward)
-    return claim
 
 
 def claims_of(module: str) -> tuple[type[Claim], ...]:
