@@ -228,6 +228,9 @@ def _sums(parts: Iterable[int]) -> int:
     """Every sum of a number of each part, where parts and sums are bit masks."""
     totals = 1
     for counts in parts:
+        if not counts & counts - 1:  # as it mostly is, one number
+            totals *= counts
+            continue
         sums = 0
         while counts:
             least = counts & -counts
