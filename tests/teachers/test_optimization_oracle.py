@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.batches.optimization import six_digits
-from teachers.oracles.optimization import OptimizationOracle
+from teachers.oracles.optimization import OptimizationOracle, checks
 from teachers.oracles.optimization.claims import (
     Avoid,
     Cross,
@@ -171,7 +171,12 @@ def test_advice_for_a_loss_of_ones_own():
         assert moment.after.y - world.minimum <= TOLERANCE
 
 
-NUMBERS = st.floats(-1e6, 1e6) | st.integers(-(10**8), 10**8).map(lambda i: i / 1e7) | st.floats(-1e-20, 1e-20)
+NUMBERS = (
+    st.floats(-1e6, 1e6)
+    | st.floats(-100, 100)
+    | st.integers(-(10**8), 10**8).map(lambda i: i / 1e7)
+    | st.floats(-1e-20, 1e-20)
+)
 TIES = st.builds(lambda i, power: (i + 0.5) * 10.0**power, st.integers(100_000, 999_999), st.integers(-12, 3))
 
 
@@ -179,3 +184,4 @@ TIES = st.builds(lambda i, power: (i + 0.5) * 10.0**power, st.integers(100_000, 
 def test_six_digits_are_those_of_pythons_format(numbers):
     expected = [float(f"{number:.6g}") for number in numbers]
     assert six_digits(np.array(numbers, float)).tolist() == expected
+    assert list(map(checks.six_digits, map(float, numbers))) == expected

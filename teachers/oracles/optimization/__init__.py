@@ -78,6 +78,10 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         self._minimisers = self._landscape.minimisers()
         self._minimum = self.lab.minimum
         self._corners = corners_of(self.lab)
+        # More than rounding moves a point, or its distance from the minimiser that is then the nearest.
+        self._blur = (
+            2e-5 * max(abs(x) for x in (*self.lab.lows, *self.lab.highs)) if len(self._minimisers) == 1 else math.inf
+        )
 
     @property
     def max_importance(self) -> float:  # type: ignore[override]
@@ -179,9 +183,13 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
 
     def _short(self, x: Point, point: Point) -> Point | None:
         """The point, in the domain, or one that is no closer to a minimiser than a tenth of the way from `x`."""
-        point = moved_inside(self.lab, point)
-        minimiser = self._nearest(point)
-        if math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser):
+        minimiser = self._minimisers[0]
+        close = math.dist(point, minimiser) + self._blur < (1 - SHORT) * math.dist(x, minimiser)
+        if not close:  # or not for certain before it is rounded
+            point = moved_inside(self.lab, point)
+            minimiser = self._nearest(point)
+            close = math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser)
+        if close:
             point = moved_inside(self.lab, between(x, minimiser, SHORT))
             minimiser = self._nearest(point)
         return point if math.dist(point, minimiser) > CLOSE and point != x else None

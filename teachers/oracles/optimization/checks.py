@@ -63,11 +63,22 @@ def between(a: tuple[NumbersT, NumbersT], b: tuple[NumbersT, NumbersT], share: f
 def moved_inside(lab: Optimization, point: Point) -> Point:
     """The point with six significant digits, moved into the domain."""
     (low1, low2), (high1, high2) = lab.lows, lab.highs
-    x1, x2 = float(f"{point[0]:.6g}") + 0.0, float(f"{point[1]:.6g}") + 0.0  # without a negative zero
+    x1, x2 = six_digits(point[0]) + 0.0, six_digits(point[1]) + 0.0  # without a negative zero
     if low1 <= x1 <= high1 and low2 <= x2 <= high2:
         return x1, x2
     x1, x2 = low1 if x1 < low1 else min(x1, high1), low2 if x2 < low2 else min(x2, high2)
     return x1 + 0.0, x2 + 0.0
+
+
+def six_digits(x: float) -> float:
+    """`float(f"{x:.6g}")`, most often in half its time."""
+    if 1.0 <= abs(x) < 100.0:
+        scale = 1e5 if abs(x) < 10.0 else 1e4
+        scaled = x * scale
+        whole = round(scaled)
+        if abs(scaled - whole) < 0.49:  # else the product may have been rounded across the half
+            return whole / scale
+    return float(f"{x:.6g}")
 
 
 def corners_of(lab: Optimization) -> tuple[Point, ...]:
