@@ -1,9 +1,13 @@
 """The benchmark times every form on fresh work; how fast they are is not a matter of tests."""
 
+import gc
 import os
+import pickle
 import shutil
 import subprocess
 import sys
+from io import BytesIO
+from types import SimpleNamespace
 
 import pytest
 from documents import ROOT
@@ -13,7 +17,7 @@ from typer.testing import CliRunner
 from llf_teacher.cli import app
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools import benchmark
-from llf_teacher.tools.benchmark import measuring, sameness, tables
+from llf_teacher.tools.benchmark import measuring, player, sameness, tables
 from llf_teacher.tools.benchmark.measuring import Call, Measured, Player, Writer, measure, ratio
 from llf_teacher.tools.benchmark.player import FORMS, Times
 from pz_envs.family import all_families
@@ -140,6 +144,16 @@ def test_a_process_answers():
     steps, *_ = player.play([(0, [1, 2])])
     assert len(steps) == 2
     player.close()
+
+
+def test_what_a_block_leaves_behind_is_not_collected_in_the_next(monkeypatch):
+    monkeypatch.setitem(FORMS, "generations", lambda: gc.get_count())
+    monkeypatch.setattr(sys, "stdin", SimpleNamespace(buffer=BytesIO(pickle.dumps(("generations", ())))))
+    monkeypatch.setattr(sys, "stdout", SimpleNamespace(buffer=BytesIO()))
+    answers = sys.stdout.buffer
+    gc.collect(1)  # from which the next older generation counts one more
+    player.main()
+    assert pickle.loads(answers.getvalue())[2] == 0
 
 
 def test_what_is_no_installation_is_refused():
