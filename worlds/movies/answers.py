@@ -57,12 +57,12 @@ def _read(text: str) -> tuple[str, tuple[str, ...]] | None:
 
 def _title(entry: Any) -> str | None:
     """The title that an entry of an answer names, with the year if it gives one; None if it names none."""
-    year = None
-    if isinstance(entry, dict):
-        entry, year = entry.get("title"), entry.get("year")
-    if not isinstance(entry, str):
+    if isinstance(entry, str):
+        title = " ".join(entry.split())
+    elif isinstance(entry, dict) and isinstance(entry.get("title"), str):
+        title, year = " ".join(entry["title"].split()), entry.get("year")
+        if type(year) is int and 1000 <= year <= 9999 and f"({year})" not in title:
+            title = f"{title} ({year})"
+    else:
         return None
-    title = " ".join(entry.split())
-    if type(year) is int and 1000 <= year <= 9999 and f"({year})" not in title:
-        title = f"{title} ({year})"
     return title if 0 < len(title) <= MAX_TITLE and title.isprintable() else None

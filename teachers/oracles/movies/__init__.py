@@ -178,10 +178,11 @@ class MoviesOracle(Oracle[Truth, Movies]):
                 title = self._other_than({item.label for item in items if item})
                 claims.append(_recommend(titles, wrong[0] if wrong else 0, title))
         if FN in kinds:
-            bad = next((items[i].label for i in wrong if items[i] and items[i].named), None)  # type: ignore[union-attr]
-            if bad:
-                claims.append(AvoidTitle(title=bad))
-            elif self._traits:
+            for i in wrong:
+                if (item := items[i]) and item.named:
+                    claims.append(AvoidTitle(title=item.label))
+                    return
+            if self._traits:
                 attribute, trait = self._traits[moment.turn % len(self._traits)]
                 claims.append(AvoidTrait(attribute=attribute, trait=trait))
 
@@ -237,8 +238,10 @@ def _unclear(catalogue: Catalogue, place: int, said: str) -> Claim:
     if found:
         works = tuple([f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]])
         return Ambiguous(item=place, said=said, count=len(found), works=works)
-    near = next((each.label for each in map(catalogue.items.__getitem__, catalogue.near(said)) if each.named), None)
-    return SpeltLike(item=place, said=said, title=near) if near else NotInCatalogue(item=place, said=said)
+    for i in catalogue.near(said):
+        if (near := catalogue.items[i]).named:
+            return SpeltLike(item=place, said=said, title=near.label)
+    return NotInCatalogue(item=place, said=said)
 
 
 def _is_other(said: str, item: Item) -> bool:
