@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+import sys
 
 import numpy as np
 import pytest
@@ -114,6 +115,52 @@ def test_what_is_foreseen_is_what_comes(control):
         assert other.truth is begun
         world.advance(action)
         assert (hand, solved) == (world.truth.observation[:3], world.truth.solved)
+
+
+@pytest.mark.parametrize("task", EVERY_TASK)
+def test_a_trial_finds_the_same_success(task):
+    """Up to where the scripted policy solves the task, if it does, and with what it does not want."""
+    world, rng = MetaWorld(task), np.random.default_rng(4)
+    for seed in range(2):
+        world.reset(seed=seed)
+        for _ in range(30):
+            aim = world.script.aim(world.truth.observation)
+            wanted = world.legal([*aim.target, aim.grip])
+            other = world.legal(world.sample_action(rng))
+            for action in (other, wanted):
+                begun = world.truth
+                foreseen = world.foresee(begun, action)
+                world.advance(action)
+                assert foreseen == (world.truth.observation[:3], world.truth.solved)
+                if action is other:
+                    world.restore(begun)
+            if world.truth.solved:
+                break
+
+
+def calls(function, *args):
+    """How many functions are called."""
+    count = 0
+
+    def called(frame, event, of):
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(called)
+    try:
+        function(*args)
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+@pytest.mark.parametrize(("task", "most"), [("push-v3", 0.7), ("reach-v3", 0.85)])
+def test_a_trial_works_out_no_reward(task, most):
+    world = MetaWorld(task)
+    world.reset(seed=0)
+    action = (0.3, 0.6, 0.2, 0.0)
+    world.step(action)
+    assert calls(world.foresee, world.truth, action) < most * calls(world.advance, action)
 
 
 def test_worlds_of_a_task_do_not_disturb_each_other():
@@ -243,6 +290,14 @@ def test_the_script_needs_nothing_that_is_not_observed(task):
         assert aim == Script(task).aim(seen) == world.script.aim(seen)
         assert max(map(abs, aim.target)) <= 2
         world.step([*aim.target, aim.grip] if rng.random() < 0.7 else world.sample_action(rng))
+
+
+def test_what_a_script_was_asked_last_is_known_to_every_script_of_the_task(monkeypatch):
+    world = MetaWorld("reach-v3")
+    world.reset(seed=0)
+    aim = world.script.aim(world.truth.observation)
+    monkeypatch.delattr(Script, "command")
+    assert Script("reach-v3").aim(world.truth.observation) is aim
 
 
 def test_metaworlds_modules_stay_as_they_are():

@@ -2,23 +2,33 @@
 
 import math
 import sys
-import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 
+from worlds.metaworld.arithmetic import cheaper, rebound
 from worlds.metaworld.state import FloatArray
 
-_FLOATS = (float, np.float64)
 _RESTS = 4
 """States in which the hand is held that are remembered; those of a new simulator come again in each episode."""
-_LONG_TAIL = math.sqrt(1 / 0.1 - 1)
 
 
 def cheapened(base: type) -> type:
     """A subclass of a metaworld environment's class whose steps are cheaper."""
-    return type(base.__name__, (_Cheap, base), _rebound(base))
+    return type(base.__name__, (_Cheap, rebound(base, cheaper())), {})
+
+
+def tried(env: Any, base: type) -> Any:
+    """The same environment, whose steps tell of where the hand is and whether the task is solved, and of nothing else.
+
+    State and simulation are shared: what is asked of one happens to both.
+    """
+    cls: Any = type(base.__name__, (_Tried, rebound(base, cheaper() | _UNREWARDED)), {})
+    trial = cls.__new__(cls)
+    trial.__dict__ = env.__dict__
+    return trial
 
 
 class _Cheap:
@@ -54,10 +64,18 @@ class _Cheap:
             data.site("rightEndEffector").xpos,
             data.site("leftEndEffector").xpos,
         )
+        self._reins = (
+            data.mocap_pos[0],
+            data.mocap_quat[0],
+            data.ctrl,
+            self.mocap_low.tolist(),
+            self.mocap_high.tolist(),
+        )
         self._pads = data.geom("leftpad_geom").id, data.geom("rightpad_geom").id
         self._known: dict[str, FloatArray] = {}
         self._rests: dict[Any, FloatArray] = {}
         self._still = np.array([1.0, 0.0, 1.0, 0.0])
+        self._unseen = np.full(39, np.nan)
         space = self.sawyer_observation_space
         self._bounds = space.low, space.high
         self.max_path_length = sys.maxsize
@@ -65,7 +83,7 @@ class _Cheap:
     @property
     def tcp_center(self) -> FloatArray:
         """The middle of the two fingers."""
-        _, _, _, _, right, left = self._views
+        right, left = self._views[4:]
         middle: FloatArray = (right + left) / 2.0
         return middle
 
@@ -116,27 +134,43 @@ class _Cheap:
         metaworld._reset_hand(1)
 
     def _get_curr_obs_combined_no_goal(self) -> FloatArray:
-        _, hand, right, left, _, _ = self._views
+        hand = self._views[1]
         observation = np.zeros(18)
         observation[:3] = hand
-        apart = right - left
-        observation[3] = min(max(math.sqrt(apart.dot(apart)) / 0.1, 0.0), 1.0)
+        observation[3] = self._opening()
         positions, rotations = self._get_pos_objects(), self._get_quat_objects()
         observation[4:7], observation[7:11] = positions[:3], rotations[:4]
         if len(positions) > 3:
             observation[11:14], observation[14:18] = positions[3:], rotations[4:]
         return observation
 
+    def _opening(self) -> float:
+        """How far the gripper is open."""
+        right, left = self._views[2:4]
+        apart = right - left
+        return min(max(math.sqrt(apart.dot(apart)) / 0.1, 0.0), 1.0)
+
+    def _drive(self, action: FloatArray) -> None:
+        """What one low-level step does in MuJoCo."""
+        mujoco = self._views[0]
+        place, rotation, fingers, low, high = self._reins
+        x, y, z, grip = action.tolist()
+        at_x, at_y, at_z = place.tolist()
+        scale = self.action_scale
+        place[:] = (
+            min(max(at_x + x * scale, low[0]), high[0]),
+            min(max(at_y + y * scale, low[1]), high[1]),
+            min(max(at_z + z * scale, low[2]), high[2]),
+        )
+        rotation[:] = self._still
+        fingers[:] = grip, -grip
+        mujoco.mj_step(self.model, self.data, nstep=self.frame_skip)
+        mujoco.mj_forward(self.model, self.data)
+
     def step(self, action: FloatArray) -> tuple[FloatArray, Any, bool, bool, dict[str, Any]]:
         """One low-level step; the action has to lie in [-1, 1]."""
-        data, mujoco = self.data, self._views[0]
-        moved = data.mocap_pos[0] + action[:3] * self.action_scale
-        data.mocap_pos[0] = np.minimum(np.maximum(moved, self.mocap_low), self.mocap_high)
-        data.mocap_quat[0] = self._still
-        data.ctrl[0], data.ctrl[1] = action[3], -action[3]
-        mujoco.mj_step(self.model, data, nstep=self.frame_skip)
+        self._drive(action)
         self.curr_path_length += 1
-        mujoco.mj_forward(self.model, data)
         low, high = self._bounds
         current = self._get_curr_obs_combined_no_goal()
         observation = np.empty(39)
@@ -147,85 +181,36 @@ class _Cheap:
         return observation, reward, False, False, info
 
 
-def _rebound(base: type) -> dict[str, Any]:
-    """The methods of metaworld's classes that use scipy's rotations or metaworld's tolerances, with cheaper ones."""
-    from metaworld.utils import reward_utils
+class _Tried(_Cheap):
+    """Steps of which nobody asks for the reward, which makes up much of a step, nor for what takes no part in success.
 
-    cheap = {"Rotation": _Rotation, "reward_utils": _Tolerances(reward_utils)}
-    methods: dict[str, Any] = {}
-    for cls in reversed(base.__mro__):
-        for name, value in vars(cls).items():
-            methods.pop(name, None)
-            if isinstance(value, types.FunctionType) and cheap.keys() & set(value.__code__.co_names):
-                bound = types.FunctionType(
-                    value.__code__, value.__globals__ | cheap, name, value.__defaults__, value.__closure__
-                )
-                bound.__kwdefaults__ = value.__kwdefaults__
-                methods[name] = bound
-    return methods
+    Success follows from where hand and objects are; how these are turned counts for the reward alone.
+    """
 
+    def _gripper_caging_reward(self, *_: Any, **__: Any) -> float:
+        return 0.0
 
-class _Rotation:
-    """`scipy.spatial.transform.Rotation`, as far as metaworld's observations need it: a matrix to a quaternion."""
-
-    def __init__(self, quaternion: FloatArray) -> None:
-        self._quaternion = quaternion
-
-    @staticmethod
-    def from_matrix(matrix: FloatArray) -> Any:
-        """The arithmetic of scipy in scipy's order (Markley 2008); what is not quite a rotation is left to scipy."""
-        rows = (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
-        if not _is_rotation(rows):
-            from scipy.spatial.transform import Rotation
-
-            return Rotation.from_matrix(matrix)
-        trace = a + e + i
-        greatest = max(a, e, i, trace)
-        if greatest == a:
-            x, y, z, w = 1 - trace + 2 * a, d + b, g + c, h - f
-        elif greatest == e:
-            x, y, z, w = d + b, 1 - trace + 2 * e, h + f, c - g
-        elif greatest == i:
-            x, y, z, w = g + c, h + f, 1 - trace + 2 * i, d - b
-        else:
-            x, y, z, w = h - f, c - g, d - b, 1 + trace
-        norm = math.sqrt(x * x + y * y + z * z + w * w)
-        return _Rotation(np.array((x / norm, y / norm, z / norm, w / norm)))
-
-    def as_quat(self) -> FloatArray:
-        """x, y, z, w."""
-        return self._quaternion
+    def step(self, action: FloatArray) -> tuple[FloatArray, Any, bool, bool, dict[str, Any]]:
+        """One low-level step; what is not told is not a number."""
+        self._drive(action)
+        low, high = self._bounds
+        observation = self._unseen.copy()
+        observation[:3] = np.minimum(np.maximum(self._views[1], low[:3]), high[:3])
+        observation[3] = self._opening()
+        positions = self._get_pos_objects()
+        observation[4:7] = positions[:3]
+        if len(positions) > 3:
+            observation[11:14] = positions[3:]
+        _, info = self.evaluate_state(observation, action)
+        return observation, math.nan, False, False, info
 
 
-def _is_rotation(rows: Sequence[Sequence[float]]) -> bool:
-    """Whether scipy takes a matrix for a rotation, with a margin to its own test."""
-    (a, b, c), (d, e, f), (g, h, i) = rows
-    return (
-        max(abs(a * d + b * e + c * f), abs(a * g + b * h + c * i), abs(d * g + e * h + f * i)) < 1e-13
-        and max(abs(a * a + b * b + c * c - 1), abs(d * d + e * e + f * f - 1), abs(g * g + h * h + i * i - 1)) < 1e-6
-        and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.5
-    )
+def _nothing(*_: Any, **__: Any) -> float:
+    return 0.0
 
 
-class _Tolerances:
-    """`metaworld.utils.reward_utils` with a cheaper `tolerance` for the common case."""
-
-    def __init__(self, module: Any) -> None:
-        self._module = module
-        self.hamacher_product = module.hamacher_product
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._module, name)
-
-    def tolerance(
-        self, x: Any, bounds: Any = (0.0, 0.0), margin: Any = 0.0, sigmoid: str = "gaussian", **more: Any
-    ) -> Any:
-        """1 within the bounds, less outside; the same arithmetic on plain floats."""
-        low, high = bounds
-        if not (sigmoid == "long_tail" and margin > 0 and low <= high and type(x) in _FLOATS and not more):
-            return self._module.tolerance(x, bounds, margin, sigmoid, **more)
-        x = float(x)
-        if low <= x <= high:
-            return 1.0
-        distance = float((low - x if x < low else x - high) / margin) * _LONG_TAIL
-        return 1 / (distance**2 + 1)  # by pow, as NumPy does it with scalars
+_UNREWARDED: dict[str, Any] = {
+    "reward_utils": SimpleNamespace(tolerance=_nothing, hamacher_product=_nothing, rect_prism_tolerance=_nothing),
+    "tolerance": _nothing,
+}
+"""What rewards are made of, in place of metaworld's own."""

@@ -20,6 +20,12 @@ class Aim(NamedTuple):
     """-1 opens the gripper, 1 closes it; anything between does so with less force."""
 
 
+_Asked = tuple[tuple[float, ...], Aim]
+_NONE: _Asked = (), Aim((0.0, 0.0, 0.0), 0.0, 0.0)
+_LAST: dict[str, _Asked] = {}
+"""By task an observation and its aim: a world and the worlds in which it is thought about ask the same."""
+
+
 class Script:
     """metaworld's scripted policy of a task, asked for what it aims at instead of for a command."""
 
@@ -34,7 +40,6 @@ class Script:
         # A copy of the method that finds our `move` in place of metaworld's: nothing of metaworld is changed.
         self._act = types.FunctionType(act.__code__, act.__globals__ | {"move": self._move}, closure=act.__closure__)
         self._aimed: tuple[Any, float] = (None, 0.0)
-        self._last: tuple[tuple[float, ...], Aim] = (), Aim((0.0, 0.0, 0.0), 0.0, 0.0)  # an observation and its aim
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Script, (self._task,)
@@ -50,12 +55,12 @@ class Script:
         return command
 
     def aim(self, observation: tuple[float, ...]) -> Aim:
-        """What it aims at; asked of the same observation again, it remembers."""
-        known, aim = self._last
+        """What it aims at; of the observation that some script of the task was asked of last, it is remembered."""
+        known, aim = _LAST.get(self._task, _NONE)
         if known is not observation:
             grip = float(self.command(observation)[3])
             target, gain = self._aimed
             x, y, z = np.broadcast_to(target, (3,)).tolist()
             aim = Aim((x, y, z), float(gain), grip)
-            self._last = observation, aim
+            _LAST[self._task] = observation, aim
         return aim

@@ -142,7 +142,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         simulator, truth = self.simulator(), self._truth
         video: list[ImageArray] = []
         watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
-        observation, reward, solved = self._turn(simulator, truth, action, watch)
+        observation, reward, solved = self._turn(simulator.env, truth, action, watch)
         self._truth = simulator.truth(observation, truth.solved or solved)
         info: dict[str, Any] = {"success": self._truth.solved}
         if video:
@@ -151,12 +151,15 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
 
     def foresee(self, truth: Truth, action: Pose) -> tuple[tuple[float, float, float], bool]:
         """Where an action in some state would take the hand, and whether it would solve the task; nothing changes."""
-        seen, _, solved = self._turn(simulator_of(self.task).load(truth), truth, action, None)
+        simulator = simulator_of(self.task).load(truth)
+        # An event is found by the script, which has to see everything.
+        env = simulator.env if self._event else simulator.trial
+        seen, _, solved = self._turn(env, truth, action, None)
         x, y, z = seen[:3]
         return (x, y, z), truth.solved or solved
 
     def _turn(
-        self, simulator: Simulator, truth: Truth, action: Pose, watch: Callable[[FloatArray], None] | None
+        self, env: Any, truth: Truth, action: Pose, watch: Callable[[FloatArray], None] | None
     ) -> tuple[tuple[float, ...], float, bool]:
         """The low-level steps of a turn: the last observation, its reward, and whether one of them solved the task.
 
@@ -167,7 +170,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         """
         aim = self.script.aim(truth.observation)
         gain = aim.gain if self.options["gain"] is None else self.options["gain"]
-        target, step = self.target(truth, action), simulator.env.step
+        target, step = self.target(truth, action), env.step
         start = hand = truth.observation[:3]
         command = np.empty(4)
         command[3] = action[3]
