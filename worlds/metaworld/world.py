@@ -142,26 +142,32 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         simulator, truth = self.simulator(), self._truth
         video: list[ImageArray] = []
         watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
-        observation, reward, solved = self._turn(simulator.env, truth, action, watch)
-        self._truth = simulator.truth(observation, truth.solved or solved)
+        seen, command, solved = self._turn(simulator, simulator.env.move, truth, action, watch)
+        reward, _ = simulator.env.evaluate_state(seen, command)
+        self._truth = simulator.truth(tuple(seen.tolist()), truth.solved or solved)
         info: dict[str, Any] = {"success": self._truth.solved}
         if video:
             info["video"] = video
-        return self.observe(), reward, False, False, info
+        return self.observe(), float(reward), False, False, info
 
     def foresee(self, truth: Truth, action: Pose) -> tuple[tuple[float, float, float], bool]:
         """Where an action in some state would take the hand, and whether it would solve the task; nothing changes."""
         simulator = simulator_of(self.task).load(truth)
         # An event is found by the script, which has to see everything.
         env = simulator.env if self._event else simulator.trial
-        seen, _, solved = self._turn(env, truth, action, None)
-        x, y, z = seen[:3]
+        seen, _, solved = self._turn(simulator, env.move, truth, action, None)
+        x, y, z = seen[:3].tolist()
         return (x, y, z), truth.solved or solved
 
     def _turn(
-        self, env: Any, truth: Truth, action: Pose, watch: Callable[[FloatArray], None] | None
-    ) -> tuple[tuple[float, ...], float, bool]:
-        """The low-level steps of a turn: the last observation, its reward, and whether one of them solved the task.
+        self,
+        simulator: Simulator,
+        move: Callable[[FloatArray], FloatArray],
+        truth: Truth,
+        action: Pose,
+        watch: Callable[[FloatArray], None] | None,
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """The low-level steps of a turn: the last observation and command, and whether one of them solved the task.
 
         A turn ends with the step that solves the task. Else it has at least 3 steps, and ends when the hand has arrived
         or is more than 5 cm along an axis from where the turn began, or after 15 steps: one is asked again before the
@@ -170,23 +176,23 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         """
         aim = self.script.aim(truth.observation)
         gain = aim.gain if self.options["gain"] is None else self.options["gain"]
-        target, step = self.target(truth, action), env.step
+        target, solves = self.target(truth, action), simulator.trial.solves
         start = hand = truth.observation[:3]
         command = np.empty(4)
         command[3] = action[3]
         for count in range(1, self.longest + 1):
             for i in _AXES:
                 command[i] = min(max(gain * (target[i] - hand[i]), -1.0), 1.0)
-            seen, reward, _, _, info = step(command)
+            seen = move(command)
             hand = seen[:3].tolist()
             if watch:
                 watch(command)
-            solved = bool(info["success"])
+            solved = solves(seen, command)
             if solved and not truth.solved:
                 break
             if count >= SHORTEST and (_apart(target, hand) < ARRIVED or self._ends(aim, start, seen)):
                 break
-        return tuple(seen.tolist()), float(reward), solved
+        return seen, command, solved
 
     def _ends(self, aim: Aim, start: Sequence[float], seen: FloatArray) -> bool:
         """Whether a turn ends before the hand has arrived."""
