@@ -186,7 +186,7 @@ class _Cheap:
 class _Tried(_Cheap):
     """Steps of which nobody asks for the reward, which makes up much of a step, nor for what takes no part in success.
 
-    Success follows from where hand and objects are; how these are turned counts for the reward alone.
+    Success follows from where hand and objects are and from what is touched; how objects are turned counts for rewards.
     """
 
     def _gripper_caging_reward(self, *_: Any, **__: Any) -> float:
