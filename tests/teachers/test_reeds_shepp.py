@@ -4,20 +4,27 @@ import math
 
 import numpy as np
 
-from teachers.oracles.parking import driving
+from teachers.oracles.parking import driving, paths
 from teachers.oracles.parking.model import Ground
 from teachers.oracles.parking.paths import cheapest
-from teachers.oracles.parking.reeds_shepp import SHAPES, views, words
+from teachers.oracles.parking.reeds_shepp import PIECES, backwards, forwards, nearby, one_cusp, two_cusps
 
 GROUND = Ground((10.0, 14.0, math.pi / 2), 1.44, (), 34.5, 20.5)
 ENDS = ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.0, 4.0))
 
 
+def words(x, y, turn, most=math.inf):
+    """All that lead there."""
+    kinds = (forwards, backwards, one_cusp, two_cusps, nearby)
+    return [word for kind in kinds for word in kind(x, y, turn, math.sin(turn), math.cos(turn), most)]
+
+
 def drive(word):
     """Where a word leads from the origin."""
     x = y = heading = 0.0
-    _, pieces, lengths = word
-    for piece, length in zip(pieces, lengths, strict=True):
+    number, lengths = word
+    assert not any(lengths[len(PIECES[number]) :])
+    for piece, length in zip(PIECES[number], lengths, strict=False):
         side = {"L": 1, "R": -1, "S": 0}[piece]
         if side:
             turned = heading + side * length
@@ -33,29 +40,30 @@ def test_words_end_where_they_should():
     rng = np.random.default_rng(0)
     shapes = set()
     for x, y, turn in rng.uniform((-5, -5, -math.pi), (5, 5, math.pi), (500, 3)).tolist():
-        found = words(views(x, y, turn), SHAPES)
+        found = words(x, y, turn)
         assert found
+        assert len({number for number, _ in found}) == len(found)
         for word in found:
             end_x, end_y, heading = drive(word)
             assert math.hypot(end_x - x, end_y - y) < 1e-6
             assert abs(math.sin((heading - turn) / 2)) < 1e-6
-            shapes.add(word[1])
+            shapes.add(PIECES[word[0]])
     assert {"LSL", "LSR", "LRL", "LRLR", "LRSL", "LRSR", "LRSLR", "RSRL"} <= shapes
 
 
 def test_straight_ahead_and_straight_back_are_shortest():
     for x in (3.0, -3.0):
-        _, _, lengths = min(words(views(x, 0.0, 0.0), SHAPES), key=lambda word: sum(map(abs, word[2])))
+        _, lengths = min(words(x, 0.0, 0.0), key=lambda word: sum(map(abs, word[1])))
         assert sum(lengths) == x
 
 
 def test_words_are_left_out_only_if_they_are_too_long():
     rng = np.random.default_rng(1)
     for x, y, turn in rng.uniform((-5, -5, -math.pi), (5, 5, math.pi), (300, 3)).tolist():
-        every, most = words(views(x, y, turn), SHAPES), rng.uniform(1, 12)
-        some = words(views(x, y, turn), SHAPES, most)
+        every, most = words(x, y, turn), rng.uniform(1, 12)
+        some = words(x, y, turn, most)
         assert set(some) <= set(every)
-        assert all(sum(map(abs, lengths)) > most for *_, lengths in set(every) - set(some))
+        assert all(sum(map(abs, lengths)) > most for _, lengths in set(every) - set(some))
 
 
 def test_paths_come_by_their_cost_and_the_first_is_the_first_of_all():
@@ -68,3 +76,30 @@ def test_paths_come_by_their_cost_and_the_first_is_the_first_of_all():
         assert (first.cost, first.number) < order[0]
         assert order == sorted(order)
         assert len({path.number for path in (first, *rest)}) == 1 + len(rest)
+
+
+def test_few_paths_are_reckoned_up_before_the_first_is_known_and_not_all_before_the_second(monkeypatch):
+    """Words are dropped by their distances and headings: of some hundreds, few are made into paths."""
+    reckoned = []
+    cost = paths._cost
+
+    def count(target, lengths):
+        reckoned.append(target)
+        return cost(target, lengths)
+
+    monkeypatch.setattr(paths, "_cost", count)
+    rng = np.random.default_rng(3)
+    until = np.zeros(3)
+    for car in rng.uniform((-25, -12, -4, -6), (25, 12, 4, 6), (100, 4)).tolist():
+        found = cheapest(GROUND, list(driving._starts(GROUND, tuple(car))), ENDS)
+        reckoned.clear()
+        for number in range(2):
+            next(found)
+            until[number] += len(reckoned)
+        for _ in found:
+            pass
+        until[2] += len(reckoned)
+    first, second, every = until / 100
+    print(f"{first:.1f} paths before the first, {second:.1f} before the second, {every:.1f} before the last")
+    assert first < 12
+    assert second < every / 2

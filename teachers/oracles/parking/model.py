@@ -50,8 +50,9 @@ _MARGIN = 0.04  # m to keep from what may not be touched
 _REACH = _CORNER + _MARGIN
 
 
-def _pedal() -> tuple[float, ...]:
-    return tuple((-5 + (np.arange(-100, 101).astype(np.float32) / np.float32(100) + 1) * 10.0 / 2).tolist())
+def _gain() -> tuple[float, ...]:
+    pedal = -5 + (np.arange(-100, 101).astype(np.float32) / np.float32(100) + 1) * 10.0 / 2
+    return tuple([each * DT for each in pedal.tolist()])
 
 
 def _wheel() -> tuple[tuple[float, float], ...]:
@@ -62,8 +63,8 @@ def _wheel() -> tuple[tuple[float, float], ...]:
     return tuple(zip(slip.tolist(), np.sin(slip).tolist(), strict=True))
 
 
-_PEDAL = _pedal()
-"""Acceleration, in m/s2, by hundredths of an action, rounded as highway-env rounds actions of type float32."""
+_GAIN = _gain()
+"""Change of speed in a step, in m/s, by hundredths of an action, rounded as highway-env rounds float32."""
 _WHEEL = _wheel()
 """Slip angle in radians, with its sine, by hundredths of an action."""
 
@@ -89,11 +90,13 @@ def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> 
     With a caution of -1 it is None only if something is surely touched: the margin is the other way.
     """
     x, y, heading, speed = car
-    gain = _PEDAL[pedal + 100] * DT
+    gain = _GAIN[pedal + 100]
     slip, sine = _WHEEL[wheel + 100]
     near = None
-    reach = _REACH + 0.3 + 0.3 * abs(speed)  # more than the car, with its margin, needs in the whole action
-    if ground.parked or abs(x) + reach > ground.wall_x or abs(y) + reach > ground.wall_y:
+    # More than the car, with its margin, needs in the whole action.
+    reach = _REACH + 0.3 + 0.3 * (speed if speed > 0 else -speed)
+    across, along = ground.wall_x - reach, ground.wall_y - reach
+    if ground.parked or not (-across < x < across and -along < y < along):
         near = _near(ground, x, y, reach, reach)
     if near is None:
         for _ in _STEPS:

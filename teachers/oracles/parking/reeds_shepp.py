@@ -6,74 +6,181 @@ word is one of eight formulas, mirrored, reversed in time or read from its end. 
 is where headings grow.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import count, product
-from math import acos, asin, atan2, cos, hypot, inf, pi, sin, sqrt
-from typing import NamedTuple
+from collections.abc import Iterator
+from itertools import product
+from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt
 
 _TURN = 2 * pi
 _QUARTER = pi / 2
 _TINY = 1e-9
-_Lengths = tuple[float, ...] | None
+_SLACK = 1e-8  # for angles that are 0 but for rounding
+_BELOW = -1e-6  # the first arc to what lies so far on the other side is negative: nothing is a thousand radii away
+
+Lengths = tuple[float, float, float, float, float]
+"""Of the pieces of a word, negative if driven backwards; 0 where there is none."""
+Word = tuple[int, Lengths]
+"""A path: its place among all words, which says its `PIECES`, and their lengths."""
 
 
-Word = tuple[int, str, tuple[float, ...]]
-"""A path: its place among all words, its pieces, each L, R or S, and their lengths, negative if driven backwards."""
-View = tuple[float, float, float, float, float]
-"""A point, a heading, and the heading's sine and cosine: what formulas are given."""
+def _pieces() -> Iterator[str]:
+    for pieces, two_ways in (
+        ("LSL", False),
+        ("LSR", False),
+        ("LRL", True),
+        ("LRLR", False),
+        ("LRLR", False),
+        ("LRSL", True),
+        ("LRSR", True),
+        ("LRSLR", False),
+    ):
+        mirrored = pieces.translate(str.maketrans("LR", "RL"))
+        for back, _, shape in product((False, True)[: 1 + two_ways], (1, -1), (pieces, mirrored)):
+            yield shape[::-1] if back else shape
 
 
-class Shape(NamedTuple):
-    """A formula and the symmetry that is applied to it."""
-
-    number: int
-    formula: Callable[[float, float, float, float, float, float], _Lengths]
-    pieces: str
-    """Of the word that it gives."""
-    view: int
-    """Which of the `views` the formula is given."""
-    time: int
-    """-1 if the way is reversed in time."""
-    back: bool
-    """Whether it is read from its end."""
+PIECES = tuple(_pieces())
+"""Of every word, each L, R or S: by formula, read from its end or not, reversed in time or not, mirrored or not."""
+_EITHER_WAY = ((0, 1.0), (2, -1.0))  # what reversal in time adds to the number, and the sign of lengths
 
 
-def views(x: float, y: float, turn: float) -> list[View]:
-    """A point and heading as they are seen by each symmetry: back or not, reversed in time or not, mirrored or not.
+# Each of these gives words from the origin, where one looks along the x axis, to a point and heading; those that are
+# longer than `most` are left out. In the loops p and q lead from the middle of the first circle to that of the last,
+# seen as if the word began with an arc to the left: mirrored words have circles of their own, and words that are
+# reversed in time have the same with p the other way, so that they share a distance. How long the arcs are together, or
+# are at least, follows from the headings, before any of them is known.
 
-    Args:
-        x, y: the point, in turning radii, from an origin where one looks along the x axis.
-        turn: the heading there, in radians.
-    """
-    sine, cosine = sin(turn), cos(turn)
+
+def forwards(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
+    """An arc, a line and an arc."""
+    return _in_one_direction(x, y, turn, sine, cosine, most, 1.0)
+
+
+def backwards(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
+    """The same backwards."""
+    return _in_one_direction(x, y, turn, sine, cosine, most, -1.0)
+
+
+def _in_one_direction(
+    x: float, y: float, turn: float, sine: float, cosine: float, most: float, way: float
+) -> list[Word]:
+    found: list[Word] = []
+    after = 2 if way < 0 else 0
+    x, turn, sine = way * x, way * turn, way * sine
+    for number, p, q, bend in ((0, x - sine, y - 1 + cosine, turn), (1, x + sine, -y - 1 + cosine, -turn)):
+        if q >= _BELOW and (straight := hypot(p, q)) + (bend + _SLACK) % _TURN <= most:
+            first = atan2(q, p)
+            last = (bend - first + pi) % _TURN - pi
+            if first >= -_TINY and last >= -_TINY:
+                found.append((number + after, (way * first, way * straight, way * last, 0.0, 0.0)))
+    for number, p, q, bend in ((4, x + sine, y - 1 - cosine, turn), (5, x - sine, -y - 1 - cosine, -turn)):
+        square = p * p + q * q - 4
+        if square >= 0 and (straight := sqrt(square)) + abs((bend + pi) % _TURN - pi) <= most:
+            first = (atan2(q, p) + atan2(2, straight) + pi) % _TURN - pi
+            if first >= -_TINY:
+                last = (first - bend + pi) % _TURN - pi
+                if last >= -_TINY and first + straight + last <= most:
+                    found.append((number + after, (way * first, way * straight, way * last, 0.0, 0.0)))
+    return found
+
+
+def one_cusp(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
+    """An arc, a quarter turn the other way, a line and an arc; or the same from the end."""
+    found: list[Word] = []
     back_x, back_y = x * cosine + y * sine, x * sine - y * cosine
-    return [
-        (x, y, turn, sine, cosine),
-        (x, -y, -turn, -sine, cosine),
-        (-x, y, -turn, -sine, cosine),
-        (-x, -y, turn, sine, cosine),
-        (back_x, back_y, turn, sine, cosine),
-        (back_x, -back_y, -turn, -sine, cosine),
-        (-back_x, back_y, -turn, -sine, cosine),
-        (-back_x, -back_y, turn, sine, cosine),
-    ]
+    for number, p, q, bend in (
+        (24, x - sine, y - 1 + cosine, turn),
+        (25, x + sine, -y - 1 + cosine, -turn),
+        (28, back_x - sine, back_y - 1 + cosine, turn),
+        (29, back_x + sine, -back_y - 1 + cosine, -turn),
+    ):
+        square = p * p + q * q - 4
+        if square >= 4 and (root := sqrt(square)) + (_QUARTER - 2) <= most:
+            for after, way in _EITHER_WAY:
+                left = (way * bend - _QUARTER + pi) % _TURN - pi
+                if abs(left) + root + (_QUARTER - 2) <= most:
+                    first = (atan2(q, way * p) + atan2(root, -2) + pi) % _TURN - pi
+                    last = (way * bend - _QUARTER - first + pi) % _TURN - pi
+                    if first >= -_TINY and last <= _TINY and first + _QUARTER + root - 2 - last <= most:
+                        found.append(_word(number + after, number >= 28, way, first, -_QUARTER, 2 - root, last))
+    for number, p, q, bend in (
+        (32, x + sine, y - 1 - cosine, turn),
+        (33, x - sine, -y - 1 - cosine, -turn),
+        (36, back_x + sine, back_y - 1 - cosine, turn),
+        (37, back_x - sine, -back_y - 1 - cosine, -turn),
+    ):
+        distance = hypot(p, q)
+        if distance >= 2 and distance + (_QUARTER - 2) <= most:
+            for after, way in _EITHER_WAY:
+                if way * p >= _BELOW and (way * bend - _QUARTER + _SLACK) % _TURN + distance + (_QUARTER - 2) <= most:
+                    first = atan2(way * p, -q)
+                    last = (first + _QUARTER - way * bend + pi) % _TURN - pi
+                    if first >= -_TINY and last <= _TINY:
+                        found.append(_word(number + after, number >= 36, way, first, -_QUARTER, 2 - distance, last))
+    return found
 
 
-def words(seen: Sequence[View], shapes: Sequence[Shape], most: float = inf) -> list[Word]:
-    """The words that lead from the origin, looking along the x axis, to a point and heading.
+def two_cusps(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
+    """An arc, a quarter turn the other way, a line, a quarter turn, and an arc the first way."""
+    found: list[Word] = []
+    for number, p, q, bend in ((40, x + sine, y - 1 - cosine, turn), (41, x - sine, -y - 1 - cosine, -turn)):
+        square = p * p + q * q - 4
+        if square >= 0 and (straight := 4 - sqrt(square)) <= _TINY and pi - straight <= most:
+            for after, way in _EITHER_WAY:
+                first = wrapped(atan2((4 - straight) * way * p - 2 * q, -2 * way * p + (straight - 4) * q))
+                last = wrapped(first - way * bend)
+                if first >= -_TINY and last >= -_TINY and first + pi - straight + last <= most:
+                    lengths = way * first, way * -_QUARTER, way * straight, way * -_QUARTER, way * last
+                    found.append((number + after, lengths))
+    return found
 
-    Args:
-        seen: the `views` of the point and heading.
-        shapes: which words.
-        most: words of a greater length may be left out.
-    """
-    found = []
-    for number, formula, pieces, view, time, back in shapes:
-        lengths = formula(*seen[view], most)
-        if lengths is not None:
-            if time == -1:
-                lengths = tuple([-each for each in lengths])
-            found.append((number, pieces, lengths[::-1] if back else lengths))
+
+NEAR = 6.5
+"""Nothing that is farther away, in turning radii, is reached by those `nearby`."""
+
+
+def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
+    """Arcs alone, with a change of direction at least."""
+    found: list[Word] = []
+    back_x, back_y = x * cosine + y * sine, x * sine - y * cosine
+    for number, p, q, bend in (
+        (8, x - sine, y - 1 + cosine, turn),
+        (9, x + sine, -y - 1 + cosine, -turn),
+        (12, back_x - sine, back_y - 1 + cosine, turn),
+        (13, back_x + sine, -back_y - 1 + cosine, -turn),
+    ):
+        distance = hypot(p, q)
+        if distance <= 4 and (middle := 2 * asin(distance / 4)) <= most:
+            for after, way in _EITHER_WAY:
+                around = (way * bend + _SLACK) % _TURN
+                if around <= most or 2 * middle + _TURN - around <= most:
+                    first = (atan2(q, way * p) - middle / 2 + pi + pi) % _TURN - pi
+                    last = (way * bend - first - middle + pi) % _TURN - pi
+                    if first >= -_TINY and first + middle + abs(last) <= most:
+                        a, b = (last, first) if number >= 12 else (first, last)
+                        found.append((number + after, (way * a, way * -middle, way * b, 0.0, 0.0)))
+    for number, p, q, bend in ((16, x + sine, y - 1 - cosine, turn), (17, x - sine, -y - 1 - cosine, -turn)):
+        distance = hypot(p, q)
+        if distance <= 2:
+            u = acos((2 + distance) / 4)
+            if 2 * u <= most:
+                twice = wrapped(u + u)
+                a, b = sin(u) - sin(twice), cos(u) - cos(twice) - 1
+                for after, way in _EITHER_WAY:
+                    if (way * bend + 2 * u + _SLACK) % _TURN + 2 * u <= most:
+                        first = wrapped(atan2(q * a - way * p * b, way * p * a + q * b))
+                        last = wrapped(first - u - u - way * bend)
+                        if first >= -_TINY and last <= _TINY:
+                            found.append(_word(number + after, False, way, first, u, -u, last))
+        share = (20 - p * p - q * q) / 16
+        if 0 <= share <= 1:
+            u = -acos(share)
+            if abs((bend + pi) % _TURN - pi) - 2 * u <= most:
+                a, b = sin(u), cos(u) - 1 - 1
+                for after, way in _EITHER_WAY:
+                    first = wrapped(atan2(q * a - way * p * b, way * p * a + q * b))
+                    last = wrapped(first - u + u - way * bend)
+                    if first >= -_TINY and last >= -_TINY and first - 2 * u + last <= most:
+                        found.append(_word(number + 4 + after, False, way, first, u, u, last))
     return found
 
 
@@ -82,145 +189,8 @@ def wrapped(angle: float) -> float:
     return (angle + pi) % _TURN - pi
 
 
-# Each formula is given a view and the most that the lengths may come to; it gives None where there is no such word,
-# perhaps also where it would be longer.
-
-
-def _lsl(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x - sine, y - 1 + cosine
-    first, straight = atan2(y, x), hypot(x, y)
-    if first < -_TINY or first + straight > most:
-        return None
-    last = (turn - first + pi) % _TURN - pi
-    return (first, straight, last) if last >= -_TINY else None
-
-
-def _lsr(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x + sine, y - 1 - cosine
-    square = x * x + y * y - 4
-    if square < 0:
-        return None
-    straight = sqrt(square)
-    first = (atan2(y, x) + atan2(2, straight) + pi) % _TURN - pi
-    if first < -_TINY or first + straight > most:
-        return None
-    last = (first - turn + pi) % _TURN - pi
-    return (first, straight, last) if last >= -_TINY else None
-
-
-def _lrl(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x - sine, y - 1 + cosine
-    distance = hypot(x, y)
-    if distance > 4:
-        return None
-    middle = -2 * asin(distance / 4)
-    first = (atan2(y, x) + middle / 2 + pi + pi) % _TURN - pi
-    if first < -_TINY or first - middle > most:
-        return None
-    return first, middle, wrapped(turn - first + middle)
-
-
-def _ends(u: float, v: float, x: float, y: float, turn: float) -> tuple[float, float]:
-    """The outer arcs of a path of four arcs."""
-    delta = wrapped(u - v)
-    a, b = sin(u) - sin(delta), cos(u) - cos(delta) - 1
-    first = atan2(y * a - x * b, x * a + y * b)
-    if 2 * (cos(delta) - cos(v) - cos(u)) + 3 < 0:
-        first += pi
-    first = wrapped(first)
-    return first, wrapped(first - u + v - turn)
-
-
-def _lrlr_cusp_last(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x + sine, y - 1 - cosine
-    share = (2 + hypot(x, y)) / 4
-    if share > 1:
-        return None
-    u = acos(share)
-    if 2 * u > most:
-        return None
-    first, last = _ends(u, -u, x, y, turn)
-    return (first, u, -u, last) if first >= -_TINY and last <= _TINY else None
-
-
-def _lrlr_cusps_outside(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x + sine, y - 1 - cosine
-    share = (20 - x * x - y * y) / 16
-    if not 0 <= share <= 1:
-        return None
-    u = -acos(share)
-    if -2 * u > most:
-        return None
-    first, last = _ends(u, u, x, y, turn)
-    return (first, u, u, last) if first >= -_TINY and last >= -_TINY else None
-
-
-def _lrsl(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x - sine, y - 1 + cosine
-    square = x * x + y * y - 4
-    if square < 4:
-        return None
-    root = sqrt(square)
-    first = (atan2(y, x) + atan2(root, -2) + pi) % _TURN - pi
-    if first < -_TINY or first + _QUARTER + root - 2 > most:
-        return None
-    last = (turn - _QUARTER - first + pi) % _TURN - pi
-    return (first, -_QUARTER, 2 - root, last) if last <= _TINY else None
-
-
-def _lrsr(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x + sine, y - 1 - cosine
-    distance, first = hypot(x, y), atan2(x, -y)
-    if distance < 2 or first < -_TINY or first + _QUARTER + distance - 2 > most:
-        return None
-    last = (first + _QUARTER - turn + pi) % _TURN - pi
-    return (first, -_QUARTER, 2 - distance, last) if last <= _TINY else None
-
-
-def _lrslr(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> _Lengths:
-    x, y = x + sine, y - 1 - cosine
-    square = x * x + y * y - 4
-    if square < 0:
-        return None
-    straight = 4 - sqrt(square)
-    if straight > _TINY or -straight > most:
-        return None
-    first = wrapped(atan2((4 - straight) * x - 2 * y, -2 * x + (straight - 4) * y))
-    last = wrapped(first - turn)
-    return (first, -_QUARTER, straight, -_QUARTER, last) if first >= -_TINY and last >= -_TINY else None
-
-
-def _shapes() -> Iterator[Shape]:
-    """Every formula with its symmetries; those that are the same word again are left out."""
-    number = count()
-    for formula, pieces, two_ways in (
-        (_lsl, "LSL", False),
-        (_lsr, "LSR", False),
-        (_lrl, "LRL", True),
-        (_lrlr_cusp_last, "LRLR", False),
-        (_lrlr_cusps_outside, "LRLR", False),
-        (_lrsl, "LRSL", True),
-        (_lrsr, "LRSR", True),
-        (_lrslr, "LRSLR", False),
-    ):
-        mirrored = pieces.translate(str.maketrans("LR", "RL"))
-        for back in (False, True) if two_ways else (False,):
-            for view, (time, side) in enumerate(product((1, -1), (1, -1)), 4 * back):
-                shape = pieces if side == 1 else mirrored
-                yield Shape(next(number), formula, shape[::-1] if back else shape, view, time, back)
-
-
-SHAPES = tuple(_shapes())
-"""All of them, in the order of their numbers."""
-FORWARDS = tuple(shape for shape in SHAPES if shape.formula in {_lsl, _lsr} and shape.time == 1)
-"""Without a change of direction, forwards."""
-BACKWARDS = tuple(shape for shape in SHAPES if shape.formula in {_lsl, _lsr} and shape.time == -1)
-"""Without a change of direction, backwards."""
-ONE_CUSP = tuple(shape for shape in SHAPES if shape.formula in {_lrsl, _lrsr})
-"""With one change of direction and a quarter turn."""
-TWO_CUSPS = tuple(shape for shape in SHAPES if shape.formula is _lrslr)
-"""With two changes of direction and two quarter turns."""
-NEARBY = tuple(shape for shape in SHAPES if shape.formula in {_lrl, _lrlr_cusp_last, _lrlr_cusps_outside})
-"""Arcs alone, with a change of direction at least."""
-NEAR = 6.5
-"""Nothing that is farther away, in turning radii, is reached by those of `NEARBY`."""
+def _word(number: int, back: bool, way: float, a: float, b: float, c: float, d: float) -> Word:
+    """One of four pieces, perhaps read from its end or reversed in time."""
+    if back:
+        return number, (way * d, way * c, way * b, way * a, 0.0)
+    return number, (way * a, way * b, way * c, way * d, 0.0)
