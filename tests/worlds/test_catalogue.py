@@ -244,6 +244,12 @@ def test_odd_titles_fold_to_something(text):
     assert isinstance(load_catalogue().find(text), tuple)
 
 
+def test_a_title_folds_the_same_beside_other_alphabets():
+    """Texts of ASCII are folded by a table, others by an expression."""
+    for title in (f"Up{chr(i)}on" for i in range(128)):
+        assert fold(f"{title} \u0436") == f"{fold(title)} \u0436"
+
+
 def test_copies_share_the_catalogue():
     catalogue = load_catalogue()
     assert copy.deepcopy(catalogue) is pickle.loads(pickle.dumps(catalogue)) is load_catalogue() is catalogue
