@@ -26,7 +26,7 @@ def benchmark(
 ) -> None:
     """Time fresh work: steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe.
 
-    With --against, exit status 1 where the lower end of a ratio's 95 % interval is above 1.25.
+    With --against, exit status 1 where the lower end of a ratio's 95 % interval is above 1.25, twice in succession.
     """
     from rich.console import Console
     from rich.table import Table

@@ -36,6 +36,8 @@ class Compared(NamedTuple):
 def compare(families: Sequence[Family], other: str, progress: Progress) -> Iterator[Compared]:
     """Steps of the families, with and without feedback, here and in another installation.
 
+    What seems slower is played once more: intervals do not know that one process may be slower than its twin.
+
     Args:
         families: of which the first environment is played, random actions and advised ones.
         other: a folder that holds the packages, or a revision of the repository in which they lie.
@@ -52,8 +54,13 @@ def compare(families: Sequence[Family], other: str, progress: Progress) -> Itera
                 for work, feedback_type in _CALLS.items():
                     progress(f"{id}, {name} actions, {work}")
                     call = Call("student", (id, feedback_type))
-                    found = measure({"here": (call, None), "there": (call, tree)}, {"here": blocks, "there": blocks})
-                    yield Compared(id, f"{name} actions, {work}", ratio(found["here"], found["there"]))
+                    calls = {"here": (call, None), "there": (call, tree)}
+                    for _ in range(2):  # in new processes each time
+                        found = measure(calls, {"here": blocks, "there": blocks})
+                        compared = Compared(id, f"{name} actions, {work}", ratio(found["here"], found["there"]))
+                        if not compared.slower:
+                            break
+                    yield compared
 
 
 @contextmanager
