@@ -17,7 +17,6 @@ from teachers.atoms import (
     opposed,
     slot,
 )
-from teachers.making import maker
 from teachers.oracles.poem import checks
 from worlds.poem import HAIKU, TANKA, Poem, Truth, compose, lines_of
 
@@ -397,7 +396,4 @@ def _miscounted(lines: Sequence[str], line: int, syllables: int) -> tuple[Write,
 def write_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
     """Advice to put a line of `number` syllables at a place where `syllables` are required."""
     action = "\n".join((*lines[: line - 1], compose(number, line), *lines[line:]))
-    return _write(action, line, syllables)
-
-
-_write = maker(Write)
+    return Write(action=action, line=line, syllables=syllables)

@@ -1,0 +1,70 @@
+"""Meta-World's trials: what is foreseen is what comes, for less work."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from worlds.metaworld import TASKS, MetaWorld
+
+SAMPLE = ("bin-picking-v3", "door-lock-v3", "drawer-open-v3", "pick-place-v3", "stick-push-v3")
+EVERY_TASK = [pytest.param(task, marks=() if task in SAMPLE else pytest.mark.full) for task in TASKS]
+
+
+@pytest.mark.parametrize("task", EVERY_TASK)
+def test_a_trial_finds_the_same_success(task):
+    """Up to where the scripted policy solves the task, if it does, and with what it does not want."""
+    world, rng = MetaWorld(task), np.random.default_rng(4)
+    for seed in range(2):
+        world.reset(seed=seed)
+        for _ in range(30):
+            aim = world.script.aim(world.truth.observation)
+            wanted = world.legal([*aim.target, aim.grip])
+            other = world.legal(world.sample_action(rng))
+            for action in (other, wanted):
+                begun = world.truth
+                foreseen = world.foresee(begun, action)
+                world.advance(action)
+                assert foreseen == (world.truth.observation[:3], world.truth.solved)
+                if action is other:
+                    world.restore(begun)
+            if world.truth.solved:
+                break
+
+
+def calls(function, *args):
+    """How many functions are called."""
+    count = 0
+
+    def called(frame, event, of):
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(called)
+    try:
+        function(*args)
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+@pytest.mark.parametrize(("task", "most"), [("push-v3", 0.85), ("reach-v3", 0.85)])
+def test_a_trial_observes_no_more_than_it_needs(task, most):
+    world = MetaWorld(task)
+    world.reset(seed=0)
+    action = (0.3, 0.6, 0.2, 0.0)
+    world.step(action)
+    assert calls(world.foresee, world.truth, action) < most * calls(world.advance, action)
+
+
+def test_rewards_are_worked_out_once_a_turn(monkeypatch):
+    world, rewarded = MetaWorld("push-v3"), []
+    world.reset(seed=0)
+    env = type(world.simulator().env)
+    evaluate = env.evaluate_state
+    monkeypatch.setattr(env, "evaluate_state", lambda *args: rewarded.append(args) or evaluate(*args))
+    world.foresee(world.truth, (0.3, 0.6, 0.2, 0.0))
+    assert not rewarded
+    _, reward, *_ = world.step([0.3, 0.6, 0.2, 0.0])
+    assert len(rewarded) == 1
+    assert reward == evaluate(*rewarded[0])[0]
