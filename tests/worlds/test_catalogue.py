@@ -17,8 +17,8 @@ from worlds.movies.catalogue.titles import Titles, fold
 FILMS, SHOWS = CERTIFICATES[:5], CERTIFICATES[5:]
 
 
-def found(text, catalogue=None):
-    catalogue = catalogue or load_catalogue()
+def found(text):
+    catalogue = load_catalogue()
     return [catalogue.items[i].label for i in catalogue.find(text)]
 
 
