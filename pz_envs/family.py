@@ -69,6 +69,8 @@ class Family(Subject):
     """Whether success ends nothing: a one-step problem without state, asked again and again."""
     slow: bool = False
     """Whether the simulator is so slow that what is done with every family should be done less with this one."""
+    compiled: bool = False
+    """Whether the extra `fast` makes its teacher faster."""
     sampled: tuple[str, ...] = ()
     """The environments of which there are golden transcripts, and which the default tests play; none stands for all."""
     rules: int = 1

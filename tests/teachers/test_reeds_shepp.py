@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from teachers.oracles.parking import driving, paths
-from teachers.oracles.parking.model import Ground
-from teachers.oracles.parking.paths import cheapest
+from teachers.oracles.parking.model import Ground, brake
+from teachers.oracles.parking.paths import cheapest, targets
 from teachers.oracles.parking.reeds_shepp import PIECES, backwards, forwards, nearby, one_cusp, two_cusps
 
 GROUND = Ground((10.0, 14.0, math.pi / 2), 1.44, (), 34.5, 20.5)
@@ -66,16 +66,25 @@ def test_words_are_left_out_only_if_they_are_too_long():
         assert all(sum(map(abs, lengths)) > most for _, lengths in set(every) - set(some))
 
 
-def test_paths_come_by_their_cost_and_the_first_is_the_first_of_all():
+def starts(car):
+    """Where paths may begin: there, and after braking."""
+    stops = [brake(GROUND, car, wheel) for wheel in (0, 100, -100)]
+    return [(0, car), *[(len(actions), there) for stopped, actions, there in stops if stopped]]
+
+
+def test_paths_come_by_their_cost_and_the_cheapest_is_the_first_of_all():
     """Most words are not computed before the first is known; from anywhere, at any speed, after braking, too."""
     rng = np.random.default_rng(2)
     for car in rng.uniform((-25, -12, -4, -6), (25, 12, 4, 6), (400, 4)).tolist():
-        starts = list(driving._starts(GROUND, tuple(car)))
-        first, *rest = cheapest(GROUND, starts, ENDS)
-        order = [(path.cost, path.number) for path in rest]
-        assert (first.cost, first.number) < order[0]
+        places = targets(GROUND, starts(tuple(car)), ENDS)
+        every = paths.paths(places, math.inf)
+        order = [(path.cost, path.number) for path in every]
         assert order == sorted(order)
-        assert len({path.number for path in (first, *rest)}) == 1 + len(rest)
+        assert len({path.number for path in every}) == len(every)
+        assert cheapest(places) == every[:1]
+        most = every[len(every) // 2].cost
+        assert paths.paths(places, most) == [path for path in every if path.cost <= most]
+    assert cheapest([]) == []
 
 
 def test_few_paths_are_reckoned_up_before_the_first_is_known_and_not_all_before_the_second(monkeypatch):
@@ -91,14 +100,13 @@ def test_few_paths_are_reckoned_up_before_the_first_is_known_and_not_all_before_
     rng = np.random.default_rng(3)
     until = np.zeros(3)
     for car in rng.uniform((-25, -12, -4, -6), (25, 12, 4, 6), (100, 4)).tolist():
-        found = cheapest(GROUND, list(driving._starts(GROUND, tuple(car))), ENDS)
+        places = targets(GROUND, starts(tuple(car)), ENDS)
         reckoned.clear()
-        for number in range(2):
-            next(found)
+        (best,) = cheapest(places)
+        until[0] += len(reckoned)
+        for number, dearer in ((1, driving._DEARER), (2, math.inf)):
+            paths.paths(places, best.cost + dearer)
             until[number] += len(reckoned)
-        for _ in found:
-            pass
-        until[2] += len(reckoned)
     first, second, every = until / 100
     print(f"{first:.1f} paths before the first, {second:.1f} before the second, {every:.1f} before the last")
     assert first < 12

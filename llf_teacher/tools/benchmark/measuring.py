@@ -30,6 +30,8 @@ class Call(NamedTuple):
 
     form: str
     arguments: tuple[Any, ...] = ()
+    compiled: bool = False
+    """Whether by the extra `fast`, where that can be; all else is measured without it."""
 
 
 class Player:
@@ -37,7 +39,7 @@ class Player:
 
     def __init__(self, call: Call, tree: Path | None = None) -> None:
         """Begin the process; with `tree`, that of the packages in a folder, in place of those that run now."""
-        environment = dict(os.environ)
+        environment = os.environ | {"NUMBA_DISABLE_JIT": str(int(not call.compiled))}
         if tree is not None:
             environment["PYTHONPATH"] = str(tree)
         self._call = call

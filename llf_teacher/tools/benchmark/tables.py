@@ -4,6 +4,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from itertools import chain
 from statistics import median
 
@@ -51,26 +52,25 @@ def _tries(steps: int) -> list[list[Script]]:
 def steps(families: Sequence[Family], progress: Progress) -> Table:
     """Steps of `make(...)` with all feedback and with none, beside FrozenLake's; ratios are of time on the processor.
 
-    `teaching` is the share of a step with all feedback that one without does not take.
+    `teaching` is the share of a step with all feedback that one without does not take. `fast` is a step with all
+    feedback and the extra `fast`, beside FrozenLake's, where it is installed and there is something that it compiles.
     """
     table = _table(
         "Steps, all feedback",
         ("environment", "actions"),
-        "CPU us", "wall us", "median", "99 %", "/ FrozenLake", "silent / FrozenLake", "teaching", "reset us", "peak MB",
+        "CPU us", "wall us", "median", "99 %",
+        "/ FrozenLake", "fast", "silent / FrozenLake", "teaching", "reset us", "peak MB",
     )  # fmt: skip
     for family in families:
         id = PREFIX + family.showcase[0]
         for name, student in STUDENTS.items():
             progress(f"{id}, {name} actions")
             blocks = blocks_of(id, student, steps_of(family))
-            found = measure(
-                {
-                    "lake": (Call("lake"), None),
-                    "all": (Call("student", (id, "a")), None),
-                    "none": (Call("student", (id, "n")), None),
-                },
-                {"lake": _tries(_STEPS), "all": blocks, "none": blocks},
-            )
+            calls = {"lake": Call("lake"), "all": Call("student", (id, "a")), "none": Call("student", (id, "n"))}
+            if family.compiled and find_spec("numba"):
+                calls["fast"] = Call("student", (id, "a"), compiled=True)
+            scripts = dict.fromkeys(calls, blocks) | {"lake": _tries(_STEPS)}
+            found = measure({name: (call, None) for name, call in calls.items()}, scripts)
             lake, taught, silent = found["lake"], found["all"], found["none"]
             table.add_row(
                 id,
@@ -80,6 +80,7 @@ def steps(families: Sequence[Family], progress: Progress) -> Table:
                 _us(median(taught.steps)),
                 _us(float(np.quantile(taught.steps, 0.99))),
                 f"{taught.cpu / lake.cpu:.2f}",
+                f"{found['fast'].cpu / lake.cpu:.2f}" if "fast" in found else "",
                 f"{silent.cpu / lake.cpu:.2f}",
                 f"{1 - silent.cpu / taught.cpu:.0%}",
                 _us(taught.reset),

@@ -31,7 +31,7 @@ from teachers.oracles.parking.claims import (
     TriedWell,
 )
 from teachers.oracles.parking.driving import solve
-from teachers.oracles.parking.model import Ground, can_stop, misfit, misses, move
+from teachers.oracles.parking.model import Ground, can_stop, misfit, misses, move, pairs
 from worlds.parking import WALL_X, WALL_Y, Action, Car, Parking, Spot, Truth
 
 TOLERANCE = 1.44
@@ -40,8 +40,13 @@ TOLERANCE = 1.44
 
 @lru_cache(maxsize=16)
 def _ground(spot: Spot, parked: tuple[Car, ...]) -> Ground:
-    places = tuple([(other.x, other.y) for other in parked])
-    return Ground((spot.x, spot.y, spot.heading), TOLERANCE, places, WALL_X, WALL_Y)
+    middles = pairs([(other.x, other.y) for other in parked])
+    return Ground((spot.x, spot.y, spot.heading), TOLERANCE, middles, WALL_X, WALL_Y)
+
+
+@lru_cache(maxsize=4096)
+def _solved(spot: Spot, parked: tuple[Car, ...], car: tuple[float, float, float, float]) -> tuple[Action, ...]:
+    return solve(_ground(spot, parked), car)
 
 
 _TRIES = 2
@@ -80,7 +85,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
         way = self._ways.get(key)
         ground = self._ground(truth)
         if way is None:
-            way = self._ways[key] = solve(ground, car[:4])
+            way = self._ways[key] = _solved(truth.spot, truth.parked, car[:4])
         if way:
             pedal, wheel = way[0]
             there = move(ground, car[:4], round(100 * pedal), round(100 * wheel))
@@ -186,7 +191,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
                 after = move(ground, truth.car[:4], *(round(100 * share) for share in action))
                 if after is None or misfit(ground, *after[:3]) < TOLERANCE + _NEWS:
                     continue  # it may park the car itself
-                detour = solve(ground, after)
+                detour = _solved(truth.spot, truth.parked, after)
                 if len(detour) >= len(way):
                     yield Detour(action=action, way=way, detour=detour)
 

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from teachers.compiled import COMPILED, compiled
+
 Action = tuple[float, float]
 Car = tuple[float, float, float, float]
 """Position of the middle in m, heading in radians, speed in m/s."""
@@ -24,11 +26,18 @@ class Ground(NamedTuple):
     """Position in m and heading in radians."""
     tolerance: float
     """How far off the car may be; see `misfit`."""
-    parked: tuple[tuple[float, float], ...]
-    """The middles of cars that stand in rows along the y axis."""
+    parked: Sequence[tuple[float, float]]
+    """The middles of cars that stand in rows along the y axis, as `pairs`."""
     wall_x: float
     wall_y: float
     """The walls' inner faces lie at plus and minus these, in m."""
+
+
+def pairs(numbers: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
+    """As many of them as there are, for compiled functions, too."""
+    if COMPILED:
+        return np.array(numbers, np.float64).reshape(-1, 2)  # type: ignore[return-value]  # it reads alike
+    return tuple(numbers)
 
 
 BRAKES = (-1.0, -0.5, 0.0, 0.5, 1.0)
@@ -43,7 +52,6 @@ PUSH = 1.0
 """Change of speed, in m/s, by an action of 1."""
 SURE = 1e-9
 """What the simulator may see otherwise."""
-_STEPS = range(STEPS)
 _SIDE = 1.0  # half of the car's width, in m
 _CORNER = math.hypot(HALF, _SIDE)
 _MARGIN = 0.04  # m to keep from what may not be touched
@@ -69,6 +77,7 @@ _WHEEL = _wheel()
 """Slip angle in radians, with its sine, by hundredths of an action."""
 
 
+@compiled
 def misfit(ground: Ground, x: float, y: float, heading: float) -> float:
     """How far a car is from being parked; it is parked below the ground's tolerance."""
     goal_x, goal_y, goal = ground.spot
@@ -76,6 +85,7 @@ def misfit(ground: Ground, x: float, y: float, heading: float) -> float:
     return abs(x - goal_x) + 0.3 * abs(y - goal_y) + 2 * turned
 
 
+@compiled
 def excess(ground: Ground, car: Car) -> float:
     """The misfit of a car less what is tolerated; less than that where its place alone is too far away."""
     goal_x, goal_y, _ = ground.spot
@@ -84,6 +94,7 @@ def excess(ground: Ground, car: Car) -> float:
     return away if away >= SURE else misfit(ground, x, y, heading) - ground.tolerance
 
 
+@compiled
 def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> Car | None:
     """Where an action, in hundredths, leads; None if that comes too close to something.
 
@@ -92,58 +103,68 @@ def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> 
     x, y, heading, speed = car
     gain = _GAIN[pedal + 100]
     slip, sine = _WHEEL[wheel + 100]
-    near = None
     # More than the car, with its margin, needs in the whole action.
     reach = _REACH + 0.3 + 0.3 * (speed if speed > 0 else -speed)
     across, along = ground.wall_x - reach, ground.wall_y - reach
-    if ground.parked or not (-across < x < across and -along < y < along):
+    if len(ground.parked) or not (-across < x < across and -along < y < along):
         near = _near(ground, x, y, reach, reach)
-    if near is None:
-        for _ in _STEPS:
-            course = heading + slip
-            x += speed * cos(course) * DT
-            y += speed * sin(course) * DT
-            heading += speed * sine / HALF * DT
-            speed += gain
-        return x, y, heading, speed
-    for _ in _STEPS:
+        if near or abs(x) > across or abs(y) > along:
+            for _ in range(STEPS):
+                course = heading + slip
+                x += speed * cos(course) * DT
+                y += speed * sin(course) * DT
+                heading += speed * sine / HALF * DT
+                speed += gain
+                margin = caution * (_MARGIN + abs(speed) * DT)
+                if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
+                    return None
+            return x, y, heading, speed
+    for _ in range(STEPS):
         course = heading + slip
         x += speed * cos(course) * DT
         y += speed * sin(course) * DT
         heading += speed * sine / HALF * DT
         speed += gain
-        if not _free(ground, near, x, y, heading, caution * (_MARGIN + abs(speed) * DT)):
-            return None
     return x, y, heading, speed
 
 
-def has_room(ground: Ground, xs: Sequence[float], ys: Sequence[float], headings: Sequence[float], room: float) -> bool:
+@compiled
+def has_room(
+    ground: Ground, xs: list[float], ys: list[float], cosines: list[float], sines: list[float], room: float
+) -> bool:
     """Whether the car has so much room around it wherever its rear axle is, in all of these places."""
     west, east, north, south = min(xs), max(xs), min(ys), max(ys)
     reach = HALF + _CORNER + room
-    near = _near(ground, (west + east) / 2, (north + south) / 2, (east - west) / 2 + reach, (south - north) / 2 + reach)
-    if near is None:
+    across, along = ground.wall_x - reach, ground.wall_y - reach
+    inside = -across <= west and east <= across and -along <= north and south <= along
+    if inside and not len(ground.parked):
         return True
-    open_x, open_y = (-1.0, -1.0) if near else (ground.wall_x - reach, ground.wall_y - reach)
-    return all(
-        (abs(x) < open_x and abs(y) < open_y)
-        or _free(ground, near, x + HALF * cos(heading), y + HALF * sin(heading), heading, room)
-        for x, y, heading in zip(xs, ys, headings, strict=True)
-    )
+    x, y = (west + east) / 2, (north + south) / 2
+    near = _near(ground, x, y, (east - west) / 2 + reach, (south - north) / 2 + reach)
+    if inside and not near:
+        return True
+    if near:
+        across = along = -1.0
+    for x, y, cosine, sine in zip(xs, ys, cosines, sines):  # noqa: B905  # all have a length
+        if (abs(x) >= across or abs(y) >= along) and not _free(
+            ground, near, x + HALF * cosine, y + HALF * sine, cosine, sine, room
+        ):
+            return False
+    return True
 
 
-def _near(ground: Ground, x: float, y: float, wide: float, high: float) -> list[tuple[float, float]] | None:
-    """The cars that reach into a box about a point, of such half sides; None if no wall does either."""
+@compiled
+def _near(ground: Ground, x: float, y: float, wide: float, high: float) -> list[tuple[float, float]]:
+    """The cars that reach into a box about a point, of such half sides."""
     across, along = wide + _SIDE, high + HALF
-    near = [each for each in ground.parked if abs(each[0] - x) < across and abs(each[1] - y) < along]
-    return near if near or abs(x) + wide > ground.wall_x or abs(y) + high > ground.wall_y else None
+    return [(each[0], each[1]) for each in ground.parked if abs(each[0] - x) < across and abs(each[1] - y) < along]
 
 
+@compiled
 def _free(
-    ground: Ground, near: Sequence[tuple[float, float]], x: float, y: float, heading: float, margin: float
+    ground: Ground, near: list[tuple[float, float]], x: float, y: float, cosine: float, sine: float, margin: float
 ) -> bool:
     """Whether a car there keeps the margin to the walls and to the cars that are near."""
-    cosine, sine = cos(heading), sin(heading)
     along, across = abs(cosine), abs(sine)
     width, height = along * HALF + across * _SIDE + margin, across * HALF + along * _SIDE + margin
     if abs(x) + width >= ground.wall_x or abs(y) + height >= ground.wall_y:
@@ -160,30 +181,46 @@ def _free(
     return True
 
 
-def brake(ground: Ground, car: Car, wheel: int, caution: int = 1) -> tuple[tuple[Hundredths, ...], Car] | None:
-    """Full braking with the wheel held, in hundredths: the actions and where the car stops, or None if it crashes.
+@compiled
+def brake(ground: Ground, car: Car, wheel: int, caution: int = 1) -> tuple[bool, list[Hundredths], Car]:
+    """Full braking with the wheel held, in hundredths: whether the car stops, by which actions, and where.
 
-    The caution is that of `move`.
+    If it crashes, these are the actions before that and where they lead. The caution is that of `move`.
     """
-    actions = []
-    there: Car | None = car
-    while there is not None and abs(there[3]) > 0.05:
-        pedal = round(min(max(-there[3] / PUSH, -1.0), 1.0) * 100)
+    actions: list[Hundredths] = []
+    x, y, heading, speed = car
+    while abs(speed) > 0.05:
+        pedal = round(min(max(-speed / PUSH, -1.0), 1.0) * 100)
+        there = move(ground, (x, y, heading, speed), pedal, wheel, caution)
+        if there is None:
+            return False, actions, (x, y, heading, speed)
+        x, y, heading, speed = there
         actions.append((pedal, wheel))
-        there = move(ground, there, pedal, wheel, caution)
-    return None if there is None else (tuple(actions), there)
+    return True, actions, (x, y, heading, speed)
 
 
+@compiled
 def can_stop(ground: Ground, car: Car, caution: int = 1) -> bool:
     """Whether the car can be braked to a halt with one of the `BRAKES`; the caution is that of `move`."""
-    return any(brake(ground, car, round(wheel * 100), caution) is not None for wheel in BRAKES)
+    for wheel in BRAKES:  # noqa: SIM110  # a generator is not compiled
+        if brake(ground, car, round(wheel * 100), caution)[0]:
+            return True
+    return False
 
 
 def misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
     """Whether actions of two decimals surely do not park the car on the way, nor touch anything."""
-    for pedal, wheel in actions:
-        there = move(ground, car, round(pedal * 100), round(wheel * 100))
-        if there is None or excess(ground, there) < SURE:
+    return _misses(ground, car, pairs(actions))
+
+
+@compiled
+def _misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
+    x, y, heading, speed = car
+    for action in actions:
+        there = move(ground, (x, y, heading, speed), round(action[0] * 100), round(action[1] * 100))
+        if there is None:
             return False
-        car = there
+        x, y, heading, speed = there
+        if excess(ground, (x, y, heading, speed)) < SURE:
+            return False
     return True

@@ -5,12 +5,11 @@ farther than L, and not even as far if it begins or ends across. So only words t
 them are computed.
 """
 
-from collections.abc import Iterator, Sequence
-from itertools import accumulate, count, repeat
-from math import atan2, ceil, cos, hypot, inf, pi, sin
+from math import atan2, ceil, cos, inf, pi, sin, sqrt
 from typing import NamedTuple
 
-from teachers.oracles.parking.model import DT, HALF, STEPS, Car, Ground, Hundredths, has_room
+from teachers.compiled import compiled
+from teachers.oracles.parking.model import DT, HALF, STEPS, Car, Ground, has_room
 from teachers.oracles.parking.reeds_shepp import (
     NEAR,
     PIECES,
@@ -27,8 +26,8 @@ SPACING = 0.5
 """Between the points of a path, in m."""
 TOP = 5.0
 """The fastest that the car is to go, in m/s."""
-Start = tuple[tuple[Hundredths, ...], Car]
-"""Where a path may begin, with the actions that lead there."""
+Start = tuple[int, Car]
+"""Where a path may begin, after so many actions."""
 End = tuple[float, float]
 """How far from the middle of the spot a path may end, since the car is parked before, and how straight it gets there,
 in m."""
@@ -38,9 +37,8 @@ _CUSP = 4.0  # m that a change of direction is thought to cost
 _TINY = 1e-6  # shorter pieces count for nothing
 _ROOM = 0.3  # m that a path keeps from everything
 _ROUNDING = 1e-4  # m by which the bounds are lowered
-_DEARER = 8.0  # m by which a path that will do is seldom dearer than the first
-_KINDS = ((forwards, 0), (backwards, 0), (one_cusp, 1), (nearby, 1), (two_cusps, 2))  # with the cusps that they have
-_WHOLE = tuple([f"{pieces:5}S" for pieces in PIECES])  # with the straight line at the end
+_CUSPS = (0, 0, 1, 1, 2)  # that words of each kind have
+_SIDES = tuple([tuple(["R L".index(piece) - 1 if piece in "RL" else 0 for piece in f"{word:5}S"]) for word in PIECES])
 
 
 class Segment(NamedTuple):
@@ -63,13 +61,13 @@ class Path(NamedTuple):
     """Its place among all paths."""
     start: int
     """The number of the start where it begins."""
-    pieces: str
-    """Each L, R or S; a blank where there is none."""
-    lengths: tuple[float, ...]
-    """Of the pieces, in turning radii; negative if driven backwards."""
+    word: int
+    """The place of its word among all words."""
+    lengths: tuple[float, float, float, float, float, float]
+    """Of the word's pieces and of the straight line at its end, in turning radii; negative if driven backwards."""
 
 
-class _Target(NamedTuple):
+class Target(NamedTuple):
     """Where a path may lead the rear axle, as seen from where it begins."""
 
     number: int
@@ -84,50 +82,85 @@ class _Target(NamedTuple):
     """The straight line at its end, in m."""
 
 
-def cheapest(ground: Ground, starts: Sequence[Start], ends: Sequence[End]) -> Iterator[Path]:
-    """Paths of the rear axle to the spot by their estimated cost; of those that cost the same, by their number."""
-    targets = list(_targets(ground, starts, ends))
-    first = _first(targets)
-    if first is not None:
-        yield first  # most often it will do
-        known = 1
-        for most in (first.cost + _DEARER, inf):
-            found = sorted([path for target in targets for path in _paths(target, most)])
-            yield from found[known:]
-            known = len(found)
+@compiled
+def targets(ground: Ground, starts: list[Start], ends: tuple[End, ...]) -> list[Target]:
+    """Where paths from these starts may lead; only to every other end if actions come before."""
+    goal_x, goal_y, goal = ground.spot
+    goal_cos, goal_sin = cos(goal), sin(goal)
+    found: list[Target] = []
+    number = 0
+    for index in range(len(starts)):
+        before, (x, y, heading, speed) = starts[index]
+        cosine, sine = cos(heading), sin(heading)
+        rear_x, rear_y, turn = x - HALF * cosine, y - HALF * sine, wrapped(goal - heading)
+        turn_sin, turn_cos, led = sin(turn), cos(turn), before * DT * STEPS * TOP
+        for place in range(0, len(ends), 2 if before else 1):
+            short, straight = ends[place]
+            behind = HALF + short + straight
+            dx = (goal_x - behind * goal_cos - rear_x) / _RADIUS
+            dy = (goal_y - behind * goal_sin - rear_y) / _RADIUS
+            pose = cosine * dx + sine * dy, cosine * dy - sine * dx, turn, turn_sin, turn_cos
+            found.append(Target(number, index, pose, speed, short + led, straight))
+            number += 1
+    return found
 
 
-def _first(targets: Sequence[_Target]) -> Path | None:
-    """The first of all paths, if there is one."""
-    first, most = None, inf
+@compiled
+def cheapest(targets: list[Target]) -> list[Path]:
+    """The first of all paths by their cost, and by their number; nothing if there is none."""
+    found: list[Path] = []
+    most = inf
     for target in targets:
-        for (words, cusps), bound in zip(_KINDS, _bounds(target, most), strict=False):
+        for kind, bound in enumerate(_bounds(target, most)):
             if bound <= most:
-                for word in words(*target.pose, _left(target, cusps, most)):
+                for word in _words(kind, target, most):
                     path = _path(target, word)
-                    if first is None or path < first:
-                        first, most = path, path.cost + _ROUNDING
-    return first
+                    if not found:
+                        found.append(path)
+                    elif path < found[0]:
+                        found[0] = path
+                    most = found[0].cost + _ROUNDING
+    return found
 
 
-def _paths(target: _Target, most: float) -> list[Path]:
-    """Those to a target that cost no more than that."""
-    left = [words(*target.pose, _left(target, cusps, most + _ROUNDING)) for words, cusps in _KINDS]
-    return [path for path in [_path(target, word) for found in left for word in found] if path.cost <= most]
+@compiled
+def paths(targets: list[Target], most: float) -> list[Path]:
+    """All that cost no more than that, in the same order."""
+    found: list[Path] = []
+    for target in targets:
+        for kind in range(len(_CUSPS)):
+            for word in _words(kind, target, most + _ROUNDING):
+                path = _path(target, word)
+                if path.cost <= most:
+                    found.append(path)
+    return sorted(found)
 
 
-def _left(target: _Target, cusps: int, most: float) -> float:
-    """How long a word may be, in turning radii, for a path that is to cost no more than that."""
-    return (most - target.base - target.straight - cusps * _CUSP) / _RADIUS
+@compiled
+def _words(kind: int, target: Target, most: float) -> list[Word]:
+    """Words of a kind to a target, for paths that are to cost no more than that."""
+    x, y, turn, sine, cosine = target.pose
+    left = (most - target.base - target.straight - _CUSPS[kind] * _CUSP) / _RADIUS
+    if kind == 0:
+        return forwards(x, y, turn, sine, cosine, left)
+    if kind == 1:
+        return backwards(x, y, turn, sine, cosine, left)
+    if kind == 2:
+        return one_cusp(x, y, turn, sine, cosine, left)
+    if kind == 3:
+        return nearby(x, y, turn, sine, cosine, left)
+    return two_cusps(x, y, turn, sine, cosine, left)
 
 
-def _path(target: _Target, word: Word) -> Path:
-    number, lengths = word
-    whole = (*lengths, target.straight / _RADIUS)
-    return Path(_cost(target, whole), target.number * len(PIECES) + number, target.start, _WHOLE[number], whole)
+@compiled
+def _path(target: Target, word: Word) -> Path:
+    number, (a, b, c, d, e) = word
+    lengths = a, b, c, d, e, target.straight / _RADIUS
+    return Path(_cost(target, lengths), target.number * len(PIECES) + number, target.start, number, lengths)
 
 
-def _cost(target: _Target, lengths: Sequence[float]) -> float:
+@compiled
+def _cost(target: Target, lengths: tuple[float, float, float, float, float, float]) -> float:
     """The estimated cost of a path whose pieces have these lengths."""
     cost, way, speed = target.base, 0.0, target.speed
     for length in lengths:
@@ -142,30 +175,15 @@ def _cost(target: _Target, lengths: Sequence[float]) -> float:
     return cost
 
 
-def _targets(ground: Ground, starts: Sequence[Start], ends: Sequence[End]) -> Iterator[_Target]:
-    goal_x, goal_y, goal = ground.spot
-    goal_cos, goal_sin = cos(goal), sin(goal)
-    number = count()
-    for index, (before, (x, y, heading, speed)) in enumerate(starts):
-        cosine, sine = cos(heading), sin(heading)
-        rear_x, rear_y, turn = x - HALF * cosine, y - HALF * sine, wrapped(goal - heading)
-        turn_sin, turn_cos, led = sin(turn), cos(turn), len(before) * DT * STEPS * TOP
-        for short, straight in ends if not before else ends[::2]:
-            behind = HALF + short + straight
-            dx = (goal_x - behind * goal_cos - rear_x) / _RADIUS
-            dy = (goal_y - behind * goal_sin - rear_y) / _RADIUS
-            base = short + led
-            pose = cosine * dx + sine * dy, cosine * dy - sine * dx, turn, turn_sin, turn_cos
-            yield _Target(next(number), index, pose, speed, base, straight)
-
-
+@compiled
 def _reversal(speed: float) -> float:
     """What it costs to begin against the speed."""
     return speed * speed / 5 + abs(speed)
 
 
-def _bounds(target: _Target, most: float) -> tuple[float, ...]:
-    """What words of each of `_KINDS` cost at least; nothing if they all cost more than `most`.
+@compiled
+def _bounds(target: Target, most: float) -> tuple[float, float, float, float, float]:
+    """What words of each kind cost at least; infinite if they all cost more than `most`.
 
     On a way of length L, in turning radii, that leads into some direction, the car is off that direction by at least
     begin - s after s, and by end - s when s is left: it turns by 1 per length at most. So it gets no farther than the
@@ -174,10 +192,10 @@ def _bounds(target: _Target, most: float) -> tuple[float, ...]:
     """
     _, _, (x, y, turn, _, _), speed, base, straight = target
     base += straight
-    distance = hypot(x, y)
+    distance = sqrt(x * x + y * y)
     ahead = back = either = distance
     if base + distance * _RADIUS > most:
-        return ()
+        return inf, inf, inf, inf, inf
     begin = atan2(y, x)
     end = abs((turn - begin + pi) % _TURN - pi)
     begin = abs(begin)
@@ -201,32 +219,38 @@ def _bounds(target: _Target, most: float) -> tuple[float, ...]:
     )
 
 
-def trace(ground: Ground, car: Car, path: Path) -> list[Segment] | None:
-    """The points of a path, or None if it comes too close to something."""
+@compiled
+def trace(ground: Ground, car: Car, path: Path) -> list[Segment]:
+    """The points of a path; nothing if it comes too close to something."""
     x, y, heading, _ = car
-    x, y = x - HALF * cos(heading), y - HALF * sin(heading)
+    cosine, sine = cos(heading), sin(heading)
+    x, y = x - HALF * cosine, y - HALF * sine
     segments: list[Segment] = []
-    for piece, length in zip(path.pieces, path.lengths, strict=True):
+    for number in range(len(path.lengths)):
+        length, side = path.lengths[number], _SIDES[path.word][number]
         if abs(length) < _TINY:
             continue
-        steps = ceil(abs(length) * _RADIUS / SPACING)
-        step = length * _RADIUS / steps
-        bend = 0.0 if piece == "S" else step / _RADIUS if piece == "L" else -step / _RADIUS
-        headings = list(accumulate(repeat(bend, steps), initial=heading))
-        if bend:
-            chord = step * sin(bend / 2) / (bend / 2)
-            courses = [each + bend / 2 for each in headings[:-1]]
-            dxs, dys = [chord * cos(course) for course in courses], [chord * sin(course) for course in courses]
-        else:
-            dxs, dys = [step * cos(heading)] * steps, [step * sin(heading)] * steps
-        xs, ys = list(accumulate(dxs, initial=x)), list(accumulate(dys, initial=y))
-        x, y, heading = xs[-1], ys[-1], headings[-1]
-        if not has_room(ground, xs[1:], ys[1:], headings[1:], _ROOM):
-            return None
         way = 1 if length > 0 else -1
-        if segments and segments[-1].way == way:
-            for points, more in zip(segments[-1][1:], (xs, ys, headings), strict=True):
-                points += more[1:]
+        if not segments or segments[-1].way != way:
+            segments.append(Segment(way, [x], [y], [heading]))
+        steps = ceil(abs(length) * _RADIUS / SPACING)
+        counted = range(1, steps + 1)
+        if side:
+            bend, radius = side * length / steps, side * _RADIUS
+            headings = [heading + bend * step for step in counted]
+            cosines, sines = [cos(each) for each in headings], [sin(each) for each in headings]
+            middle_x, middle_y = x - radius * sine, y + radius * cosine
+            xs, ys = [middle_x + radius * each for each in sines], [middle_y - radius * each for each in cosines]
         else:
-            segments.append(Segment(way, xs, ys, headings))
+            step_x, step_y = length * _RADIUS / steps * cosine, length * _RADIUS / steps * sine
+            xs, ys = [x + step_x * step for step in counted], [y + step_y * step for step in counted]
+            headings, cosines, sines = [heading] * steps, [cosine] * steps, [sine] * steps
+        if not has_room(ground, xs, ys, cosines, sines, _ROOM):
+            segments.clear()
+            return segments
+        last = segments[-1]
+        last.xs.extend(xs)
+        last.ys.extend(ys)
+        last.headings.extend(headings)
+        x, y, heading, cosine, sine = xs[-1], ys[-1], headings[-1], cosines[-1], sines[-1]
     return segments

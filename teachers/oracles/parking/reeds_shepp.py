@@ -8,7 +8,9 @@ is where headings grow.
 
 from collections.abc import Iterator
 from itertools import product
-from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt
+from math import acos, asin, atan2, cos, inf, pi, sin, sqrt
+
+from teachers.compiled import compiled
 
 _TURN = 2 * pi
 _QUARTER = pi / 2
@@ -50,16 +52,19 @@ _EITHER_WAY = ((0, 1.0), (2, -1.0))  # what reversal in time adds to the number,
 # are at least, follows from the headings, before any of them is known.
 
 
+@compiled
 def forwards(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """An arc, a line and an arc."""
     return _in_one_direction(x, y, turn, sine, cosine, most, 1.0)
 
 
+@compiled
 def backwards(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """The same backwards."""
     return _in_one_direction(x, y, turn, sine, cosine, most, -1.0)
 
 
+@compiled
 def _in_one_direction(
     x: float, y: float, turn: float, sine: float, cosine: float, most: float, way: float
 ) -> list[Word]:
@@ -67,22 +72,27 @@ def _in_one_direction(
     after = 2 if way < 0 else 0
     x, turn, sine = way * x, way * turn, way * sine
     for number, p, q, bend in ((0, x - sine, y - 1 + cosine, turn), (1, x + sine, -y - 1 + cosine, -turn)):
-        if q >= _BELOW and (straight := hypot(p, q)) + (bend + _SLACK) % _TURN <= most:
-            first = atan2(q, p)
-            last = (bend - first + pi) % _TURN - pi
-            if first >= -_TINY and last >= -_TINY:
-                found.append((number + after, (way * first, way * straight, way * last, 0.0, 0.0)))
+        if q >= _BELOW:
+            straight = sqrt(p * p + q * q)
+            if straight + (bend + _SLACK) % _TURN <= most:
+                first = atan2(q, p)
+                last = (bend - first + pi) % _TURN - pi
+                if first >= -_TINY and last >= -_TINY:
+                    found.append((number + after, (way * first, way * straight, way * last, 0.0, 0.0)))
     for number, p, q, bend in ((4, x + sine, y - 1 - cosine, turn), (5, x - sine, -y - 1 - cosine, -turn)):
         square = p * p + q * q - 4
-        if square >= 0 and (straight := sqrt(square)) + abs((bend + pi) % _TURN - pi) <= most:
-            first = (atan2(q, p) + atan2(2, straight) + pi) % _TURN - pi
-            if first >= -_TINY:
-                last = (first - bend + pi) % _TURN - pi
-                if last >= -_TINY and first + straight + last <= most:
-                    found.append((number + after, (way * first, way * straight, way * last, 0.0, 0.0)))
+        if square >= 0:
+            straight = sqrt(square)
+            if straight + abs((bend + pi) % _TURN - pi) <= most:
+                first = (atan2(q, p) + atan2(2, straight) + pi) % _TURN - pi
+                if first >= -_TINY:
+                    last = (first - bend + pi) % _TURN - pi
+                    if last >= -_TINY and first + straight + last <= most:
+                        found.append((number + after, (way * first, way * straight, way * last, 0.0, 0.0)))
     return found
 
 
+@compiled
 def one_cusp(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """An arc, a quarter turn the other way, a line and an arc; or the same from the end."""
     found: list[Word] = []
@@ -94,7 +104,8 @@ def one_cusp(x: float, y: float, turn: float, sine: float, cosine: float, most: 
         (29, back_x + sine, -back_y - 1 + cosine, -turn),
     ):
         square = p * p + q * q - 4
-        if square >= 4 and (root := sqrt(square)) + (_QUARTER - 2) <= most:
+        root = sqrt(square) if square >= 4 else inf
+        if root + (_QUARTER - 2) <= most and root < inf:
             for after, way in _EITHER_WAY:
                 left = (way * bend - _QUARTER + pi) % _TURN - pi
                 if abs(left) + root + (_QUARTER - 2) <= most:
@@ -108,7 +119,7 @@ def one_cusp(x: float, y: float, turn: float, sine: float, cosine: float, most: 
         (36, back_x + sine, back_y - 1 - cosine, turn),
         (37, back_x - sine, -back_y - 1 - cosine, -turn),
     ):
-        distance = hypot(p, q)
+        distance = sqrt(p * p + q * q)
         if distance >= 2 and distance + (_QUARTER - 2) <= most:
             for after, way in _EITHER_WAY:
                 if way * p >= _BELOW and (way * bend - _QUARTER + _SLACK) % _TURN + distance + (_QUARTER - 2) <= most:
@@ -119,12 +130,14 @@ def one_cusp(x: float, y: float, turn: float, sine: float, cosine: float, most: 
     return found
 
 
+@compiled
 def two_cusps(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """An arc, a quarter turn the other way, a line, a quarter turn, and an arc the first way."""
     found: list[Word] = []
     for number, p, q, bend in ((40, x + sine, y - 1 - cosine, turn), (41, x - sine, -y - 1 - cosine, -turn)):
         square = p * p + q * q - 4
-        if square >= 0 and (straight := 4 - sqrt(square)) <= _TINY and pi - straight <= most:
+        straight = 4 - sqrt(square) if square >= 0 else inf
+        if straight <= _TINY and pi - straight <= most:
             for after, way in _EITHER_WAY:
                 first = wrapped(atan2((4 - straight) * way * p - 2 * q, -2 * way * p + (straight - 4) * q))
                 last = wrapped(first - way * bend)
@@ -138,6 +151,7 @@ NEAR = 6.5
 """Nothing that is farther away, in turning radii, is reached by those `nearby`."""
 
 
+@compiled
 def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
     """Arcs alone, with a change of direction at least."""
     found: list[Word] = []
@@ -148,8 +162,9 @@ def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: fl
         (12, back_x - sine, back_y - 1 + cosine, turn),
         (13, back_x + sine, -back_y - 1 + cosine, -turn),
     ):
-        distance = hypot(p, q)
-        if distance <= 4 and (middle := 2 * asin(distance / 4)) <= most:
+        distance = sqrt(p * p + q * q)
+        middle = 2 * asin(distance / 4) if distance <= 4 else inf
+        if distance <= 4 and middle <= most:
             for after, way in _EITHER_WAY:
                 around = (way * bend + _SLACK) % _TURN
                 if around <= most or 2 * middle + _TURN - around <= most:
@@ -159,7 +174,7 @@ def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: fl
                         a, b = (last, first) if number >= 12 else (first, last)
                         found.append((number + after, (way * a, way * -middle, way * b, 0.0, 0.0)))
     for number, p, q, bend in ((16, x + sine, y - 1 - cosine, turn), (17, x - sine, -y - 1 - cosine, -turn)):
-        distance = hypot(p, q)
+        distance = sqrt(p * p + q * q)
         if distance <= 2:
             u = acos((2 + distance) / 4)
             if 2 * u <= most:
@@ -184,11 +199,13 @@ def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: fl
     return found
 
 
+@compiled
 def wrapped(angle: float) -> float:
     """The angle from -pi to pi."""
     return (angle + pi) % _TURN - pi
 
 
+@compiled
 def _word(number: int, back: bool, way: float, a: float, b: float, c: float, d: float) -> Word:
     """One of four pieces, perhaps read from its end or reversed in time."""
     if back:

@@ -1,0 +1,90 @@
+"""With numba the same is planned as without it; machine code is kept for as long as the sources are the same."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+from teachers import compiled
+from teachers.oracles.parking.driving import solve
+from teachers.oracles.parking.model import Ground, can_stop, misfit, misses, move, pairs
+
+SLOTS = np.arange(-28, 29, 4.0)
+
+
+def cases(count):
+    """Cars somewhere in a car park, every other one with parked cars."""
+    rng = np.random.default_rng(5)
+    for number in range(count):
+        x, y = rng.choice(SLOTS), rng.choice((-14.0, 14.0))
+        rows = [(each, row) for each in SLOTS for row in (-14.0, 14.0) if (each, row) != (x, y)]
+        parked = [place for place in rows if rng.random() < 0.4] if number % 2 else []
+        car = rng.uniform((-28, -9, -4, -6), (28, 9, 4, 6)).tolist()
+        yield (float(x), float(y), math.copysign(math.pi / 2, y)), parked, tuple(car)
+
+
+def outcomes(count):
+    """What is planned, and what the model says of it."""
+    found = []
+    for spot, parked, car in cases(count):
+        ground = Ground(spot, 1.44, pairs(parked), 34.5, 20.5)
+        way = solve(ground, car)
+        there = [move(ground, car, pedal, wheel) for pedal in (-100, 0, 37) for wheel in (-100, 5, 100)]
+        stops = [can_stop(ground, car, caution) for caution in (1, -1)]
+        found.append(
+            [way, there, stops, misses(ground, car, way), misses(ground, car, way[:-1]), misfit(ground, *car[:3])]
+        )
+    return json.dumps([compiled.COMPILED, found])
+
+
+def test_the_same_is_planned_to_the_last_bit():
+    """In a process that compiles; this one does not."""
+    program = "from test_compiled import outcomes; print(outcomes(200))"
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "0", "PYTHONPATH": str(Path(__file__).parent)}
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program], check=True, capture_output=True, text=True, env=environment
+    )
+    (fast, there), (slow, here) = json.loads(run.stdout), json.loads(outcomes(200))
+    assert fast
+    assert not slow
+    assert here == there
+
+
+@pytest.fixture
+def compiling(monkeypatch):
+    """What compiles, whatever the environment says."""
+    monkeypatch.setattr(compiled, "COMPILED", True)
+    monkeypatch.setattr(compiled, "numba", numba, raising=False)
+    return numba
+
+
+def test_code_is_kept_for_the_sources_of_now(tmp_path, compiling):
+    source = tmp_path / "one.py"
+    source.write_text("1")
+    kept = compiled._kept.__wrapped__
+    before = kept(tmp_path, "")
+    assert before == kept(tmp_path, "")
+    assert Path(before).parent == tmp_path / "__pycache__"
+    assert Path(kept(tmp_path, "elsewhere")).parent == Path("elsewhere")
+    source.write_text("2")
+    assert kept(tmp_path, "") != before
+
+
+def test_what_cannot_be_kept_is_compiled_all_the_same(monkeypatch, compiling):
+    """Where no folder may be written; numba's setting is as it was."""
+
+    def refuse(function=None, cache=False):
+        if cache:
+            raise RuntimeError("cannot cache function")
+        return function
+
+    given = compiling.config.CACHE_DIR
+    monkeypatch.setattr(compiling, "njit", refuse)
+    assert compiled.compiled(cases) is cases
+    assert given == compiling.config.CACHE_DIR
