@@ -196,20 +196,22 @@ class ParkingOracle(Oracle[Truth, Parking]):
                     yield Detour(action=action, way=way, detour=detour)
 
     def _dangers(self, truth: Truth) -> Iterator[Claim]:
-        """Actions that crash, or after which no braking helps."""
+        """Actions that crash, or after which no braking helps; the simulator is asked only if it is a near thing."""
         car, ground = truth.car, self._ground(truth)
         near = 4.0 + 0.3 * abs(car.speed) + car.speed**2 / 8
         by_wall = abs(car.x) + near > WALL_X or abs(car.y) + near > WALL_Y
         if not by_wall and all(math.dist((other.x, other.y), (car.x, car.y)) > near + 3 for other in truth.parked):
             return
         for action in _EXTREMES:
-            there = move(ground, car[:4], *(round(100 * share) for share in action))
-            if there is None and crashes(self.lab, truth, action):
-                yield Crash(action=action)
-            elif there is not None and not can_stop(ground, there):
-                trap = Trap(action=action)
-                if self._stops(truth) and not self._stops(after_action(self.lab, truth, action)):
-                    yield trap
+            hundredths = [round(100 * share) for share in action]
+            there = move(ground, car[:4], *hundredths)
+            if there is None:
+                if move(ground, car[:4], *hundredths, -1) is None or crashes(self.lab, truth, action):
+                    yield Crash(action=action)
+            elif can_stop(ground, there) or not self._stops(truth):
+                continue
+            elif not can_stop(ground, there, -1) or not self._stops(after_action(self.lab, truth, action)):
+                yield Trap(action=action)
 
     def importance(self, truth: Truth) -> float:
         """1 turn, all that is lost by a crash where some action leads to one, or 0 when it is over."""
