@@ -6,7 +6,7 @@ import typer
 
 from llf_teacher.cli import say_missing
 
-_WIDTH = 150
+_WIDTH = 160
 """Characters that the widest table needs."""
 
 

@@ -203,10 +203,10 @@ class ParkingOracle(Oracle[Truth, Parking]):
         if not by_wall and all(math.dist((other.x, other.y), (car.x, car.y)) > near + 3 for other in truth.parked):
             return
         for action in _EXTREMES:
-            hundredths = [round(100 * share) for share in action]
-            there = move(ground, car[:4], *hundredths)
+            pedal, wheel = (round(100 * share) for share in action)
+            there = move(ground, car[:4], pedal, wheel)
             if there is None:
-                if move(ground, car[:4], *hundredths, -1) is None or crashes(self.lab, truth, action):
+                if move(ground, car[:4], pedal, wheel, -1) is None or crashes(self.lab, truth, action):
                     yield Crash(action=action)
             elif can_stop(ground, there) or not self._stops(truth):
                 continue
