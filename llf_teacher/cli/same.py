@@ -1,5 +1,6 @@
 """`llf same`: whether another revision says and does the same."""
 
+from importlib.util import find_spec
 from typing import Annotated
 
 import typer
@@ -18,6 +19,7 @@ def same(
     teacher: Annotated[list[str] | None, typer.Option(help="Personality spec; repeat it for several.")] = None,
     episodes: Annotated[int, typer.Option(min=1, help="Episodes of each environment and teacher.")] = 100,
     turns: Annotated[int, typer.Option(min=1, help="Turns that an episode has at most.")] = 20,
+    fast: Annotated[bool, typer.Option("--fast", help="Play here with the extra `fast`.")] = False,
 ) -> None:
     """Play the same fresh episodes here and there, and compare all that is said and done, floats to the last bit.
 
@@ -31,6 +33,8 @@ def same(
     from pz_envs.family import all_families
     from teachers.personality import parse_personality
 
+    if fast and not find_spec("numba"):
+        raise typer.BadParameter("--fast needs numba, which is not installed; try pip install 'llf-teacher[fast]'")
     if not id:
         say_missing()
     ids = [entry(name).id for name in id or ()] or [
@@ -42,7 +46,7 @@ def same(
     status = Console(stderr=True).status("")
     with status:
         try:
-            for each in sameness.same(ids, teachers, other, episodes, turns, status.update):
+            for each in sameness.same(ids, teachers, other, episodes, turns, status.update, fast):
                 found.append(each)
                 table.add_row(each.id, each.teacher, *(f"{n:,}" for n in (each.episodes, each.turns, each.differing)))
         except ValueError as error:

@@ -35,7 +35,7 @@ class Sameness(NamedTuple):
 
 
 def same(
-    ids: list[str], teachers: list[str], other: str, episodes: int, turns: int, progress: Progress
+    ids: list[str], teachers: list[str], other: str, episodes: int, turns: int, progress: Progress, fast: bool = False
 ) -> Iterator[Sameness]:
     """Fresh episodes of each environment and teacher, of random actions and of advised ones in turns, here and there.
 
@@ -49,16 +49,17 @@ def same(
         episodes: of each environment and teacher.
         turns: that an episode has at most.
         progress: is told what comes next.
+        fast: whether what is here is played with the extra `fast`.
 
     Raises:
-        ValueError: that is neither.
+        ValueError: `other` is neither.
     """
     with tree_of(other) as tree:
         for id in ids:
             writers = [Writer(id, student) for student in STUDENTS.values()]
             for teacher in teachers:
                 call = Call("record", (id, teacher))
-                with closing(Player(call)) as here, closing(Player(call, tree)) as there:
+                with closing(Player(call._replace(compiled=fast))) as here, closing(Player(call, tree)) as there:
                     yield _compared(here, there, writers, (id, teacher), (episodes, turns), progress)
 
 
