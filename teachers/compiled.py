@@ -31,18 +31,21 @@ def compiled(function: _Function) -> _Function:
     if not COMPILED:
         return function
     given = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _kept(Path(function.__code__.co_filename).parent, given)
+    kept = _kept(Path(function.__code__.co_filename).parent, given)
+    try:
+        kept.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return cast("_Function", numba.njit(function))
+    numba.config.CACHE_DIR = str(kept)
     try:
         return cast("_Function", numba.njit(cache=True)(function))
-    except RuntimeError:  # no folder may be written
-        return cast("_Function", numba.njit(function))
     finally:
         numba.config.CACHE_DIR = given
 
 
 @lru_cache
-def _kept(folder: Path, given: str) -> str:
+def _kept(folder: Path, given: str) -> Path:
     """Where machine code of a folder is kept, as it is now: numba by itself looks at one file only."""
     sources = b"".join([path.read_bytes() for path in sorted(folder.glob("*.py"))])
     name = f"compiled-{hashlib.sha256(sources).hexdigest()[:16]}"
-    return str(Path(given or folder / "__pycache__") / name)
+    return Path(given or folder / "__pycache__") / name

@@ -64,27 +64,29 @@ def compiling(monkeypatch):
     return numba
 
 
-def test_code_is_kept_for_the_sources_of_now(tmp_path, compiling):
+def test_code_is_kept_for_the_sources_of_now(tmp_path):
     source = tmp_path / "one.py"
     source.write_text("1")
     kept = compiled._kept.__wrapped__
     before = kept(tmp_path, "")
     assert before == kept(tmp_path, "")
-    assert Path(before).parent == tmp_path / "__pycache__"
-    assert Path(kept(tmp_path, "elsewhere")).parent == Path("elsewhere")
+    assert before.parent == tmp_path / "__pycache__"
+    assert kept(tmp_path, "elsewhere").parent == Path("elsewhere")
     source.write_text("2")
     assert kept(tmp_path, "") != before
 
 
-def test_what_cannot_be_kept_is_compiled_all_the_same(monkeypatch, compiling):
-    """Where no folder may be written; numba's setting is as it was."""
-
-    def refuse(function=None, cache=False):
-        if cache:
-            raise RuntimeError("cannot cache function")
-        return function
-
-    given = compiling.config.CACHE_DIR
-    monkeypatch.setattr(compiling, "njit", refuse)
-    assert compiled.compiled(cases) is cases
-    assert given == compiling.config.CACHE_DIR
+@pytest.mark.parametrize("may_be_written", [True, False])
+def test_what_cannot_be_kept_is_compiled_all_the_same(tmp_path, monkeypatch, compiling, may_be_written):
+    """Numba's own setting is as it was."""
+    folder = tmp_path / "kept"
+    if not may_be_written:
+        folder.write_text("a file")
+    calls = []
+    monkeypatch.setattr(
+        compiling, "njit", lambda *given, **options: calls.append(options) or (lambda function: function)
+    )
+    monkeypatch.setattr(compiling.config, "CACHE_DIR", str(folder))
+    compiled.compiled(cases)
+    assert calls == [{"cache": True} if may_be_written else {}]
+    assert str(folder) == compiling.config.CACHE_DIR
