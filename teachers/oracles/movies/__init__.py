@@ -3,15 +3,16 @@
 What it finds in tables of bits, its claims look up in the catalogue's SQLite tables, or try on the world.
 """
 
-from collections.abc import Set
+from collections.abc import Callable, Set
 from functools import lru_cache
 
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim, slot
+from teachers.making import maker
 from teachers.oracle import Oracle
 from teachers.oracles.movies import checks
-from teachers.oracles.movies.checks import found_words, wish_words
+from teachers.oracles.movies.checks import FOUND, found_words, wish_words
 from teachers.oracles.movies.claims import (
     LISTED,
     AllFit,
@@ -99,6 +100,10 @@ _TRIES = 3
 _SHOWN = 3
 _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
 _AGE_GROUPS = tuple(AgeGroup(age=age, certificates=group) for age, group in zip(AGE_NAMES, AGES, strict=True))
+_fits, _unrated, _taken_for = maker(Fits), maker(Unrated), maker(TakenFor)
+_attribute_fits, _attribute_misses = maker(AttributeFits), maker(AttributeMisses)
+_not_in_catalogue, _spelt_like = maker(NotInCatalogue), maker(SpeltLike)
+_advise, _repeat, _avoid_title, _avoid_trait = maker(Recommend), maker(Repeat), maker(AvoidTitle), maker(AvoidTrait)
 
 
 class MoviesOracle(Oracle[Truth, Movies]):
@@ -150,7 +155,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
                 bad.append(_unclear(catalogue, place, said))
             elif item.named:
                 if said != item.label and _is_other(said, item):
-                    good.append(TakenFor(item=place, said=said, title=item.label))
+                    good.append(_taken_for(place, said, item.label))
                 _judge(good, bad, place, item, wanted)
         if HP in kinds:
             claims += good
@@ -173,18 +178,18 @@ class MoviesOracle(Oracle[Truth, Movies]):
         wrong = [i for i, item in enumerate(items) if item is None or not item.meets(wishes)]
         if FP in kinds:
             if titles and not wrong:
-                claims.append(Repeat(action=truth.answer))
+                claims.append(_repeat(truth.answer))
             elif self._fitting:  # a user that was made by hand may have wishes that nothing meets
                 title = self._other_than({item.label for item in items if item})
                 claims.append(_recommend(titles, wrong[0] if wrong else 0, title))
         if FN in kinds:
             for i in wrong:
                 if (item := items[i]) and item.named:
-                    claims.append(AvoidTitle(title=item.label))
+                    claims.append(_avoid_title(item.label))
                     return
             if self._traits:
                 attribute, trait = self._traits[moment.turn % len(self._traits)]
-                claims.append(AvoidTrait(attribute=attribute, trait=trait))
+                claims.append(_avoid_trait(attribute, trait))
 
     def _other_than(self, used: Set[str]) -> str:
         """The first title that fits and is not used yet; if all are, the first one."""
@@ -218,7 +223,7 @@ _LONGEST = MAX_TITLES + 1
 def _recommend(titles: tuple[str, ...], place: int, title: str) -> Recommend:
     """Advice to put a title at a place of a list; it stands alone if the list would be too long."""
     action = answer_of([*titles[:place], title, *titles[place + 1 :]])
-    return Recommend(action=action if len(action) <= MAX_LENGTH else answer_of([title]), title=title)
+    return _advise(action if len(action) <= MAX_LENGTH else answer_of([title]), title)
 
 
 def _traits(catalogue: Catalogue, profile: Profile) -> list[tuple[str, str]]:
@@ -240,8 +245,8 @@ def _unclear(catalogue: Catalogue, place: int, said: str) -> Claim:
         return Ambiguous(item=place, said=said, count=len(found), works=works)
     for i in catalogue.near(said):
         if (near := catalogue.items[i]).named:
-            return SpeltLike(item=place, said=said, title=near.label)
-    return NotInCatalogue(item=place, said=said)
+            return _spelt_like(place, said, near.label)
+    return _not_in_catalogue(place, said)
 
 
 def _is_other(said: str, item: Item) -> bool:
@@ -250,29 +255,31 @@ def _is_other(said: str, item: Item) -> bool:
     return said not in plain and said.casefold() not in map(str.casefold, plain)
 
 
-def _judge(
-    good: list[Claim], bad: list[Claim], place: int, item: Item, wanted: tuple[tuple[str, int, str], ...]
-) -> None:
+_Wanted = tuple[tuple[str, int, str, Callable[[Item], str]], ...]
+
+
+def _judge(good: list[Claim], bad: list[Claim], place: int, item: Item, wanted: _Wanted) -> None:
     """What there is to say of an item of the list, wish by wish; nothing where none is asked about."""
     title, bits = item.label, item.bits
-    for _, wish, _ in wanted:
+    for _, wish, _, _ in wanted:
         if not bits & wish:
             break
     else:
         if wanted:
-            good.append(Fits(item=place, title=title))
+            good.append(_fits(title, place))
         return
-    for attribute, wish, words in wanted:
-        found = found_words(item, attribute)
+    for attribute, wish, words, find in wanted:
+        found = find(item)
         if bits & wish:
-            good.append(AttributeFits(item=place, title=title, attribute=attribute, found=found))
+            good.append(_attribute_fits(title, place, attribute, found))
         elif found:
-            bad.append(AttributeMisses(item=place, title=title, attribute=attribute, found=found, wanted=words))
+            bad.append(_attribute_misses(title, place, attribute, found, words))
         else:
-            bad.append(Unrated(item=place, title=title, wanted=words))
+            bad.append(_unrated(title, place, words))
 
 
 @lru_cache(maxsize=1024)
-def _wanted(profile: Profile) -> tuple[tuple[str, int, str], ...]:
-    """Per attribute that matters the bits of which a title must have one, and the wish in words."""
-    return tuple((attribute, wish, profile.words(attribute)) for attribute, wish in profile.wishes.items())
+def _wanted(profile: Profile) -> _Wanted:
+    """Per attribute that matters the bits of which a title must have one, the wish in words, and what words an item."""
+    wishes = profile.wishes.items()
+    return tuple((attribute, wish, profile.words(attribute), FOUND[attribute]) for attribute, wish in wishes)

@@ -1,7 +1,7 @@
 """What the claims about titles are checked by: SQL on the catalogue, and offers to users with given wishes."""
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from difflib import SequenceMatcher
 from functools import lru_cache
 from typing import Any
@@ -320,11 +320,7 @@ def row_words(lab: Movies, row: tuple[Any, ...], attribute: str) -> str | None:
 
 def found_words(item: Item, attribute: str) -> str:
     """What an item is, in words, such as "1994 to 2004"; empty for an unknown age rating."""
-    if attribute == TYPE:
-        return TYPE_NAMES[item.series]
-    if attribute == YEAR:
-        return _years(item.first, item.last)
-    return _genres(item.genres) if attribute == GENRE else item.certificate or ""
+    return FOUND[attribute](item)
 
 
 def _years(first: int, last: int | None) -> str:
@@ -334,6 +330,15 @@ def _years(first: int, last: int | None) -> str:
 @lru_cache(maxsize=1024)
 def _genres(genres: tuple[str, ...]) -> str:
     return " and ".join((", ".join(genres[:-1]), genres[-1]) if len(genres) > 1 else genres) or "none listed"
+
+
+FOUND: dict[str, Callable[[Item], str]] = {
+    TYPE: lambda item: TYPE_NAMES[item.series],
+    YEAR: lambda item: _years(item.first, item.last),
+    GENRE: lambda item: _genres(item.genres),
+    AGE: lambda item: item.certificate or "",
+}
+"""Per attribute what tells of an item what it is, in words."""
 
 
 def wish_words(profile: Profile) -> list[tuple[str, str]]:
