@@ -28,6 +28,7 @@ _WORD = re.compile(r"[^\W_]+")
 _ASCII_WORDS = {i: None if i in _DROPPED else chr(i) if chr(i).isalnum() else " " for i in range(128)}
 _DOUBLED = re.compile(r"(.)\1")
 _SHORTEST = 6  # characters of a word in which a slip is forgiven, and of a title that others are spelt like
+_LONGER = re.compile(rf"\S{{{_SHORTEST},}}")
 _LONG = 12  # characters of a title from which on two typos are near, not one
 
 
@@ -89,7 +90,10 @@ class Titles:
         A year in brackets behind the title must be the work's first year, or the only one that is next to it.
         """
         title, year = _split(text)
-        found = self._by_key.get(fold(title)) or self._alike(title) or self._alias(title) or self._slip(title)
+        found: Sequence[int] = self._by_key.get(fold(title), ())
+        if not found:
+            forms = _forms(title)  # as it may differ in hyphens, or in the article of a longer title
+            found = _united(self._by_form, forms) or _united(self._by_alias, forms) or self._slip(forms)
         return self._of(year, found)
 
     def near(self, text: str) -> tuple[int, ...]:
@@ -110,22 +114,14 @@ class Titles:
         least = min(gaps, default=2)
         return tuple(i for i, gap in zip(works, gaps, strict=True) if gap == least < 2)
 
-    def _alike(self, title: str) -> list[int]:
-        """The works that differ in hyphens, or in the article of a longer title."""
-        return _united(self._by_form, _forms(title))
-
-    def _alias(self, title: str) -> list[int]:
-        """The works of which a title is another name."""
-        return _united(self._by_alias, _forms(title))
-
-    def _slip(self, title: str) -> list[int]:
+    def _slip(self, forms: Iterable[str]) -> Sequence[int]:
         """The works that differ by a slip of the pen in one word, which makes no other word."""
         found = []
-        for said in _forms(title):
-            for mask, place in _masks(said):
-                if mask in self._by_mask:  # all words are the same but for this one
-                    word = said.split()[place]
-                    found += [form for form in self._by_mask[mask] if _is_slip(word, form.split()[place])]
+        for said in forms:
+            for mask, word in _masks(said):
+                for form in self._by_mask.get(mask, ()):  # all words are the same but for this one
+                    if _is_slip(word[0], form[word.start() : word.end() + len(form) - len(said)]):
+                        found.append(form)
         return _united(self._by_form, found)
 
     def _close(self, form: str) -> list[tuple[int, str]]:
@@ -174,12 +170,10 @@ def _bare(key: str) -> str:
     return rest if " " in rest and article in _ARTICLES else key
 
 
-def _masks(form: str) -> Iterator[tuple[str, int]]:
-    """A title with one of its longer words left out, but for its first and last letter; and the word's place."""
-    words = form.split()
-    for place, word in enumerate(words):
-        if len(word) >= _SHORTEST:
-            yield " ".join([*words[:place], f"{word[0]}*{word[-1]}", *words[place + 1 :]]), place
+def _masks(form: str) -> Iterator[tuple[str, re.Match[str]]]:
+    """A title with one of its longer words left out, but for its first and last letter; and the word."""
+    for word in _LONGER.finditer(form):
+        yield f"{form[: word.start() + 1]}*{form[word.end() - 1 :]}", word
 
 
 def _is_slip(word: str, meant: str) -> bool:
@@ -205,9 +199,12 @@ def _letters(form: str) -> int:
     return reduce(or_, [1 << (ord(letter) & 63) for letter in form], 0)
 
 
-def _united(table: Mapping[str, list[int]], keys: Iterable[str]) -> list[int]:
-    """What stands in a table under any of some keys, in order."""
-    return sorted({i for key in keys if key in table for i in table[key]})
+def _united(table: Mapping[str, list[int]], keys: Iterable[str]) -> Sequence[int]:
+    """What stands in a table under any of some keys, in order; under each it is in order."""
+    found = [table[key] for key in keys if key in table]
+    if len(found) > 1:
+        return sorted({i for each in found for i in each})
+    return found[0] if found else ()
 
 
 @lru_cache(maxsize=1)
