@@ -1,12 +1,12 @@
 """Agents of the user's own: the three protocols, their specs, and what goes wrong in them."""
 
 import importlib
-import subprocess
 import sys
 import textwrap
 
 import numpy as np
 import pytest
+from commands import llf
 
 import llf_teacher
 from llf_teacher.students.agents import GYMNASIUM, LLF, POLICY, as_text, protocol_of
@@ -316,27 +316,24 @@ def test_the_command_line(tmp_path):
     (tmp_path / "my_agent.py").write_text(MODULE)
     file = tmp_path / "study.toml"
 
-    def llf(student):
+    def run_with(student):
         file.write_text(
             f'ids = ["llf-gridworld-v0"]\nteachers = ["oracle"]\nstudents = ["random", "{student}"]\nseeds = 1\n'
         )
-        command = [sys.executable, "-P", "-c", "from llf_teacher.cli import main; main()", "study", "run", "study.toml"]
-        return subprocess.run(
-            [*command, "--store", "s.db", "--workers", "1"], cwd=tmp_path, capture_output=True, text=True, check=False
-        )
+        return llf("study", "run", "study.toml", "--store", "s.db", "--workers", "1", cwd=tmp_path)
 
-    refused = llf("my_agent:Scriptd")
+    refused = run_with("my_agent:Scriptd")
     assert refused.returncode == 2
     assert "did you mean Scripted" in refused.stderr
     assert not (tmp_path / "s.db").exists()
-    failed = llf("my_agent:Breaks")
+    failed = run_with("my_agent:Breaks")
     assert failed.returncode == 3
     assert 'my_agent.py", line' in failed.stderr
     assert "llf: episode {'id': 'llf-gridworld-v0'" in failed.stderr
     assert "The same command with --retry-failed plays again what failed" in failed.stderr
     assert "Played 1 episodes, stored in s.db" in failed.stderr
     assert "runner.py" not in failed.stderr.partition("llf: episode")[2]
-    played = llf("my_agent:Scripted(answer='west')")
+    played = run_with("my_agent:Scripted(answer='west')")
     assert played.returncode == 0, played.stderr
     assert "Played 1 episodes" in played.stderr
     assert "my_agent:Scripted(answer=&#39;west&#39;)</code><small>reads words" in (

@@ -1,15 +1,9 @@
 """`llf catalogue import`, as a user meets it."""
 
-import subprocess
-import sys
+from commands import llf, llf_apart
 
 import llf_teacher
 from worlds.movies.catalogue.importing import BASICS
-
-
-def llf(*arguments, cwd):
-    command = [sys.executable, "-m", "llf_teacher", *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, check=False)
 
 
 def test_import_and_use(tmp_path):
@@ -26,7 +20,7 @@ def test_import_and_use(tmp_path):
 def test_a_mistake_is_one_line_and_status_2(tmp_path):
     (tmp_path / "basics.tsv").write_text("no\tdump\n")
     (tmp_path / "big.db").write_text("as it was")
-    result = llf("catalogue", "import", "basics.tsv", "big.db", cwd=tmp_path)
+    result = llf_apart("catalogue", "import", "basics.tsv", "big.db", cwd=tmp_path)
     assert result.returncode == 2
     assert "llf: basics.tsv, line 1: got 'no\\tdump'; allowed: the columns of IMDb's title.basics.tsv" in result.stderr
     assert (tmp_path / "big.db").read_text() == "as it was"

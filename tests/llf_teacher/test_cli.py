@@ -1,16 +1,17 @@
 """The command line, as a user meets it."""
 
 import json
-import os
 import re
 import sqlite3
 import subprocess
 import sys
 
 import pytest
+from commands import llf, llf_apart
 
 import llf_teacher
 from llf_teacher.cli import complete_teacher
+from teachers.personalities.mistake import mistake
 
 STUDY = """
 ids = ["llf-gridworld-v0"]
@@ -20,14 +21,9 @@ seeds = 2
 """
 
 
-def llf(*arguments, cwd, text="", env=None):
-    command = [sys.executable, "-m", "llf_teacher", *arguments]
-    return subprocess.run(command, cwd=cwd, input=text, capture_output=True, text=True, check=False, env=env)
-
-
 def test_list(tmp_path):
-    result = llf("list", cwd=tmp_path)
-    assert result.returncode == 0
+    result = llf_apart("list", cwd=tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
     for id in llf_teacher.ids():
         assert f"  {id}\n" in result.stdout
     assert "mistake(eps=0.1)" in result.stdout
@@ -35,7 +31,7 @@ def test_list(tmp_path):
 
 
 def test_list_what_matches(tmp_path):
-    result = llf("list", "mistake", cwd=tmp_path, env=os.environ | {"COLUMNS": "160"})
+    result = llf("list", "mistake", cwd=tmp_path, COLUMNS="160")
     words = " ".join(result.stdout.split())
     assert re.search(r"^mistake\(eps=0.1\) +no ", result.stdout, re.MULTILINE)
     assert re.search(r"^mistake_correcting\(.*\) +yes ", result.stdout, re.MULTILINE)
@@ -68,9 +64,7 @@ def test_a_list_that_nobody_reads_to_its_end(tmp_path):
 )
 def test_shells_complete_names(tmp_path, typed, offered):
     asked = {"_LLF_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(["llf", *typed]), "COMP_CWORD": f"{len(typed)}"}
-    code = "import sys; sys.argv = ['llf']; from llf_teacher.cli import main; main()"
-    command = [sys.executable, "-c", code]
-    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=os.environ | asked, check=False)
+    result = llf(cwd=tmp_path, **asked)
     assert result.stdout.split() == offered, result.stderr
 
 
@@ -90,11 +84,12 @@ def test_a_file_is_run(tmp_path):
 
 def test_a_study_from_file_to_report(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
-    result = llf("study", "run", "study.toml", "--store", "a.db", "--report", "a.html", "--workers", "1", cwd=tmp_path)
+    command = ("study", "run", "study.toml", "--store", "a.db", "--report", "a.html", "--workers", "1")
+    result = llf_apart(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "Played 4 episodes" in result.stderr
     assert "<svg" in (tmp_path / "a.html").read_text(encoding="utf-8")
-    again = llf("study", "run", "study.toml", "--store", "a.db", "--report", "a.html", cwd=tmp_path)
+    again = llf(*command, cwd=tmp_path)
     assert "Played 0 episodes" in again.stderr
 
 
@@ -272,7 +267,7 @@ def test_audit_by_family(tmp_path):
         "llf-bandits-*Low*",
         "llf-gr*",
     ]
-    result = llf("audit", "--turns", "60", "--by-family", *chosen, cwd=tmp_path)
+    result = llf("audit", "--turns", "60", "--workers", "1", "--by-family", *chosen, cwd=tmp_path)
     names, *rows = (line.split() for line in result.stdout.splitlines())
     assert names[:3] + names[-2:] == ["family", "environments", "turns", "false", "mistake(eps=1)"]
     assert [row[:3] for row in rows] == [["bandits", "2", "120"], ["gridworld", "1", "60"]]
@@ -282,13 +277,9 @@ def test_audit_by_family(tmp_path):
         assert int(claims.replace(",", "")) > 0 < int(wrong) == int(all_)
 
 
-def test_audit_catches_a_liar_who_promises_honesty(tmp_path):
-    code = (
-        "import sys, teachers.personalities.mistake as mistake; mistake.mistake.honest = True; "
-        "from llf_teacher.cli import main; sys.argv = ['llf', 'audit', 'llf-gridworld-v0', '--turns', '30', "
-        "'--teacher', 'mistake(eps=1)']; main()"
-    )
-    result = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+def test_audit_catches_a_liar_who_promises_honesty(tmp_path, monkeypatch):
+    monkeypatch.setattr(mistake, "honest", True)
+    result = llf("audit", "llf-gridworld-v0", "--turns", "30", "--teacher", "mistake(eps=1)", cwd=tmp_path)
     assert result.returncode == 1
     assert "mistake(eps=1): false" in result.stdout
     assert "seed 0, turn" in " ".join(result.stdout.split())
@@ -296,7 +287,7 @@ def test_audit_catches_a_liar_who_promises_honesty(tmp_path):
 
 def test_audit_leaves_out_what_cannot_be_served(tmp_path):
     ids, teachers = ("llf-gridworld-v0", "llf-poem-*"), ("--teacher", "noisy", "--teacher", "skip")
-    result = llf("audit", *ids, *teachers, "--turns", "30", cwd=tmp_path)
+    result = llf("audit", *ids, *teachers, "--turns", "30", "--workers", "1", cwd=tmp_path)
     assert result.returncode == 0
     assert result.stderr.count("left out") == 1
     assert "poem does not serve noisy, skip: left out" in result.stderr
@@ -308,7 +299,8 @@ def test_audit_leaves_out_what_cannot_be_served(tmp_path):
 def test_audit_of_a_shelf(tmp_path):
     """Patterns stand for names of personalities, as they do for ids."""
     teachers = ("--teacher", "oracle", "--teacher", "*_focused", "--teacher", "mistake(eps=1)")
-    result = llf("audit", "llf-gridworld-v0", *teachers, "--turns", "30", "--json", cwd=tmp_path)
+    command = ("audit", "llf-gridworld-v0", *teachers, "--turns", "30", "--workers", "1", "--json")
+    result = llf(*command, cwd=tmp_path)
     said = [found["teacher"] for found in json.loads(result.stdout)]
     assert said == ["oracle", "punishment_focused", "reward_focused", "mistake(eps=1)"]
     result = llf("audit", "llf-gridworld-v0", "--teacher", "*_blurred", cwd=tmp_path)
@@ -363,4 +355,4 @@ def test_golden(tmp_path):
 
 
 def test_no_arguments_show_help(tmp_path):
-    assert "study" in llf(cwd=tmp_path).stdout
+    assert "study" in llf_apart(cwd=tmp_path).stdout

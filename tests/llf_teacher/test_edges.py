@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import llf
 
 import llf_teacher
 from llf_teacher.models.client import Endpoint
@@ -109,7 +110,7 @@ def test_names_that_look_like_markup(tmp_path):
     (tmp_path / "_mine.py").write_text(AGENT)
     (tmp_path / "study.toml").write_text(STUDY.replace("_mine:Agent", "_mine:Agent(answer='[/b] \\u202e')"))
     command = ("study", "run", "study.toml", "--store", "x[.]y[b].db", "--report", "r[i].html", "--workers", "1")
-    result = python("-m", "llf_teacher", *command, cwd=tmp_path)
+    result = llf(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     assert "Played 1 episodes, stored in x[.]y[b].db." in result.stderr
     assert "r[i].html" in "".join(result.stderr.split())
@@ -119,10 +120,10 @@ def test_names_that_look_like_markup(tmp_path):
     assert page.count("_mine:Agent") > 2
 
 
-def test_a_student_whose_module_begins_with_an_underscore_is_in_the_plots(tmp_path, monkeypatch):
+def test_a_student_whose_module_begins_with_an_underscore_is_in_the_plots(tmp_path):
     (tmp_path / "_other.py").write_text(AGENT)
     (tmp_path / "study.toml").write_text(STUDY.replace("_mine", "_other"))
-    result = python("-m", "llf_teacher", "study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
+    result = llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
     assert result.returncode == 0, result.stderr
     page = (tmp_path / "llf-study.html").read_text(encoding="utf-8")
     assert any("_other:Agent" in plot.partition("</svg>")[0] for plot in page.split("<svg")[1:])
@@ -131,7 +132,7 @@ def test_a_student_whose_module_begins_with_an_underscore_is_in_the_plots(tmp_pa
 def test_what_an_agent_says_does_not_steer_the_terminal(tmp_path):
     (tmp_path / "_mine.py").write_text(AGENT)
     (tmp_path / "study.toml").write_text(STUDY.replace("Agent", "Broken"))
-    result = python("-m", "llf_teacher", "study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
+    result = llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path)
     assert result.returncode == 3
     assert ESCAPE not in result.stderr
     assert OVERRIDE not in result.stderr

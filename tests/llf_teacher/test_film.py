@@ -1,22 +1,16 @@
 """`llf film`: an episode as an animation."""
 
-import subprocess
 import sys
 from importlib.util import find_spec
 
 import numpy as np
 import pytest
+from commands import llf
 from PIL import Image
 
 from llf_teacher.tools.film import check_path, film, save
 
 ID = "llf-gridworld-v0"
-
-
-def llf(*arguments, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "llf_teacher", "film", *arguments], capture_output=True, text=True, cwd=cwd, check=False
-    )
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +19,8 @@ def frames():
 
 
 def test_the_command(tmp_path):
-    result = llf(ID, "out.gif", "--seed", "7", "--seconds", "0.2", "--max-turns", "3", "--theme", "dark", cwd=tmp_path)
+    options = ("--seed", "7", "--seconds", "0.2", "--max-turns", "3", "--theme", "dark")
+    result = llf("film", ID, "out.gif", *options, cwd=tmp_path)
     assert result.stdout.startswith("out.gif: 4 frames, "), result.stderr
     with Image.open(tmp_path / "out.gif") as image:
         assert (image.size, image.n_frames, image.info["loop"]) == ((640, 480), 4, 0)
@@ -58,7 +53,7 @@ def test_students_of_words_can_be_filmed():
 
 
 def test_an_unknown_ending_is_refused(tmp_path):
-    result = llf(ID, "out.avi", cwd=tmp_path)
+    result = llf("film", ID, "out.avi", cwd=tmp_path)
     assert result.returncode == 2
     assert result.stderr == "llf: a film is named as one of *.gif, *.webp, *.mp4, got 'out.avi'\n"
 

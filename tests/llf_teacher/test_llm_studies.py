@@ -12,6 +12,7 @@ import threading
 import time
 
 import pytest
+from commands import llf, llf_apart
 from endpoints import KEY, MOVES, NORTH, files_with, ledger
 from studying import rows
 
@@ -43,13 +44,16 @@ def wanderer(delay=0.0):
     return answer
 
 
-def llf(folder, *options, popen=False, **environment):
-    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2", *options]
-    surroundings = os.environ | {"LLF_LLM_API_KEY": KEY} | environment
-    if popen:
-        null = subprocess.DEVNULL
-        return subprocess.Popen(command, cwd=folder, env=surroundings, stdout=null, stderr=null, start_new_session=True)
-    return subprocess.run(command, cwd=folder, env=surroundings, capture_output=True, text=True, check=False)
+RUN = ("study", "run", "study.toml", "--workers", "2")
+
+
+def run_here(folder, *options, **environment):
+    return llf(*RUN, *options, cwd=folder, LLF_LLM_API_KEY=KEY, **environment)
+
+
+def run_apart(folder, *options, **environment):
+    """Where all counts that is printed, by processes that play, too."""
+    return llf_apart(*RUN, *options, cwd=folder, LLF_LLM_API_KEY=KEY, **environment)
 
 
 def hits(server):
@@ -70,7 +74,11 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
     workers = 2
     with ScriptedEndpoint(wanderer(0.02)) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
-        process = llf(tmp_path, "--store", "s.db", popen=True)
+        command = [sys.executable, "-m", "llf_teacher", *RUN, "--store", "s.db"]
+        environment, null = os.environ | {"LLF_LLM_API_KEY": KEY}, subprocess.DEVNULL
+        process = subprocess.Popen(
+            command, cwd=tmp_path, env=environment, stdout=null, stderr=null, start_new_session=True
+        )
         while process.poll() is None and len(server.requests) < 100:
             time.sleep(0.005)
         os.killpg(process.pid, signal.SIGKILL)  # the workers, too
@@ -84,7 +92,7 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
         done = len(rows(tmp_path / "s.db")[0])
         assert done < 50
 
-        result = llf(tmp_path, "--store", "s.db", "--report", "r.html")
+        result = run_here(tmp_path, "--store", "s.db", "--report", "r.html")
         assert result.returncode == 0, result.stderr
         assert f"Played {50 - done} episodes" in result.stderr
         after = hits(server)
@@ -112,7 +120,7 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
 def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
     with ScriptedEndpoint(wanderer()) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
-        stopped = llf(tmp_path, "--llm-budget", "8")
+        stopped = run_apart(tmp_path, "--llm-budget", "8")
         assert stopped.returncode == 1
         assert "llf: the spending limit of 8 USD is reached" in stopped.stderr
         assert "raise --llm-budget to go on" in stopped.stderr
@@ -122,11 +130,11 @@ def test_a_limit_stops_a_study_and_a_higher_one_goes_on(tmp_path):
         played = len(rows(tmp_path / "llf-study.db")[0])
         assert 0 < played < 10
 
-        again = llf(tmp_path, LLF_LLM_BUDGET="8")
+        again = run_here(tmp_path, LLF_LLM_BUDGET="8")
         assert again.returncode == 1
         assert sum(usd for _, _, usd in ledger(tmp_path / "llf-study.llm.db")) <= 8
         played = len(rows(tmp_path / "llf-study.db")[0])
-        finished = llf(tmp_path, "--llm-budget", "1000")
+        finished = run_here(tmp_path, "--llm-budget", "1000")
         assert finished.returncode == 0, finished.stderr
         assert f"Played {10 - played} episodes" in finished.stderr
     assert set(hits(server).values()) == {1}
@@ -136,7 +144,7 @@ def test_a_broken_endpoint_is_one_line_without_the_key(tmp_path):
     reply = Reply(404, json.dumps({"error": {"message": f"no such model for {KEY}"}}))
     with ScriptedEndpoint(lambda request: reply) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url))
-        result = llf(tmp_path)
+        result = run_apart(tmp_path)
     assert result.returncode == 1
     assert "failed: http://127.0.0.1" in result.stderr
     assert "no such model for ***" in result.stderr
@@ -149,7 +157,7 @@ def test_a_model_that_repeats_the_key(tmp_path):
     """It cannot know the key, but an endpoint could."""
     with ScriptedEndpoint(lambda request: f"Thought: {KEY}\nResponse: {KEY}") as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 1"))
-        result = llf(tmp_path, OPENAI_LOG="debug")
+        result = run_apart(tmp_path, OPENAI_LOG="debug")
     assert result.returncode == 0, result.stderr
     assert files_with("***", tmp_path)
     assert KEY not in result.stderr + result.stdout
@@ -171,6 +179,6 @@ def test_a_slow_endpoint_serves_several_workers_at_once(tmp_path):
 
     with ScriptedEndpoint(answer) as server:
         (tmp_path / "study.toml").write_text(STUDY.format(url=server.url).replace("seeds = 25", "seeds = 5"))
-        result = llf(tmp_path, "--workers", "4")
+        result = run_here(tmp_path, "--workers", "4")
     assert result.returncode == 0
     assert 2 <= most[0] <= 4

@@ -1,26 +1,21 @@
 """`llf play`: what a person sees in the terminal, in both seats."""
 
-import os
 import re
-import subprocess
-import sys
 
 import pytest
+from commands import llf
 
 GRID = "llf-gridworld-v0"
 COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-9][0-9;]*m")
 
 
 def play(*arguments, text, **environment):
-    kept = {name: value for name, value in os.environ.items() if name not in ("NO_COLOR", "FORCE_COLOR")}
-    return subprocess.run(
-        [sys.executable, "-m", "llf_teacher", "play", *arguments],
-        input=text,
-        capture_output=True,
-        text=True,
-        env=kept | environment,
-        check=True,
-    ).stdout
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("NO_COLOR", "FORCE_COLOR"):
+            patch.delenv(name, raising=False)
+        result = llf("play", *arguments, text=text, **environment)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
 
 
 def test_the_student_sees_turns_rewards_and_a_map():

@@ -9,6 +9,7 @@ import urllib.error
 import urllib.request
 
 import pytest
+from commands import llf
 
 
 @contextlib.contextmanager
@@ -21,11 +22,6 @@ def serving(*arguments):
         _, errors = server.communicate(timeout=60)
     assert "Traceback" not in errors
     assert server.returncode == 0, errors
-
-
-def llf(*arguments):
-    command = [sys.executable, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def get(address, **headers):
@@ -43,7 +39,7 @@ def test_a_page_on_this_machine(tmp_path):
         with urllib.request.urlopen(request, timeout=60) as answer:
             assert json.load(answer)["page"].startswith("/seat/")
         assert store.exists()
-        taken = llf("-m", "llf_teacher", "serve", "--port", "0", "--store", str(store))
+        taken = llf("serve", "--port", "0", "--store", store)
         assert (taken.returncode, "another run plays into" in taken.stderr) == (2, True)
 
 
@@ -71,20 +67,14 @@ def test_beyond_this_machine_there_is_a_key():
     ],
 )
 def test_what_does_not_work_is_one_line(arguments, why):
-    result = llf("-m", "llf_teacher", "serve", "--port", "0", *arguments)
+    result = llf("serve", "--port", "0", *arguments)
     assert result.returncode == 2
     assert why in result.stderr
     assert "Traceback" not in result.stderr
 
 
-def test_what_is_missing_is_named():
-    program = """
-import sys
-sys.modules["uvicorn"] = None
-sys.argv = ["llf", "serve"]
-from llf_teacher.cli import main
-main()
-"""
-    result = llf("-c", program)
+def test_what_is_missing_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    result = llf("serve")
     assert result.returncode == 2
     assert "the page needs 'uvicorn', which is not installed; run: pip install 'llf-teacher[web]'" in result.stderr

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import pytest
+from commands import llf, llf_apart
 
 from llf_teacher.studies.alone import alone
 from llf_teacher.studies.episode import play
@@ -73,8 +74,7 @@ def test_the_command_line_says_that_a_store_is_gone(tmp_path):
     (tmp_path / "study.toml").write_text(
         'ids = ["llf-gridworld-v0"]\nteachers = ["oracle"]\nstudents = ["thief:Thief"]\nseeds = 2\n'
     )
-    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--store", "s.db", "--workers", "1"]
-    result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    result = llf_apart("study", "run", "study.toml", "--store", "s.db", "--workers", "1", cwd=tmp_path)
     assert result.returncode == 2
     assert result.stderr.startswith("llf: s.db was deleted, moved or replaced")
     assert "stored in" not in result.stderr
@@ -133,8 +133,7 @@ def test_shards_put_together_are_the_study(tmp_path):
             played.append(run(study(), store, way=Way("here", shard=parse_shard(f"{number}/3"))))
     assert played == [6, 5, 5]
     merged = tmp_path / "merged.db"
-    command = [sys.executable, "-m", "llf_teacher", "study", "merge", merged, *parts, parts[0]]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    result = llf("study", "merge", merged, *parts, parts[0])
     assert result.stdout == f"16 episodes, stored in {merged}.\n", result.stderr
     assert content(merged) == content(whole)
     with Store(merged) as store, Store(whole) as undisturbed:
@@ -187,11 +186,11 @@ def test_a_part_that_cannot_be_is_refused(text):
 def test_a_report_may_be_made_at_any_time(tmp_path):
     """Also while the study is played, and without its file."""
     path, page = tmp_path / "s.db", tmp_path / "r.html"
-    command = [sys.executable, "-m", "llf_teacher", "study", "report", "--store", path, "--report", page]
+    command = ("study", "report", "--store", path, "--report", page)
 
     def progress(done, total):
         if done == 9:
-            result = subprocess.run(command, capture_output=True, text=True, check=False)
+            result = llf_apart(*command)
             assert result.returncode == 0, result.stderr
             assert page.exists()
             raise StudyError("stopped")
@@ -199,10 +198,8 @@ def test_a_report_may_be_made_at_any_time(tmp_path):
     with Store(path) as store, pytest.raises(StudyError, match="stopped"):
         run(study(), store, way=HERE, progress=progress)
     page.unlink()
-    subprocess.run(command, check=True, capture_output=True)
+    assert llf(*command).returncode == 0
     assert "<html" in page.read_text(encoding="utf-8")
-    result = subprocess.run(
-        [*command[:5], "--store", tmp_path / "none.db"], capture_output=True, text=True, check=False
-    )
+    result = llf("study", "report", "--store", tmp_path / "none.db")
     assert result.returncode == 2
     assert "there is no file" in result.stderr
