@@ -3,11 +3,11 @@
 A test is played in three sizes, each within the next. A size is a mark, for `pytest -m`:
 
 - `smoke`: for a look at an installation, in two minutes. A few tests of each module in a folder of `tests`, one case of
-  each, of a family that is not slow; what lies in `tests` itself looks at the source tree, too.
+  each, of a family that is cheap; what lies in `tests` itself looks at the source tree, too.
 - `quick`: what `pytest` plays. A test that crosses things says by `sampled` what each of its cases shows, such as a
   family and a personality, and plays a cover of them: cases that together show whatever there is to show, so that no
   family and no personality is left out of any test. The cases are drawn anew for each version of the package and apart
-  for each test, so that pairs come round. Slow families are drawn last: they get what nothing faster shows.
+  for each test, so that pairs come round. Costly and slow families are drawn last: they get what nothing cheaper shows.
 - `full`: every case of every test, among them those that are marked so by hand and are played in no smaller size.
 """
 
@@ -25,6 +25,8 @@ from pz_envs.family import all_families
 TESTS = Path(__file__).parents[1]
 FEW = 5
 """Tests of a module for a look."""
+COSTLY = {"parking"}
+"""Families of which a turn costs some hundred times that of most others; slow ones, by their declaration, cost more."""
 KNOWN = {family.name: family for family in all_families()} | entries()
 
 
@@ -33,23 +35,29 @@ def sampled(shown: Callable[..., Iterable[Hashable]]) -> pytest.MarkDecorator:
     return pytest.mark.sampled.with_args(shown)
 
 
-def cover(shown: Sequence[Iterable[Hashable]], slow: Sequence[bool], seed: str) -> list[int]:
-    """The places of cases that together show all that is shown in any; what is slow only if nothing else shows it."""
+def cover(shown: Sequence[Iterable[Hashable]], costs: Sequence[int], seed: str) -> list[int]:
+    """The places of cases that together show all that is shown in any, each as cheaply as it can be."""
     order = random.Random(seed).sample(range(len(shown)), len(shown))
     seen: set[Hashable] = set()
     chosen = []
-    for place in sorted(order, key=slow.__getitem__):
+    for place in sorted(order, key=costs.__getitem__):
         if not seen.issuperset(shown[place]):
             seen.update(shown[place])
             chosen.append(place)
     return sorted(chosen)
 
 
-def is_slow(case: pytest.Item) -> bool:
-    """Whether a family among the case's parameters is slow; by itself or its name, or by an environment or its id."""
+def cost(case: pytest.Item) -> int:
+    """How dear a case is: 2 if a family among its parameters is slow, 1 if one is costly, else 0.
+
+    A parameter stands for a family by itself or its name, or by an environment or its id.
+    """
     values = case.callspec.params.values() if hasattr(case, "callspec") else ()
     known = [KNOWN.get(value, value) if isinstance(value, str) else value for value in values]
-    return any(getattr(getattr(value, "family", value), "slow", False) for value in known)
+    families = [getattr(value, "family", value) for value in known]
+    if any(getattr(family, "slow", False) for family in families):
+        return 2
+    return int(any(getattr(family, "name", "") in COSTLY for family in families))
 
 
 def mark_sizes(cases: Sequence[pytest.Item], version: str) -> None:
@@ -61,17 +69,17 @@ def mark_sizes(cases: Sequence[pytest.Item], version: str) -> None:
             tests[case.nodeid.partition("[")[0]].append(case)
         case.add_marker("full")
     for test, quick in tests.items():
-        slow = [is_slow(case) for case in quick]
+        costs = [cost(case) for case in quick]
         if mark := quick[0].get_closest_marker("sampled"):
             (shown,) = mark.args
             names = signature(shown).parameters
             shows = [shown(**{name: case.callspec.params[name] for name in names}) for case in quick]
-            places = cover(shows, slow, f"{version} {test}")
+            places = cover(shows, costs, f"{version} {test}")
         else:
             places = range(len(quick))
         for place in places:
             quick[place].add_marker("quick")
-        fast = (quick[place] for place in places if not slow[place])
+        fast = (quick[place] for place in places if not costs[place])
         if (first := next(fast, None)) and first.path.parent != TESTS:
             modules[test.partition("::")[0]].append(first)
     for module, firsts in modules.items():
