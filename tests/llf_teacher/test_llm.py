@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from endpoints import KEY, NORTH, REQUEST, endpoint, ledger
 
-from llf_teacher.models import LLMError, SpendingLimitError
+from llf_teacher.models import LLMError, SpendingLimitError, retries
 from llf_teacher.models.cache import Cache, spending
 from llf_teacher.models.retries import asked_for, may_pass, pause
 from llf_teacher.models.settings import Settings
@@ -69,6 +69,13 @@ FAULTS = {
 }
 
 
+@pytest.fixture
+def soon(monkeypatch):
+    """It is tried again at once, where it does not matter how long that should take."""
+    monkeypatch.setattr(retries, "_FIRST", 0.01)
+
+
+@pytest.mark.usefixtures("soon")
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_that_passes_is_got_over(fault):
     replies = iter([FAULTS[fault], NORTH])
@@ -77,6 +84,7 @@ def test_a_fault_that_passes_is_got_over(fault):
     assert len(server.requests) == 2
 
 
+@pytest.mark.usefixtures("soon")
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_that_stays_is_one_error(fault):
     with ScriptedEndpoint(lambda request: FAULTS[fault]) as server, pytest.raises(LLMError) as caught:
@@ -86,16 +94,17 @@ def test_a_fault_that_stays_is_one_error(fault):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.usefixtures("soon")
 def test_retry_after_is_honoured():
     times = []
 
     def answer(request):
         times.append(time.monotonic())
-        return NORTH if len(times) == 3 else Reply(429, "{}", (("Retry-After", "1.5"),))
+        return NORTH if len(times) == 3 else Reply(429, "{}", (("Retry-After", "0.5"),))
 
     with ScriptedEndpoint(answer) as server:
         assert endpoint(server.url).ask(REQUEST) == NORTH
-    assert all(later - earlier >= 1.5 for earlier, later in itertools.pairwise(times))
+    assert all(later - earlier >= 0.5 for earlier, later in itertools.pairwise(times))
 
 
 def test_a_long_wait_is_not_waited_for():
@@ -119,6 +128,7 @@ def test_a_slow_answer_is_asked_for_again():
     assert len(server.requests) == 2
 
 
+@pytest.mark.usefixtures("soon")
 def test_an_endpoint_that_is_always_slow(tmp_path):
     """A request is sent once and for each retry once more, by nobody but us, and all of that is counted."""
 
@@ -133,6 +143,7 @@ def test_an_endpoint_that_is_always_slow(tmp_path):
     assert spending(f"{tmp_path / 'c.db'}") == [NOTHING | {"sent": 3, "lost": 3}]
 
 
+@pytest.mark.usefixtures("soon")
 @pytest.mark.parametrize("faults", [["429", "500", "cut"], ["no JSON", "no choices", "half a JSON"]])
 def test_attempts_for_whatever_reason_are_counted_together(tmp_path, faults):
     replies = iter([*(FAULTS[fault] for fault in faults), NORTH])
