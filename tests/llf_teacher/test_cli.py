@@ -139,7 +139,7 @@ def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
 )
 def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
     (tmp_path / "study.toml").write_text(STUDY)
-    command = ("study", "run", "study.toml", "--workers", "1")
+    command = ("study", "run", "study.toml", "--executor", "here")
     assert llf(*command, cwd=tmp_path).returncode == 0
     path, report = tmp_path / "llf-study.db", tmp_path / "llf-study.html"
     report.unlink()
@@ -158,7 +158,7 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
 
 def test_a_store_is_checked(tmp_path):
     (tmp_path / "study.toml").write_text(STUDY)
-    assert llf("study", "run", "study.toml", "--workers", "1", cwd=tmp_path).returncode == 0
+    assert llf("study", "run", "study.toml", "--executor", "here", cwd=tmp_path).returncode == 0
     result = llf("study", "check", "llf-study.db", cwd=tmp_path)
     assert result.returncode == 0
     assert result.stdout.endswith(" episodes, all as they were written.\n")

@@ -52,12 +52,11 @@ EXTRA = """
 import sys
 from dataclasses import replace
 
-import pz_envs.families.poem as declared
-from pz_envs.family import all_families, own_families
+from pz_envs import family
+from pz_envs.families import gridworld, poem
 
-declared.FAMILY = replace(declared.FAMILY, extra="verse")
-own_families.cache_clear()
-all_families.cache_clear()
+family.own_families = lambda: (gridworld.FAMILY, replace(poem.FAMILY, extra="verse"))
+family.all_families.cache_clear()
 sys.modules["syllables"] = None
 """
 ESCAPE, OVERRIDE = "\x1b", "\u202e"

@@ -267,7 +267,7 @@ def test_memory_does_not_grow_with_the_store(found, tmp_path, spec):
 
     peak(1)  # what is loaded once
     once = peak(1)
-    assert min(peak(6) for _ in range(3)) < 1.5 * once + 100_000  # caches of the process grow now and then
+    assert any(peak(6) < 1.5 * once + 100_000 for _ in range(3))  # caches of the process grow now and then
 
 
 def test_what_is_no_format_is_refused(found, tmp_path):

@@ -4,7 +4,7 @@ import re
 import string
 import sys
 from dataclasses import asdict
-from functools import partial
+from functools import cache, partial
 from itertools import islice, product
 
 import numpy as np
@@ -91,6 +91,7 @@ def test_complete_instructions_suffice_and_basic_ones_do_not(id):
 def test_learning_from_rewards_beats_chance(id):
     seeds = range(2000 // entry(id).family.max_turns)  # with fewer it may be luck
 
+    @cache
     def regret(student):
         return np.mean([episode(id, student, seed, "silent").episode.regret for seed in seeds])
 
@@ -261,6 +262,7 @@ def skill(id, teacher, seed, field):
 def test_the_bayesian_student_finds_liars_out(id):
     """It does better than the obedient one with a liar, better than without a teacher, and trusts an honest one."""
 
+    @cache
     def regret(student, teacher):
         return np.mean([episode(id, student, seed, teacher).episode.regret for seed in range(25)])
 

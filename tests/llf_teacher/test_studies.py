@@ -7,6 +7,7 @@ import sys
 import time
 
 import pytest
+from commands import llf
 from studying import rows, small
 
 from llf_teacher.studies.episode import play
@@ -171,13 +172,12 @@ def test_a_larger_study_goes_on_in_the_same_store(tmp_path):
 def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
     """SIGKILL in the middle, twice: nothing is lost, nothing is played twice."""
     (tmp_path / "study.toml").write_text(FILE.replace("seeds = 3", "seeds = 50"))
-    command = [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--workers", "2"]
-    subprocess.run([*command, "--store", "whole.db"], cwd=tmp_path, check=True, capture_output=True)
+    command = ("study", "run", "study.toml", "--workers", "2")
+    assert llf(*command, "--store", "whole.db", cwd=tmp_path).returncode == 0
+    apart = [sys.executable, "-m", "llf_teacher", *command, "--store", "killed.db"]
     counts = []
     for _ in range(2):
-        process = subprocess.Popen(
-            [*command, "--store", "killed.db"], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        process = subprocess.Popen(apart, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         wanted = (counts[-1] if counts else 0) + 20
         while process.poll() is None and _count(tmp_path / "killed.db") < wanted:
             time.sleep(0.01)
@@ -185,7 +185,7 @@ def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
         process.wait()
         counts.append(_count(tmp_path / "killed.db"))
         assert wanted <= counts[-1] < 300
-    subprocess.run([*command, "--store", "killed.db"], cwd=tmp_path, check=True, capture_output=True)
+    assert llf(*command, "--store", "killed.db", cwd=tmp_path).returncode == 0
     assert rows(tmp_path / "killed.db") == rows(tmp_path / "whole.db")
     assert len(rows(tmp_path / "whole.db")[0]) == 300
 
