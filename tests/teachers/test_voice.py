@@ -3,6 +3,7 @@
 import copy
 import pickle
 import string
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ TryAgain = ["Again! Again!", "Once more! Yes!", "Try again! Hooray!", "Not solve
 """
 
 
+@cache
 def heard(name, voice, spec="elaborator | mistake(eps=0.2) | delayed", turns=60, instruction_type="p"):
     teacher = pupil(name).make_teacher(pupil(name).make_world(), spec, voice=voice, instruction_type=instruction_type)
     rng = np.random.default_rng(0)
@@ -48,7 +50,7 @@ def test_the_voices_of_the_shelf():
 @pytest.mark.parametrize("voice", [*VOICES, shout], ids=lambda voice: getattr(voice, "__name__", voice))
 @pytest.mark.parametrize("name", RICH)
 def test_a_voice_never_changes_which_claims_are_made(name, voice):
-    for said, plain in zip(heard(name, voice), heard(name, "plain"), strict=True):
+    for said, plain in zip(heard.__wrapped__(name, voice), heard(name, "plain"), strict=True):
         assert [(a.claim, a.about_turn) for a in said.atoms] == [(a.claim, a.about_turn) for a in plain.atoms]
         assert said == " ".join(atom.text for atom in said.atoms)
         assert not [atom for atom in said.atoms if "{" in atom.text]
