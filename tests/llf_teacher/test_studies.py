@@ -172,9 +172,10 @@ def test_a_larger_study_goes_on_in_the_same_store(tmp_path):
 def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
     """SIGKILL in the middle, twice: nothing is lost, nothing is played twice."""
     (tmp_path / "study.toml").write_text(FILE.replace("seeds = 3", "seeds = 50"))
-    command = ("study", "run", "study.toml", "--workers", "2")
-    assert llf(*command, "--store", "whole.db", cwd=tmp_path).returncode == 0
-    apart = [sys.executable, "-m", "llf_teacher", *command, "--store", "killed.db"]
+    command = ("study", "run", "study.toml")
+    assert llf(*command, "--executor", "here", "--store", "whole.db", cwd=tmp_path).returncode == 0
+    command = (*command, "--workers", "2", "--store", "killed.db")
+    apart = [sys.executable, "-m", "llf_teacher", *command]
     counts = []
     for _ in range(2):
         process = subprocess.Popen(apart, cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -185,7 +186,7 @@ def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
         process.wait()
         counts.append(_count(tmp_path / "killed.db"))
         assert wanted <= counts[-1] < 300
-    assert llf(*command, "--store", "killed.db", cwd=tmp_path).returncode == 0
+    assert llf(*command, cwd=tmp_path).returncode == 0
     assert rows(tmp_path / "killed.db") == rows(tmp_path / "whole.db")
     assert len(rows(tmp_path / "whole.db")[0]) == 300
 
