@@ -32,6 +32,7 @@ def llf(*arguments, cwd=".", text="", **environment):
         contextlib.redirect_stderr(err),
         patch("sys.stdin", io.StringIO(text)),
         patch("sys.argv", ["llf", *words]),
+        patch("__main__.__package__", None),  # else `python -m pytest` would be the name of the command
         patch("sys.path", [*sys.path]),
         patch.dict(os.environ, environment),
     ):
