@@ -32,6 +32,34 @@ def test_a_trial_finds_the_same_success(task):
                 break
 
 
+@pytest.mark.parametrize("task", EVERY_TASK)
+def test_success_is_metaworlds(task, monkeypatch):
+    """At every low-level step of turns that solve the task, if the scripted policy does, and of others."""
+    world, rng, checked = MetaWorld(task), np.random.default_rng(5), 0
+    world.reset(seed=0)
+    simulator = world.simulator()
+    env, solves = simulator.env, simulator.trial.solves
+
+    def checked_solves(seen, command):
+        nonlocal checked
+        checked += 1
+        solved = solves(seen, command)
+        assert solves(seen[:3], command) == solved
+        assert solved == bool(env.evaluate_state(np.array(seen), np.array(command))[1]["success"])
+        return solved
+
+    monkeypatch.setattr(type(simulator.trial), "solves", lambda trial, *args: checked_solves(*args))
+    for seed in range(2):
+        world.reset(seed=seed)
+        for turn in range(30):
+            aim = world.script.aim(world.truth.observation)
+            wanted = world.legal([*aim.target, aim.grip])
+            world.advance(wanted if turn % 5 else world.legal(world.sample_action(rng)))
+            if world.truth.solved:
+                break
+    assert checked > 30
+
+
 def calls(function, *args):
     """How many functions are called."""
     count = 0

@@ -30,7 +30,6 @@ NEW_AIM, NEW_GRIP = 0.03, 0.3
 """Changes of advice that end a turn under `control="teacher_event"`: metres along an axis, and of the grip."""
 _TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # where targets are tried out
 _NEAR = ((-0.2, -0.2, -0.2, -1.0), (0.2, 0.2, 0.2, 1.0))
-_AXES = range(3)
 
 
 class MetaWorld(World[Truth, dict[str, Any], Pose]):
@@ -89,7 +88,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         bounds = np.array([REACH, REACH, REACH, 1.0])
         self.action_space = spaces.Box(-bounds, bounds, dtype=np.float64)
         self.steer(control)
-        self._watch: Callable[[FloatArray], None] | None = None
+        self._watch: Callable[[Sequence[float]], None] | None = None
 
     def steer(self, control: str) -> None:
         """Take actions as `control` says from now on.
@@ -143,9 +142,9 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         video: list[ImageArray] = []
         watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
         seen, command, solved = self._turn(simulator, simulator.env.move, truth, action, watch)
-        reward, _ = simulator.env.evaluate_state(seen, command)
-        self._truth = simulator.truth(tuple(seen.tolist()), truth.solved or solved)
-        info: dict[str, Any] = {"success": self._truth.solved}
+        reward, _ = simulator.env.evaluate_state(np.array(seen), np.array(command))
+        self._truth = simulator.truth(tuple(seen), solved)
+        info: dict[str, Any] = {"success": solved}
         if video:
             info["video"] = video
         return self.observe(), float(reward), False, False, info
@@ -156,18 +155,18 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         # An event is found by the script, which has to see everything.
         env = simulator.env if self._event else simulator.trial
         seen, _, solved = self._turn(simulator, env.move, truth, action, None)
-        x, y, z = seen[:3].tolist()
-        return (x, y, z), truth.solved or solved
+        x, y, z = seen[:3]
+        return (x, y, z), solved
 
     def _turn(
         self,
         simulator: Simulator,
-        move: Callable[[FloatArray], FloatArray],
+        move: Callable[[Sequence[float]], list[float]],
         truth: Truth,
         action: Pose,
-        watch: Callable[[FloatArray], None] | None,
-    ) -> tuple[FloatArray, FloatArray, bool]:
-        """The low-level steps of a turn: the last observation and command, and whether one of them solved the task.
+        watch: Callable[[Sequence[float]], None] | None,
+    ) -> tuple[Sequence[float], Sequence[float], bool]:
+        """The low-level steps of a turn: the last observation and command, and whether the task has been solved.
 
         A turn ends with the step that solves the task. Else it has at least 3 steps, and ends when the hand has arrived
         or is more than 5 cm along an axis from where the turn began, or after 15 steps: one is asked again before the
@@ -177,28 +176,31 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         aim = self.script.aim(truth.observation)
         gain = aim.gain if self.options["gain"] is None else self.options["gain"]
         target, solves = self.target(truth, action), simulator.trial.solves
-        start = hand = truth.observation[:3]
-        command = np.empty(4)
-        command[3] = action[3]
+        to_x, to_y, to_z = target
+        start: Sequence[float] = truth.observation[:3]
+        seen = start
         for count in range(1, self.longest + 1):
-            for i in _AXES:
-                command[i] = min(max(gain * (target[i] - hand[i]), -1.0), 1.0)
+            x, y, z = seen[:3]
+            command = (
+                min(max(gain * (to_x - x), -1.0), 1.0),
+                min(max(gain * (to_y - y), -1.0), 1.0),
+                min(max(gain * (to_z - z), -1.0), 1.0),
+                action[3],
+            )
             seen = move(command)
-            hand = seen[:3].tolist()
             if watch:
                 watch(command)
-            solved = solves(seen, command)
-            if solved and not truth.solved:
+            if not truth.solved and solves(seen, command):
+                return seen, command, True
+            if count >= SHORTEST and (_apart(target, seen) < ARRIVED or self._ends(aim, start, seen)):
                 break
-            if count >= SHORTEST and (_apart(target, hand) < ARRIVED or self._ends(aim, start, seen)):
-                break
-        return seen, command, solved
+        return seen, command, truth.solved
 
-    def _ends(self, aim: Aim, start: Sequence[float], seen: FloatArray) -> bool:
+    def _ends(self, aim: Aim, start: Sequence[float], seen: Sequence[float]) -> bool:
         """Whether a turn ends before the hand has arrived."""
         if not self._event:
-            return _apart(start, seen[:3].tolist()) > TRAVEL
-        now = self.script.aim(tuple(seen.tolist()))
+            return _apart(start, seen) > TRAVEL
+        now = self.script.aim(tuple(seen))
         return _apart(now.target, aim.target) > NEW_AIM or abs(now.grip - aim.grip) > NEW_GRIP
 
     def observe(self) -> dict[str, Any]:
@@ -251,7 +253,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         world = type(self)(**self.options)
         world.reset(seed=seed)
         turns: list[list[FloatArray]] = []
-        world._watch = lambda command: turns[-1].append(command.copy())
+        world._watch = lambda command: turns[-1].append(np.array(command))
         variation = world.truth.episode.variation
         for action in actions:
             turns.append([])
