@@ -33,6 +33,22 @@ def test_a_trial_finds_the_same_success(task):
 
 
 @pytest.mark.parametrize("task", EVERY_TASK)
+def test_turns_are_metaworlds_low_level_steps_to_the_last_bit(task):
+    world, rng, actions, ends = MetaWorld(task), np.random.default_rng(6), [], []
+    world.reset(seed=1)
+    for turn in range(12):
+        aim = world.script.aim(world.truth.observation)
+        actions.append(world.legal([*aim.target, aim.grip] if turn % 4 else world.sample_action(rng)))
+        _, reward, *_ = world.step(actions[-1])
+        ends.append((world.truth.observation, reward))
+    original = world.original(actions, 1)
+    original.reset()
+    for action, end in zip(actions, ends, strict=True):
+        observation, reward, *_ = original.step(action)
+        assert (tuple(observation.tolist()), reward) == end
+
+
+@pytest.mark.parametrize("task", EVERY_TASK)
 def test_success_is_metaworlds(task, monkeypatch):
     """At every low-level step of turns that solve the task, if the scripted policy does, and of others."""
     world, rng, checked = MetaWorld(task), np.random.default_rng(5), 0

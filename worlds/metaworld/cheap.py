@@ -158,9 +158,13 @@ class _Cheap:
         apart = right - left
         return min(max(math.sqrt(apart.dot(apart)) / 0.1, 0.0), 1.0)
 
-    def _drive(self, command: Sequence[float]) -> None:
-        """What one low-level step does in MuJoCo."""
-        mujoco = self._views[0]
+    def _drive(self, command: Sequence[float], *, on: bool) -> None:
+        """What one low-level step does in MuJoCo; `on` if it goes on after another one with the same grip.
+
+        Such a step ends with what MuJoCo derives from where all is, and the next one begins with it. In between only
+        the frame has moved to which the hand is held, and that collides with nothing: the rest is not derived again.
+        """
+        mujoco, model, data, substeps = self._views[0], self.model, self.data, self.frame_skip
         place, rotation, fingers, low, high = self._reins
         x, y, z, grip = command
         scale = self.action_scale
@@ -169,12 +173,24 @@ class _Cheap:
         place[2] = min(max(place[2] + z * scale, low[2]), high[2])
         rotation[:] = self._still
         fingers[0], fingers[1] = grip, -grip
-        mujoco.mj_step(self.model, self.data, nstep=self.frame_skip)
-        mujoco.mj_forward(self.model, self.data)
+        if on:
+            substeps -= 1
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_makeConstraint(model, data)
+            mujoco.mj_referenceConstraint(model, data)
+            mujoco.mj_fwdConstraint(model, data)
+            mujoco.mj_Euler(model, data)
+        mujoco.mj_step(model, data, nstep=substeps)
+        mujoco.mj_forward(model, data)
 
-    def move(self, command: Sequence[float]) -> list[float]:
-        """One low-level step, and the observation after it; the command has to lie in [-1, 1]."""
-        self._drive(command)
+    def move(self, command: Sequence[float], *, on: bool = False) -> list[float]:
+        """One low-level step, and the observation after it.
+
+        Args:
+            command: has to lie in [-1, 1].
+            on: the last thing that was done here was another step, and the grip is the same.
+        """
+        self._drive(command, on=on)
         self.curr_path_length += 1
         low, high = self._bounds
         current = self._get_curr_obs_combined_no_goal()
@@ -203,9 +219,9 @@ class _Tried(_Cheap):
     def _gripper_caging_reward(self, *_: Any, **__: Any) -> float:
         return 0.0
 
-    def move(self, command: Sequence[float]) -> list[float]:
+    def move(self, command: Sequence[float], *, on: bool = False) -> list[float]:
         """One low-level step, and where the hand is after it."""
-        self._drive(command)
+        self._drive(command, on=on)
         x, y, z = self._views[1].tolist()
         low, high = self._walls
         return [min(max(x, low[0]), high[0]), min(max(y, low[1]), high[1]), min(max(z, low[2]), high[2])]

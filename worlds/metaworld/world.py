@@ -141,7 +141,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         simulator, truth = self.simulator(), self._truth
         video: list[ImageArray] = []
         watch = (lambda _: video.append(simulator.image())) if self.options["video"] else self._watch
-        seen, command, solved = self._turn(simulator, simulator.env.move, truth, action, watch)
+        seen, command, solved = self._turn(simulator, simulator.env, truth, action, watch)
         reward, _ = simulator.env.evaluate_state(np.array(seen), np.array(command))
         self._truth = simulator.truth(tuple(seen), solved)
         info: dict[str, Any] = {"success": solved}
@@ -154,14 +154,14 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         simulator = simulator_of(self.task).load(truth)
         # An event is found by the script, which has to see everything.
         env = simulator.env if self._event else simulator.trial
-        seen, _, solved = self._turn(simulator, env.move, truth, action, None)
+        seen, _, solved = self._turn(simulator, env, truth, action, None)
         x, y, z = seen[:3]
         return (x, y, z), solved
 
     def _turn(
         self,
         simulator: Simulator,
-        move: Callable[[Sequence[float]], list[float]],
+        env: Any,
         truth: Truth,
         action: Pose,
         watch: Callable[[Sequence[float]], None] | None,
@@ -175,7 +175,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         """
         aim = self.script.aim(truth.observation)
         gain = aim.gain if self.options["gain"] is None else self.options["gain"]
-        target, solves = self.target(truth, action), simulator.trial.solves
+        target, move, solves = self.target(truth, action), env.move, simulator.trial.solves
         to_x, to_y, to_z = target
         start: Sequence[float] = truth.observation[:3]
         seen = start
@@ -187,7 +187,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
                 min(max(gain * (to_z - z), -1.0), 1.0),
                 action[3],
             )
-            seen = move(command)
+            seen = move(command, on=count > 1)
             if watch:
                 watch(command)
             if not truth.solved and solves(seen, command):
