@@ -68,6 +68,7 @@ class _Cheap:
         # Plain numbers are read and written through views in a fraction of the time.
         self._reins: tuple[Any, ...] = (
             memoryview(data.mocap_pos[0]),
+            memoryview(data.xpos[self.model.body_mocapid.tolist().index(0)]),
             data.mocap_quat[0],
             memoryview(data.ctrl),
             self.mocap_low.tolist(),
@@ -165,21 +166,21 @@ class _Cheap:
         the frame has moved to which the hand is held, and that collides with nothing: the rest is not derived again.
         """
         mujoco, model, data, substeps = self._views[0], self.model, self.data, self.frame_skip
-        place, rotation, fingers, low, high = self._reins
+        place, frame, rotation, fingers, low, high = self._reins
         x, y, z, grip = command
         scale = self.action_scale
-        place[0] = min(max(place[0] + x * scale, low[0]), high[0])
-        place[1] = min(max(place[1] + y * scale, low[1]), high[1])
-        place[2] = min(max(place[2] + z * scale, low[2]), high[2])
-        rotation[:] = self._still
-        fingers[0], fingers[1] = grip, -grip
+        frame[0] = place[0] = min(max(place[0] + x * scale, low[0]), high[0])
+        frame[1] = place[1] = min(max(place[1] + y * scale, low[1]), high[1])
+        frame[2] = place[2] = min(max(place[2] + z * scale, low[2]), high[2])
         if on:
             substeps -= 1
-            mujoco.mj_kinematics(model, data)
             mujoco.mj_makeConstraint(model, data)
             mujoco.mj_referenceConstraint(model, data)
             mujoco.mj_fwdConstraint(model, data)
             mujoco.mj_Euler(model, data)
+        else:
+            rotation[:] = self._still
+            fingers[0], fingers[1] = grip, -grip
         mujoco.mj_step(model, data, nstep=substeps)
         mujoco.mj_forward(model, data)
 
