@@ -181,7 +181,7 @@ class _Cheap:
         else:
             rotation[:] = self._still
             fingers[0], fingers[1] = grip, -grip
-        mujoco.mj_step(model, data, nstep=substeps)
+        mujoco.mj_step(model, data, substeps)
         mujoco.mj_forward(model, data)
 
     def move(self, command: Sequence[float], *, on: bool = False) -> list[float]:
@@ -229,22 +229,18 @@ class _Tried(_Cheap):
 
     def solves(self, seen: Sequence[float], command: Sequence[float]) -> bool:
         """Whether the task is solved now, after a command; `seen` is the observation, or no more than the hand."""
-        if self._is_far():
-            return False
+        if self._nearness is not None:
+            radius, axes, at = self._nearness
+            if at == FINGERS:
+                place, at = self.tcp_center.tolist(), 0
+            else:
+                place = self._get_pos_objects().tolist()
+            target = self._target_pos.tolist()
+            for axis in axes:
+                if abs(place[at + axis] - target[axis]) > radius:
+                    return False
         observation = np.array(seen) if seen[3:] else self._look(seen)
         return bool(self.evaluate_state(observation, np.array(command))[1]["success"])
-
-    def _is_far(self) -> bool:
-        """Whether something is too far from its target for the task to be solved."""
-        if self._nearness is None:
-            return False
-        radius, axes, at = self._nearness
-        if at == FINGERS:
-            place, at = self.tcp_center.tolist(), 0
-        else:
-            place = self._get_pos_objects().tolist()
-        target = self._target_pos.tolist()
-        return any(abs(place[at + axis] - target[axis]) > radius for axis in axes)
 
     def _look(self, hand: Sequence[float]) -> FloatArray:
         """The observation, as far as success follows from it; the rest is not a number."""
