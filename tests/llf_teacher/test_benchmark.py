@@ -115,8 +115,14 @@ def test_every_form_is_timed(little, monkeypatch):
         "ClassroomEnv(8)",
         "ClassroomEnv(64)",
     ):
-        assert text.count(f" {form} ") == 1
-    assert "llf-gridworld-v0" in text_of(benchmark.seats([family("gridworld")], said))
+        assert text.count(f" {form} ") == len(tables.STUDENTS)
+
+
+def test_seats_are_timed_with_all_that_is_said_and_with_nothing(little):
+    text = text_of(benchmark.seats([family("gridworld")], said))
+    rows = [line.split() for line in text.splitlines() if line.startswith(PREFIX)]
+    assert [row[:2] for row in rows] == [["llf-gridworld-v0", name] for name in tables.STUDENTS]
+    assert all(float(row[2]) > 0 and row[7].endswith("%") for row in rows)
 
 
 def test_a_process_that_dies_is_an_error():

@@ -70,13 +70,13 @@ def tictactoe(scripts: Sequence[Script]) -> Times:
     return _turns(env, ((seed, first_free) for seed, _ in scripts))
 
 
-def seats(scripts: Sequence[Script], id: str, form: str, students: int = 0) -> Times:
-    """An AEC environment whose teacher says everything: `raw_env` or `env`, of a class if there are `students`."""
+def seats(scripts: Sequence[Script], id: str, form: str, students: int = 0, silent: bool = False) -> Times:
+    """An AEC environment, `raw_env` or `env`, of a class if there are `students`; its teacher says all, or nothing."""
     options: dict[str, Any] = {"speech": "kinds", **_options_of(id)}
     if students:
         options |= {"seating": "classroom", "students": students, "attention": students, "until_success": False}
     env = getattr(_family_of(id), form)(**options)
-    return _turns(env, ((seed, _everything(actions)) for seed, actions in scripts))
+    return _turns(env, ((seed, _actors(actions, silent)) for seed, actions in scripts))
 
 
 def teacher(scripts: Sequence[Script], id: str) -> Times:
@@ -175,15 +175,15 @@ def _turns(env: Any, episodes: Iterator[tuple[int, Callable[[Any, str], Any]]]) 
     return Times(steps, resets, cpu, _peak())
 
 
-def _everything(actions: Sequence[Any]) -> Callable[[Any, str], Any]:
-    """Teachers say the most that they can say; students act as the script says."""
+def _actors(actions: Sequence[Any], silent: bool) -> Callable[[Any, str], Any]:
+    """Teachers say the most that they can say, or the least; students act as the script says."""
     script = chain(actions)
 
     def choose(observation: Any, agent: str) -> Any:
         if not agent.startswith("teacher"):
             return next(script)
         mask = observation["action_mask"]
-        return len(mask) - 1 - int(mask[::-1].argmax())
+        return int(mask.argmax()) if silent else len(mask) - 1 - int(mask[::-1].argmax())
 
     return choose
 

@@ -5,7 +5,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec
-from itertools import chain
+from itertools import chain, product
 from statistics import median
 
 import numpy as np
@@ -24,6 +24,7 @@ _STEPS_OF_SLOW = 30
 _STEPS_OF_ORIGINALS = 100
 _CLASSES = (1, 8, 64)
 _BASE = "gymnasium, pettingzoo"
+_TIMES = "CPU us", "wall us", "median", "99 %"
 Progress = Callable[[str], None]
 """Is told what comes next."""
 
@@ -58,8 +59,7 @@ def steps(families: Sequence[Family], progress: Progress) -> Table:
     table = _table(
         "Steps, all feedback",
         ("environment", "actions"),
-        "CPU us", "wall us", "median", "99 %",
-        "/ FrozenLake", "fast", "silent / FrozenLake", "teaching", "reset us", "peak MB",
+        *_TIMES, "/ FrozenLake", "fast", "silent / FrozenLake", "teaching", "reset us", "peak MB",
     )  # fmt: skip
     for family in families:
         id = PREFIX + family.showcase[0]
@@ -75,10 +75,7 @@ def steps(families: Sequence[Family], progress: Progress) -> Table:
             table.add_row(
                 id,
                 name,
-                _us(taught.cpu),
-                _us(float(np.mean(taught.steps))),
-                _us(median(taught.steps)),
-                _us(float(np.quantile(taught.steps, 0.99))),
+                *_times(taught),
                 f"{taught.cpu / lake.cpu:.2f}",
                 f"{found['fast'].cpu / lake.cpu:.2f}" if "fast" in found else "",
                 f"{silent.cpu / lake.cpu:.2f}",
@@ -106,18 +103,31 @@ def worlds(families: Sequence[Family], progress: Progress) -> Table:
 
 
 def seats(families: Sequence[Family], progress: Progress) -> Table:
-    """Turns of the bare AEC environments, each beside PettingZoo's tictactoe; random actions, everything said."""
-    table = _table('Seats, speech="kinds"', ("raw_env",), "CPU, us", "tictactoe / this", "reset, us")
+    """Turns of the bare AEC environments, where everything is said, each beside PettingZoo's tictactoe."""
+    table = _table(
+        'Seats, speech="kinds"', ("raw_env", "actions"), *_TIMES, "tictactoe / this", "teaching", "reset us", "peak MB"
+    )
     for family in families:
         id = PREFIX + family.showcase[0]
-        progress(f"{id}, seats")
-        blocks = blocks_of(id, "random", steps_of(family))
-        found = measure(
-            {"tictactoe": (Call("tictactoe"), None), "seats": (Call("seats", (id, "raw_env")), None)},
-            {"tictactoe": _tries(_STEPS), "seats": blocks},
-        )
-        mine = found["seats"]
-        table.add_row(id, _us(mine.cpu), f"{found['tictactoe'].cpu / mine.cpu:.2f}", _us(mine.reset))
+        for name, student in STUDENTS.items():
+            progress(f"{id}, seats, {name} actions")
+            calls = {
+                "tictactoe": Call("tictactoe"),
+                "all": Call("seats", (id, "raw_env")),
+                "none": Call("seats", (id, "raw_env", 0, True)),
+            }
+            scripts = dict.fromkeys(calls, blocks_of(id, student, steps_of(family))) | {"tictactoe": _tries(_STEPS)}
+            found = measure({key: (call, None) for key, call in calls.items()}, scripts)
+            taught, silent = found["all"], found["none"]
+            table.add_row(
+                id,
+                name,
+                *_times(taught),
+                f"{found['tictactoe'].cpu / taught.cpu:.2f}",
+                f"{1 - silent.cpu / taught.cpu:.0%}",
+                _us(taught.reset),
+                f"{taught.peak:.0f}",
+            )
     return table
 
 
@@ -132,12 +142,16 @@ def forms(progress: Progress) -> Table:
 
     A turn is one of a teacher or of a student; a step of a Gymnasium environment is one of each. In a classroom the
     teacher speaks to every student in every round, and `per student` is what a student's turn and the words to it cost
-    together, relative to a class of one.
+    together, relative to a class of one. Of the clock is what one calls: a turn, or a step.
     """
-    table = _table('Forms of the seats, speech="kinds"', ("form",), "CPU, us", "tictactoe / this", "per student")
-    for family in simple_families():
+    table = _table(
+        'Forms of the seats, speech="kinds"',
+        ("form", "actions"),
+        *_TIMES, "tictactoe / this", "per student", "reset us", "peak MB",
+    )  # fmt: skip
+    for family, (name, student) in product(simple_families(), STUDENTS.items()):
         id = PREFIX + family.showcase[0]
-        progress(f"{id}, forms")
+        progress(f"{id}, forms, {name} actions")
         calls = {
             "tictactoe": Call("tictactoe"),
             "raw_env": Call("seats", (id, "raw_env")),
@@ -146,13 +160,22 @@ def forms(progress: Progress) -> Table:
             "TeacherEnv": Call("teacher", (id,)),
             **{f"ClassroomEnv({n})": Call("seats", (id, "raw_env", n)) for n in _CLASSES},
         }
-        blocks = dict.fromkeys(calls, blocks_of(id, "random", _STEPS)) | {"tictactoe": _tries(_STEPS)}
-        found = measure({name: (call, None) for name, call in calls.items()}, blocks)
-        seconds = {name: _turn(name, each) for name, each in found.items()}
-        for name, each in seconds.items():
-            if name != "tictactoe":
-                per = f"{each / seconds[f'ClassroomEnv({_CLASSES[0]})']:.2f}" if "Classroom" in name else ""
-                table.add_row(f"{family.showcase[0]} {name}", _us(each), f"{seconds['tictactoe'] / each:.2f}", per)
+        blocks = dict.fromkeys(calls, blocks_of(id, student, _STEPS)) | {"tictactoe": _tries(_STEPS)}
+        found = measure({form: (call, None) for form, call in calls.items()}, blocks)
+        seconds = {form: _turn(form, each) for form, each in found.items()}
+        for form, each in seconds.items():
+            if form != "tictactoe":
+                per = f"{each / seconds[f'ClassroomEnv({_CLASSES[0]})']:.2f}" if "Classroom" in form else ""
+                table.add_row(
+                    f"{family.showcase[0]} {form}",
+                    name,
+                    _us(each),
+                    *_times(found[form])[1:],
+                    f"{seconds['tictactoe'] / each:.2f}",
+                    per,
+                    _us(found[form].reset),
+                    f"{found[form].peak:.0f}",
+                )
     return table
 
 
@@ -176,6 +199,16 @@ def imports(progress: Progress) -> Table:
     spread = f"{ratios[0]:.2f} to {ratios[-1]:.2f}"
     table.add_row("llf_teacher", f"{median(seconds['llf_teacher']):.2f}", f"{median(ratios):.2f}", spread)
     return table
+
+
+def _times(found: Measured) -> tuple[str, str, str, str]:
+    """Means of a step on the processor and on the clock, then its median and 99th percentile on the clock."""
+    return (
+        _us(found.cpu),
+        _us(float(np.mean(found.steps))),
+        _us(median(found.steps)),
+        _us(float(np.quantile(found.steps, 0.99))),
+    )
 
 
 def _us(seconds: float) -> str:
