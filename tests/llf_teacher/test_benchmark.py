@@ -7,13 +7,14 @@ import shutil
 import subprocess
 import sys
 from io import BytesIO
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from documents import ROOT
 from rich.console import Console
 from typer.testing import CliRunner
 
+import llf_teacher
 from llf_teacher.cli import app
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools import benchmark
@@ -23,6 +24,8 @@ from llf_teacher.tools.benchmark.player import FORMS, Times
 from pz_envs.family import all_families
 
 GRID = "llf-gridworld-v0"
+INSTALLED = Path(llf_teacher.__file__).parents[1]
+"""Where the packages are."""
 
 
 class Here:
@@ -61,7 +64,7 @@ def family(name):
 def copy(folder, file, old, new):
     """The packages, but for one change."""
     for package in ("worlds", "teachers", "pz_envs", "llf_teacher"):
-        shutil.copytree(ROOT / package, folder / package)
+        shutil.copytree(INSTALLED / package, folder / package)
     code = (folder / file).read_text()
     assert code.count(old) == 1
     (folder / file).write_text(code.replace(old, new))
@@ -169,7 +172,7 @@ def test_what_seems_slower_is_played_once_more(monkeypatch):
     monkeypatch.setattr(against, "measure", lambda calls, scripts: {"here": next(measured), "there": times(1, 1, 1)})
     monkeypatch.setattr(against, "blocks_of", lambda id, student, steps: [])
     (grid,) = (family for family in all_families() if PREFIX + family.showcase[0] == GRID)
-    assert [each.slower for each in benchmark.compare([grid], str(ROOT), said)] == [False, True, False, False]
+    assert [each.slower for each in benchmark.compare([grid], str(INSTALLED), said)] == [False, True, False, False]
     assert list(measured) == []
 
 
@@ -188,7 +191,7 @@ def test_work_is_played_by_the_installation_that_is_named(tmp_path):
 
 
 def test_the_same_code_says_the_same():
-    (found,) = sameness.same([GRID], ["mistake(eps=0.5)"], str(ROOT), 3, 4, said)
+    (found,) = sameness.same([GRID], ["mistake(eps=0.5)"], str(INSTALLED), 3, 4, said)
     assert found[:3] == (GRID, "mistake(eps=0.5)", 3)
     assert 6 <= found.turns <= 15  # with the resets
     assert found[4:] == (0, None)
@@ -210,13 +213,13 @@ def test_the_last_bit_of_a_claim_is_compared(tmp_path):
 
 @pytest.mark.full
 def test_the_extra_fast_says_the_same():
-    result = CliRunner().invoke(app, ["same", str(ROOT), "llf-highway-parking-v0", "--episodes", "40", "--fast"])
+    result = CliRunner().invoke(app, ["same", str(INSTALLED), "llf-highway-parking-v0", "--episodes", "40", "--fast"])
     assert result.exit_code == 0, result.output
 
 
 def test_the_extra_fast_has_to_be_there(monkeypatch):
     monkeypatch.setattr("llf_teacher.cli.same.find_spec", lambda name: None)
-    result = CliRunner().invoke(app, ["same", str(ROOT), GRID, "--fast"])
+    result = CliRunner().invoke(app, ["same", str(INSTALLED), GRID, "--fast"])
     assert result.exit_code == 2
     assert "llf-teacher[fast]" in result.output
 
@@ -231,7 +234,7 @@ def test_a_slowed_copy_fails_and_the_other_way_round_passes(tmp_path):
         environment = os.environ | {"PYTHONPATH": str(mine)}
         return subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
 
-    slow, fast = judged(tmp_path, ROOT), judged(ROOT, tmp_path)
+    slow, fast = judged(tmp_path, INSTALLED), judged(INSTALLED, tmp_path)
     assert slow.returncode == 1, slow.stdout + slow.stderr
     assert slow.stdout.count("SLOWER") == 4
     assert fast.returncode == 0, fast.stdout + fast.stderr
