@@ -72,7 +72,7 @@ def tree_of(other: str) -> Iterator[Path]:
         return
     git = shutil.which("git")
     home = Path(sys.modules["llf_teacher"].__path__[0]).parent
-    packed = git and subprocess.run([git, "archive", "--format=tar", other], cwd=home, capture_output=True, check=False)  # noqa: S603
+    packed = git and subprocess.run([git, "archive", "--format=zip", other], cwd=home, capture_output=True, check=False)  # noqa: S603
     if not packed or packed.returncode:
         said = packed.stderr.decode().strip() if packed else "git was not found"
         raise ValueError(
@@ -80,7 +80,7 @@ def tree_of(other: str) -> Iterator[Path]:
             f"give one of these, such as HEAD~1"
         )
     with tempfile.TemporaryDirectory() as temporary:
-        archive = Path(temporary) / "tree.tar"
+        archive = Path(temporary) / "tree.zip"
         archive.write_bytes(packed.stdout)
-        shutil.unpack_archive(archive, Path(temporary) / "tree", filter="data")
+        shutil.unpack_archive(archive, Path(temporary) / "tree")
         yield Path(temporary) / "tree"
