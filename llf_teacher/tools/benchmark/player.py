@@ -1,8 +1,8 @@
 """What is timed or compared, in a process of its own: it plays what it is sent, and answers with times or with records.
 
-The process may run another installation of this package than the one that asks, so that this module keeps to what every
-release offers. It reads pickled calls of `FORMS` from its standard input, and writes pickled results to its standard
-output. Both ends are ours.
+An environment is made once and reset again and again, as its users do. The process may run another installation of this
+package than the one that asks, so that this module keeps to what every release offers. It reads pickled calls of
+`FORMS` from its standard input, and writes pickled results to its standard output. Both ends are ours.
 """
 
 import gc
@@ -11,6 +11,7 @@ import resource
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from itertools import chain
 from pathlib import Path
 from time import perf_counter, process_time
@@ -35,26 +36,41 @@ class Times(NamedTuple):
 
 def lake(scripts: Sequence[Script]) -> Times:
     """FrozenLake's steps, by Gymnasium alone."""
+    return _steps(_lake(), scripts)
+
+
+@cache
+def _lake() -> Any:
     import gymnasium
 
-    return _steps(gymnasium.make("FrozenLake-v1"), scripts)
+    return gymnasium.make("FrozenLake-v1")
 
 
 def student(scripts: Sequence[Script], id: str, feedback_type: str) -> Times:
     """The student's environment."""
+    return _steps(_student(id, feedback_type), scripts)
+
+
+@cache
+def _student(id: str, feedback_type: str) -> Any:
     import llf_teacher
 
-    return _steps(llf_teacher.make(id, feedback_type=feedback_type), scripts)
+    return llf_teacher.make(id, feedback_type=feedback_type)
 
 
 def world(scripts: Sequence[Script], id: str) -> Times:
     """The bare world."""
-    return _steps(_family_of(id).make_world(**_options_of(id)), scripts)
+    return _steps(_world(id), scripts)
+
+
+@cache
+def _world(id: str) -> Any:
+    return _family_of(id).make_world(**_options_of(id))
 
 
 def original(scripts: Sequence[Script], id: str) -> Times:
     """The environment of another package whose work the world does."""
-    bare = _family_of(id).make_world(**_options_of(id))
+    bare = _world(id)
     times = [_steps(bare.original(actions, seed), [(seed, actions)]) for seed, actions in scripts]
     steps, resets, cpu, _ = zip(*times, strict=True)
     return Times([*chain(*steps)], [*chain(*resets)], sum(cpu), _peak())
@@ -62,36 +78,50 @@ def original(scripts: Sequence[Script], id: str) -> Times:
 
 def tictactoe(scripts: Sequence[Script]) -> Times:
     """PettingZoo's tictactoe: the first square that is free."""
-    import pettingzoo
 
     def first_free(observation: Any, agent: str) -> int:
         return int(observation["action_mask"].argmax())
 
-    env = pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped
-    return _turns(env, ((seed, first_free) for seed, _ in scripts))
+    return _turns(_tictactoe(), ((seed, first_free) for seed, _ in scripts))
+
+
+@cache
+def _tictactoe() -> Any:
+    import pettingzoo
+
+    return pettingzoo.make("aec", "classic/tictactoe-v3").unwrapped
 
 
 def seats(scripts: Sequence[Script], id: str, form: str, students: int = 0, silent: bool = False) -> Times:
     """An AEC environment, `raw_env` or `env`, of a class if there are `students`; its teacher says all, or nothing."""
+    return _turns(_seats(id, form, students), ((seed, _actors(actions, silent)) for seed, actions in scripts))
+
+
+@cache
+def _seats(id: str, form: str, students: int) -> Any:
     options: dict[str, Any] = {"speech": "kinds", **_options_of(id)}
     if students:
         options |= {"seating": "classroom", "students": students, "attention": students, "until_success": False}
-    env = getattr(_family_of(id), form)(**options)
-    return _turns(env, ((seed, _actors(actions, silent)) for seed, actions in scripts))
+    return getattr(_family_of(id), form)(**options)
 
 
 def teacher(scripts: Sequence[Script], id: str) -> Times:
     """The teacher's environment, where it says everything; each step is a turn of each seat."""
-    import llf_teacher
-
-    played = _Actor()
-    env = llf_teacher.TeacherEnv(id, student=played)
-    subsets = int(env.action_space.n)  # type: ignore[attr-defined]  # it is Discrete
+    env, played = _teacher(id)
+    subsets = int(env.action_space.n)
     everything = []
     for seed, actions in scripts:
         played.scripts.append(list(actions))
         everything.append((seed, [subsets - 1] * len(actions)))
     return _steps(env, everything)
+
+
+@cache
+def _teacher(id: str) -> tuple[Any, "_Actor"]:
+    import llf_teacher
+
+    played = _Actor()
+    return llf_teacher.TeacherEnv(id, student=played), played
 
 
 def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[str], ...]:

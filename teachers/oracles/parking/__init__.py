@@ -31,7 +31,7 @@ from teachers.oracles.parking.claims import (
     TriedWell,
 )
 from teachers.oracles.parking.driving import solve
-from teachers.oracles.parking.model import Ground, can_stop, misfit, misses, move, pairs
+from teachers.oracles.parking.model import BRAKES, Ground, brake, can_stop, misfit, misses, move, pairs
 from worlds.parking import WALL_X, WALL_Y, Action, Car, Parking, Spot, Truth
 
 TOLERANCE = 1.44
@@ -101,11 +101,13 @@ class ParkingOracle(Oracle[Truth, Parking]):
         return last[1]
 
     def _stops(self, truth: Truth) -> bool:
-        """As `stops`; the simulator is asked only if it is a near thing."""
+        """As `stops`; the simulator is asked only of what is a near thing."""
         car, ground = truth.car, self._ground(truth)
-        if car.crashed or car.impact is not None or not can_stop(ground, car[:4], -1):
+        if car.crashed or car.impact is not None:
             return False
-        return can_stop(ground, car[:4]) or stops(self.lab, truth)
+        if can_stop(ground, car[:4]):
+            return True
+        return stops(self.lab, truth, [wheel for wheel in BRAKES if brake(ground, car[:4], round(100 * wheel), -1)[0]])
 
     def _is_parked(self, truth: Truth) -> bool:
         car = truth.car
@@ -120,7 +122,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         x, y, heading = truth.spot
         goal = Goal(x=x, y=y, degrees=math.degrees(heading), tolerance=TOLERANCE)
-        return goal, _HAZARDS, _CONTROLS, Syntax(expected=self.lab.action_syntax)
+        return goal, _HAZARDS, _CONTROLS, Syntax(expected=Parking.action_syntax)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """The way's first action, and random ones in its place."""

@@ -1,6 +1,7 @@
 """What the claims about parking are checked by: drives in the simulator, and the words for actions."""
 
 import math
+from collections.abc import Sequence
 from itertools import product
 from weakref import WeakKeyDictionary
 
@@ -67,9 +68,9 @@ def fails(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> bool:
     return not _outcome(lab, truth, actions)
 
 
-def stops(lab: Parking, truth: Truth) -> bool:
-    """Whether the car comes to a halt without a crash by full braking with one of the `BRAKES`."""
-    for wheel in BRAKES:
+def stops(lab: Parking, truth: Truth, wheels: Sequence[float] = BRAKES) -> bool:
+    """Whether the car comes to a halt without a crash by full braking with the wheel in one of these positions."""
+    for wheel in wheels:
         lab.restore(truth)
         car = truth.car
         while not car.crashed and (car.impact or abs(car.speed) > 0.05):

@@ -4,10 +4,26 @@ A plan is the list of actions that the model drove, so it has been tried out bef
 two decimals, as they are told. Every function is pure: equal arguments give equal plans.
 """
 
-from math import atan, atan2, cos, inf, pi, sin, sqrt
+from math import atan, cos, inf, pi, sin, sqrt
 
 from teachers.compiled import compiled
-from teachers.oracles.parking.model import HALF, PUSH, SURE, Action, Car, Ground, Hundredths, brake, excess, move
+from teachers.oracles.parking.model import (
+    DT,
+    GAIN,
+    HALF,
+    PUSH,
+    REACH,
+    STEPS,
+    SURE,
+    WHEEL,
+    Action,
+    Car,
+    Ground,
+    Hundredths,
+    brake,
+    excess,
+    move,
+)
 from teachers.oracles.parking.paths import SPACING, TOP, Segment, cheapest, paths, targets, trace
 
 _TURN, _QUARTER = 2 * pi, pi / 4
@@ -118,6 +134,9 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
     Most of the time that planning takes is spent here, and so nothing is called that can be written out.
     """
     (goal_x, goal_y, _), tolerance = ground.spot, ground.tolerance + SURE
+    clear_x, clear_y = ground.wall_x - REACH, ground.wall_y - REACH
+    if len(ground.parked):
+        clear_x = clear_y = 0.0  # walls are not all that may be touched
     actions: list[Hundredths] = []
     number = at = 0
     (way, xs, ys, headings), last = segments[0], len(segments) == 1
@@ -125,7 +144,8 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
     x, y, heading, speed = car
     for _ in range(_LONGEST):
         pace = speed if speed > 0 else -speed
-        rear_x, rear_y = x - HALF * cos(heading), y - HALF * sin(heading)
+        cosine, sine = cos(heading), sin(heading)
+        rear_x, rear_y = x - HALF * cosine, y - HALF * sine
         dx, dy = xs[at] - rear_x, ys[at] - rear_y
         off = dx * dx + dy * dy
         while True:
@@ -154,10 +174,8 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
         if ahead > left:
             dx = xs[to] + way * (ahead - left) * cos(headings[to]) - rear_x
             dy = ys[to] + way * (ahead - left) * sin(headings[to]) - rear_y
-        if way < 0:
-            dx, dy = -dx, -dy
-        far = sqrt(dx * dx + dy * dy)
-        bend = 2 * sin(atan2(dy, dx) - heading) / (far if far > 0.5 else 0.5) * way
+        far = dx * dx + dy * dy
+        bend = 2 * (dy * cosine - dx * sine) / (far if far > 0.25 else 0.5 * sqrt(far) + SURE)
         room = 6 * left + 4 if last else 6 * left
         fast = sqrt(room) if room < _OPEN else TOP
         if bent > 0.3 and fast > 2.5:
@@ -168,10 +186,19 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
             100 if pedal >= 1 else -100 if pedal <= -1 else round(pedal * 100),
             100 if wheel >= 1 else -100 if wheel <= -1 else round(wheel * 100),
         )
-        there = move(ground, (x, y, heading, speed), action[0], action[1])
-        if there is None:
-            return actions[:0]
-        x, y, heading, speed = there
+        if abs(x) + 0.3 * pace < clear_x and abs(y) + 0.3 * pace < clear_y:
+            gain, (slip, sine) = GAIN[action[0] + 100], WHEEL[action[1] + 100]
+            for _ in range(STEPS):  # as `move` does
+                course = heading + slip
+                x += speed * cos(course) * DT
+                y += speed * sin(course) * DT
+                heading += speed * sine / HALF * DT
+                speed += gain
+        else:
+            there = move(ground, (x, y, heading, speed), action[0], action[1])
+            if there is None:
+                return actions[:0]
+            x, y, heading, speed = there
         actions.append(action)
         if abs(x - goal_x) + 0.3 * abs(y - goal_y) < tolerance:
             off_by = excess(ground, (x, y, heading, speed))

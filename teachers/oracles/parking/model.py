@@ -55,7 +55,8 @@ SURE = 1e-9
 _SIDE = 1.0  # half of the car's width, in m
 _CORNER = math.hypot(HALF, _SIDE)
 _MARGIN = 0.04  # m to keep from what may not be touched
-_REACH = _CORNER + _MARGIN
+REACH = _CORNER + _MARGIN + 0.3
+"""From what is farther than this and 0.3 s of its speed from its middle, in m, a car keeps clear in an action."""
 
 
 def _gain() -> tuple[float, ...]:
@@ -71,9 +72,9 @@ def _wheel() -> tuple[tuple[float, float], ...]:
     return tuple(zip(slip.tolist(), np.sin(slip).tolist(), strict=True))
 
 
-_GAIN = _gain()
+GAIN = _gain()
 """Change of speed in a step, in m/s, by hundredths of an action, rounded as highway-env rounds float32."""
-_WHEEL = _wheel()
+WHEEL = _wheel()
 """Slip angle in radians, with its sine, by hundredths of an action."""
 
 
@@ -101,10 +102,10 @@ def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> 
     With a caution of -1 it is None only if something is surely touched: the margin is the other way.
     """
     x, y, heading, speed = car
-    gain = _GAIN[pedal + 100]
-    slip, sine = _WHEEL[wheel + 100]
+    gain = GAIN[pedal + 100]
+    slip, sine = WHEEL[wheel + 100]
     # More than the car, with its margin, needs in the whole action.
-    reach = _REACH + 0.3 + 0.3 * (speed if speed > 0 else -speed)
+    reach = REACH + 0.3 * (speed if speed > 0 else -speed)
     across, along = ground.wall_x - reach, ground.wall_y - reach
     if len(ground.parked) or not (-across < x < across and -along < y < along):
         near = _near(ground, x, y, reach, reach)
@@ -129,27 +130,26 @@ def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> 
 
 
 @compiled
-def has_room(
-    ground: Ground, xs: list[float], ys: list[float], cosines: list[float], sines: list[float], room: float
-) -> bool:
-    """Whether the car has so much room around it wherever its rear axle is, in all of these places."""
-    west, east, north, south = min(xs), max(xs), min(ys), max(ys)
+def has_room(ground: Ground, xs: list[float], ys: list[float], headings: list[float], run: float, room: float) -> bool:
+    """Whether the car has so much room around it wherever its rear axle is, in all of these places.
+
+    None of them is farther than `run` from the first.
+    """
     reach = HALF + _CORNER + room
     across, along = ground.wall_x - reach, ground.wall_y - reach
-    inside = -across <= west and east <= across and -along <= north and south <= along
-    if inside and not len(ground.parked):
+    clear = abs(xs[0]) + run < across and abs(ys[0]) + run < along
+    if clear and not len(ground.parked):
         return True
+    west, east, north, south = min(xs), max(xs), min(ys), max(ys)
     x, y = (west + east) / 2, (north + south) / 2
     near = _near(ground, x, y, (east - west) / 2 + reach, (south - north) / 2 + reach)
-    if inside and not near:
-        return True
     if near:
         across = along = -1.0
-    for x, y, cosine, sine in zip(xs, ys, cosines, sines):  # noqa: B905  # all have a length
-        if (abs(x) >= across or abs(y) >= along) and not _free(
-            ground, near, x + HALF * cosine, y + HALF * sine, cosine, sine, room
-        ):
-            return False
+    for x, y, heading in zip(xs, ys, headings):  # noqa: B905  # all have a length
+        if abs(x) >= across or abs(y) >= along:
+            cosine, sine = cos(heading), sin(heading)
+            if not _free(ground, near, x + HALF * cosine, y + HALF * sine, cosine, sine, room):
+                return False
     return True
 
 

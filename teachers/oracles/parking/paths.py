@@ -233,24 +233,26 @@ def trace(ground: Ground, car: Car, path: Path) -> list[Segment]:
         way = 1 if length > 0 else -1
         if not segments or segments[-1].way != way:
             segments.append(Segment(way, [x], [y], [heading]))
-        steps = ceil(abs(length) * _RADIUS / SPACING)
+        run = abs(length) * _RADIUS
+        steps = ceil(run / SPACING)
         counted = range(1, steps + 1)
         if side:
             bend, radius = side * length / steps, side * _RADIUS
-            headings = [heading + bend * step for step in counted]
-            cosines, sines = [cos(each) for each in headings], [sin(each) for each in headings]
             middle_x, middle_y = x - radius * sine, y + radius * cosine
-            xs, ys = [middle_x + radius * each for each in sines], [middle_y - radius * each for each in cosines]
+            headings = [heading + bend * step for step in counted]
+            xs = [middle_x + radius * sin(each) for each in headings]
+            ys = [middle_y - radius * cos(each) for each in headings]
         else:
             step_x, step_y = length * _RADIUS / steps * cosine, length * _RADIUS / steps * sine
             xs, ys = [x + step_x * step for step in counted], [y + step_y * step for step in counted]
-            headings, cosines, sines = [heading] * steps, [cosine] * steps, [sine] * steps
-        if not has_room(ground, xs, ys, cosines, sines, _ROOM):
+            headings = [heading] * steps
+        if not has_room(ground, xs, ys, headings, run, _ROOM):
             segments.clear()
             return segments
         last = segments[-1]
         last.xs.extend(xs)
         last.ys.extend(ys)
         last.headings.extend(headings)
-        x, y, heading, cosine, sine = xs[-1], ys[-1], headings[-1], cosines[-1], sines[-1]
+        x, y, heading = xs[-1], ys[-1], headings[-1]
+        cosine, sine = cos(heading), sin(heading)
     return segments
