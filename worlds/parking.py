@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,8 @@ WALL_X, WALL_Y = 34.5, 20.5
 """The walls' inner faces lie at x = -34.5 and 34.5, y = -20.5 and 20.5, in metres."""
 _SPOTS = 28  # in two rows
 _MARGIN = 0.1  # m; things that are farther apart than this cannot touch
-_OPEN_X, _OPEN_Y = (wall - math.hypot(LENGTH, WIDTH) / 2 for wall in (WALL_X, WALL_Y))  # no wall is near inside
+_CORNER = math.hypot(LENGTH, WIDTH) / 2
+_OPEN_X, _OPEN_Y = WALL_X - _CORNER, WALL_Y - _CORNER  # no wall is near inside
 _FAILURE = -1.0
 _START = (0.0, 0.0)
 
@@ -210,6 +212,36 @@ def _place(car: Vehicle, state: Car) -> None:
     car.impact = None if impact is None else np.array(impact)
 
 
+@lru_cache(maxsize=64)
+def _parked(x: float, y: float, heading: float) -> npt.NDArray[np.float64]:
+    """What is observed of a car that stands."""
+    seen: npt.NDArray[np.float64] = np.array([x, y, 0.0, 0.0, np.cos(heading), np.sin(heading)]) / _SCALES
+    return seen
+
+
+class _Car(Vehicle):
+    """highway-env's car, which asks anew what follows from its wheel only when that has turned."""
+
+    impact: npt.NDArray[np.float64] | None
+    _wheel, _slip, _sine = math.nan, 0.0, 0.0
+
+    def step(self, dt: float) -> None:
+        """As highway-env does, but for lanes."""
+        self.clip_actions()
+        wheel = self.action["steering"]
+        if wheel != self._wheel:
+            slip = np.arctan(1 / 2 * np.tan(wheel))
+            self._wheel, self._slip, self._sine = wheel, float(slip), float(np.sin(slip))
+        speed, course = self.speed, self.heading + self._slip
+        self.position += speed * np.array([np.cos(course), np.sin(course)]) * dt
+        if self.impact is not None:
+            self.position += self.impact
+            self.crashed = True
+            self.impact = None
+        self.heading += speed * self._sine / (LENGTH / 2) * dt
+        self.speed += self.action["acceleration"] * dt
+
+
 class _Observation(KinematicsGoalObservation):
     """The same numbers without data frames."""
 
@@ -217,11 +249,11 @@ class _Observation(KinematicsGoalObservation):
         car = self.env.vehicle
         if car is None:  # while the environment is being made
             return {name: np.zeros(len(_FEATURES)) for name in _PARTS}
-        (x, y), speed, (cos, sin) = car.position, car.speed, car.direction
+        (x, y), speed, cos, sin = car.position.tolist(), car.speed, np.cos(car.heading), np.sin(car.heading)
         seen = np.array([x, y, speed * cos, speed * sin, cos, sin]) / self.scales
-        (x, y), (cos, sin) = car.goal.position, car.goal.direction
-        goal = np.array([x, y, 0.0, 0.0, cos, sin]) / self.scales
-        return dict(zip(_PARTS, (seen, seen.copy(), goal), strict=True))
+        goal = car.goal
+        wanted = _parked(*goal.position.tolist(), goal.heading).copy()
+        return dict(zip(_PARTS, (seen, seen.copy(), wanted), strict=True))
 
 
 def _walls() -> Iterator[Obstacle]:
@@ -272,7 +304,7 @@ class _Lot(ParkingEnv):
         """As highway-env does, with the same draws, but nothing is told of a road: so nothing looks up a lane."""
         lanes, rng = self._lanes, self.np_random
         heading = 2.0 * np.pi * rng.uniform()
-        car = Vehicle(None, _START, heading, 0.0)
+        car = _Car(None, _START, heading, 0.0)
         car.color = VehicleGraphics.EGO_COLOR
         left = list(lanes)
         left.remove(min(self._nearest, key=lambda index: lanes[index].distance_with_heading(car.position, heading)))
@@ -281,14 +313,14 @@ class _Lot(ParkingEnv):
             taken.append(lanes[left.pop(rng.choice(np.arange(len(left))))])
         spot, *places = taken
         car.goal = Landmark(None, spot.position(spot.length / 2, 0), heading=spot.heading)
-        parked = [Vehicle(None, lane.position(4.0, 0), lane.heading_at(4.0), 0.0) for lane in places]
+        parked = [_Car(None, lane.position(4.0, 0), lane.heading_at(4.0), 0.0) for lane in places]
         self.controlled_vehicles = [car]
         self.road.vehicles = [car, *parked]
         self.road.objects = [car.goal, *_walls()]
 
     def define_spaces(self) -> None:
         """As highway-env does, with the faster observation."""
-        self.action_type = action_factory(self, self.config["action"])
+        self.action_type = action_factory(self, self.config["action"] | {"clip": False})  # `legal` has seen to that
         self.action_space = self.action_type.space()
         settings = {name: value for name, value in self.config["observation"].items() if name != "type"}
         self.observation_type = self.observation_type_parking = _Observation(self, **settings)
@@ -319,8 +351,11 @@ class _Lot(ParkingEnv):
     def _pairs(self) -> Iterator[tuple[Vehicle, RoadObject]]:
         """What might collide, in highway-env's order."""
         (car, *parked), (goal, *walls) = self.road.vehicles, self.road.objects
-        (x, y), drift = car.position.tolist(), abs(car.speed) * self._dt + _MARGIN
-        if parked or not goal.hit or abs(x) + drift > _OPEN_X or abs(y) + drift > _OPEN_Y:
+        (x, y), (goal_x, goal_y) = car.position.tolist(), goal.position.tolist()
+        drift = abs(car.speed) * self._dt + _MARGIN
+        about = drift + _CORNER + goal.diagonal / 2
+        by_goal = not goal.hit and abs(goal_x - x) < about and abs(goal_y - y) < about
+        if parked or by_goal or abs(x) + drift > _OPEN_X or abs(y) + drift > _OPEN_Y:
             cos, sin = abs(math.cos(car.heading)), abs(math.sin(car.heading))
             # Half of what the car takes up along each axis, now and in the next step.
             width = drift + (cos * LENGTH + sin * WIDTH) / 2
@@ -329,10 +364,8 @@ class _Lot(ParkingEnv):
                 dx, dy = abs(other.position - car.position).tolist()
                 if (dx < width + WIDTH / 2 and dy < height + LENGTH / 2) or not _at_rest(other):
                     yield car, other
-            if not goal.hit:  # all that comes of touching it
-                dx, dy = abs(goal.position - car.position).tolist()
-                if dx < width + goal.diagonal / 2 and dy < height + goal.diagonal / 2:
-                    yield car, goal
+            if by_goal:  # to be hit is all that comes of touching it
+                yield car, goal
             beyond = (height - y - WALL_Y, height + y - WALL_Y, width - x - WALL_X, width + x - WALL_X)
             for wall, far in zip(walls, beyond, strict=True):
                 if far > 0:
