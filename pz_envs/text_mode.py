@@ -20,7 +20,7 @@ from pz_envs.pieces import LONGEST, TwoActions, read_piece, strict_value, the_on
 from teachers.atoms import ParseFailure
 from worlds.world import World
 
-__all__ = ["failure", "legal_text", "parse_action", "read_exactly"]
+__all__ = ["failure", "legal_text", "parse_action", "read_exactly", "read_text", "read_verbatim"]
 
 _MARKER = re.compile("response:", re.IGNORECASE)
 _EXCERPT = 80
@@ -34,6 +34,26 @@ UNENDED = "its reasoning never ends, so that no answer follows"
 NOTHING = "it names no action that there is"
 MORE = "it says more than one action, and nothing marks that one as the answer"
 UNFIT = "it is too long, or has characters that are not allowed"
+
+
+def read_text(action: Any, world: World[Any]) -> Any:
+    """What a student wrote, as an action in canonical form, or a `ParseFailure`.
+
+    Raises:
+        ValueError: it is no string.
+    """
+    return parse_action(_string(action), world)
+
+
+def read_verbatim(action: Any, world: World[Any]) -> Any:
+    """A text, taken as it is by a world whose actions are texts, or a `ParseFailure`; errors as in `read_text`."""
+    return legal_text(_string(action), world)
+
+
+def _string(action: Any) -> str:
+    if not isinstance(action, str):
+        raise ValueError(f"the student's action must be a string, got {action!r}; the state is unchanged")
+    return action
 
 
 def parse_action(text: str, world: World[Any]) -> Any:
