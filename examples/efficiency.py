@@ -14,10 +14,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from llf_teacher.studies.episode import pack_turns, play
-from llf_teacher.studies.runner import Way, run
+from llf_teacher.episodes.record import pack_turns
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import Way, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 IDS = ("llf-bandits-BanditTenArmedRandomRandom-v0", "llf-gridworld-v0")
 TEACHERS, STUDENTS = ("oracle", "silent"), ("random", "obedient")

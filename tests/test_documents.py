@@ -118,7 +118,7 @@ def test_the_site_is_pinned_and_has_a_page_for_each_user():
 
 
 def test_the_study_file_of_the_page_on_studies_is_a_study(tmp_path):
-    from llf_teacher.studies.study import load_study
+    from llf_teacher.studies.definition.study import load_study
 
     page = (ROOT / "docs" / "study-feedback.md").read_text(encoding="utf-8")
     (text,) = [code for language, code in BLOCK.findall(page) if language == "toml"]

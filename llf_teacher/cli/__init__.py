@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from llf_teacher import __version__
-from llf_teacher.visible import visible
+from llf_teacher.escaping import visible
 
 app = typer.Typer(
     name="llf",

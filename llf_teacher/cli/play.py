@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from llf_teacher.cli import complete_id, complete_student, complete_teacher
-from llf_teacher.visible import visible
+from llf_teacher.escaping import visible
 from teachers.atoms import KINDS
 from teachers.feedback import parse_kinds
 

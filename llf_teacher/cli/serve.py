@@ -45,8 +45,8 @@ def serve(
             f"the page needs {error.name!r}, which is not installed; run: pip install 'llf-teacher[web]'",
             name=error.name,
         ) from error
-    from llf_teacher.studies.alone import alone
     from llf_teacher.studies.store import Store
+    from llf_teacher.studies.store.database.store_lock import alone
     from llf_teacher.web.sessions import Terms
 
     key = "" if host in LOCAL else secrets.token_urlsafe(16)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.reproductions import rows
-from llf_teacher.studies.statistics import Estimate
+from llf_teacher.studies.analysis.statistics import Estimate
 from teachers.spec import unknown
 
 if TYPE_CHECKING:

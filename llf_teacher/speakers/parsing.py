@@ -12,7 +12,7 @@ from teachers.spec import Spec, import_call, read_call, read_expression, unknown
 _HOMES = {
     "llm_teacher": "llf_teacher.speakers.llm_teacher:LLMTeacher",
     "voice": "llf_teacher.speakers.voice:Toned",
-    "rewriter": "llf_teacher.models.rewriter:Rewriter",
+    "rewriter": "llf_teacher.speakers.rewriter:Rewriter",
 }
 _NAME = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(|$)")
 _OWN = re.compile(r"\s*[A-Za-z_][\w.]*\s*:")

@@ -7,10 +7,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from llf_teacher.visible import visible
+from llf_teacher.escaping import visible
 
 if TYPE_CHECKING:
-    from llf_teacher.studies.diff import Comparison
+    from llf_teacher.studies.analysis.diff import Comparison
 
 _LISTED = 10  # cells of one store only that are named
 
@@ -55,7 +55,7 @@ def diff(
     html: Annotated[Path | None, typer.Option("--html", help="Write what is printed as a page, too.")] = None,
 ) -> None:
     """Compare two stores: the second one's cumulative regret less the first one's, and what only one has."""
-    from llf_teacher.studies.diff import compare
+    from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
 
     console = Console(record=html is not None, markup=False, highlight=False, soft_wrap=html is not None)
@@ -66,7 +66,7 @@ def diff(
 
 
 def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None:
-    from llf_teacher.studies.diff import FIELDS
+    from llf_teacher.studies.analysis.diff import FIELDS
 
     changed = [change for change in found.changes if not change.equal]
     same = len(found.changes) - len(changed)

@@ -9,10 +9,11 @@ from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
-from llf_teacher.studies import runner
-from llf_teacher.studies.episode import EpisodeRow, TurnRow, to_json
+from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
+from llf_teacher.serialization import to_json
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.study import EpisodeSpec, Study
 
 if TYPE_CHECKING:
     from llf_teacher.studies.report import Report

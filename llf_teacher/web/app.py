@@ -15,12 +15,12 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
-from llf_teacher.look import pages, style, told
+from llf_teacher.episodes.record import pack_turns, unpack_turns
+from llf_teacher.escaping import visible
 from llf_teacher.registry import entries
 from llf_teacher.studies import load
-from llf_teacher.studies.episode import pack_turns, unpack_turns
 from llf_teacher.studies.store import Store
-from llf_teacher.visible import visible
+from llf_teacher.theme import pages, style, told
 from llf_teacher.web.downloads import DOWNLOADS, content
 from llf_teacher.web.guard import LOCAL, Guard
 from llf_teacher.web.plan import MOST_TURNS, SPEECHES, read_plan, students

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import Any, cast
 
+from llf_teacher.episodes.record import EpisodeSpec, Record, TurnRow, summary
+from llf_teacher.episodes.scenes import Scene, turn_row
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import Record, Scene, TurnRow, summary, turn_row
-from llf_teacher.studies.study import EpisodeSpec
 from llf_teacher.web.plan import WATCHER, Plan
 from pz_envs.frames import Watch
 from pz_envs.seatings.tutoring import SEATING as TUTORING

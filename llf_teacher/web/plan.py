@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.people import PersonTeaching
 from llf_teacher.students.parsing import STUDENTS
 from llf_teacher.students.student import Policy
 from llf_teacher.studies import Study
-from llf_teacher.studies.own import teacher_spec
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.studies.definition.custom_specs import teacher_spec
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.teacher_seat import is_count
 from teachers.personality import parse_personality

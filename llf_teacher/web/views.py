@@ -7,9 +7,9 @@ import jinja2
 import numpy as np
 from PIL import Image
 
-from llf_teacher.look import told
-from llf_teacher.studies.episode import pack_turns, unpack_turns
-from llf_teacher.visible import visible
+from llf_teacher.episodes.record import pack_turns, unpack_turns
+from llf_teacher.escaping import visible
+from llf_teacher.theme import told
 from llf_teacher.web.lesson import LiveLesson
 from llf_teacher.web.plan import WATCHER
 from llf_teacher.web.sessions import NAMES, Session, Sessions
@@ -70,7 +70,7 @@ def state(
 
 def _drawn(lesson: LiveLesson, first: int, checked: bool, pages: jinja2.Environment) -> list[str]:
     """Each turn from the first one wanted, as HTML."""
-    macro = pages.get_template("look/episode.html.j2").module.one_turn  # type: ignore[attr-defined]  # a macro of it
+    macro = pages.get_template("theme/episode.html.j2").module.one_turn  # type: ignore[attr-defined]  # a macro of it
     turns = told(unpack_turns(pack_turns(lesson.rows[first:])), lesson.family.name)
     return [visible(str(macro(turn, checked))) for turn in turns]
 

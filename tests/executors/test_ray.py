@@ -15,11 +15,11 @@ import pytest
 import ray
 from ray.cluster_utils import Cluster
 
-from llf_teacher.studies import limits as limits_module
-from llf_teacher.studies.limits import Limits
-from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.execution import limits as limits_module
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.runner import EpisodeError, Way, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study, load_study
 
 pytestmark = pytest.mark.filterwarnings("default")
 NODE = {"num_cpus": 1, "object_store_memory": 80_000_000}

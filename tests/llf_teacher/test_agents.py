@@ -11,10 +11,10 @@ from commands import llf
 import llf_teacher
 from llf_teacher.students.agents import GYMNASIUM, LLF, POLICY, as_text, protocol_of
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import EpisodeError, Way, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 from teachers.atoms import Utterance
 
 MODULE = """

@@ -17,16 +17,18 @@ import pytest
 from rich.console import Console
 
 from llf_teacher import studies
-from llf_teacher.studies import executors, runner
-from llf_teacher.studies import limits as limits_module
-from llf_teacher.studies import progress as progress_module
-from llf_teacher.studies.attempt import REASONS, Packed, attempt
-from llf_teacher.studies.episode import pack_turns, play, unpack_turns
-from llf_teacher.studies.limits import Limits
-from llf_teacher.studies.progress import StudyProgress
-from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.episodes.failure import REASONS
+from llf_teacher.episodes.record import pack_turns, unpack_turns
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution import executors, runner
+from llf_teacher.studies.execution import limits as limits_module
+from llf_teacher.studies.execution import progress as progress_module
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.progress import StudyProgress
+from llf_teacher.studies.execution.runner import EpisodeError, Way, run
+from llf_teacher.studies.execution.worker import Packed, attempt
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 FAULTS = {
     "raises": ("raised", r"^KeyError\('no idea'\)$"),

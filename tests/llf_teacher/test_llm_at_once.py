@@ -6,10 +6,10 @@ import time
 import pytest
 
 from llf_teacher.models.testing import ScriptedEndpoint, too_long
-from llf_teacher.studies.executors import Work, start
-from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.executors import Work, start
+from llf_teacher.studies.execution.runner import EpisodeError, Way, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 ROOM = 390  # words
 

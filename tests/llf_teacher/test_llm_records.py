@@ -5,15 +5,16 @@ import json
 
 import pytest
 
+from llf_teacher.episodes.record import TurnRow, pack_turns
 from llf_teacher.models import LLMError, NoAnswerError
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
-from llf_teacher.studies.costs import told
-from llf_teacher.studies.episode import TurnRow, pack_turns, play
+from llf_teacher.studies.analysis.costs import told
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 PRICES = ", input_price=1.0, output_price=10.0"
 COSTS = ("answers", "truncated", "input_tokens", "output_tokens", "usd", "seconds")

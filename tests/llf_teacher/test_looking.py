@@ -6,12 +6,12 @@ import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
+from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.execution.runner import Shard, Way, run
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.definition import to_toml
-from llf_teacher.studies.runner import Shard, Way, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study, load_study
 
 HERE = Way("here")
 ENDS = Study(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from llf_teacher.studies.design import Looks, check_looks
-from llf_teacher.studies.sequential import levels, levels_of
+from llf_teacher.studies.analysis.sequential import levels, levels_of
+from llf_teacher.studies.definition.design import Looks, check_looks
 
 FIFTHS = (0.2, 0.4, 0.6, 0.8, 1.0)
 

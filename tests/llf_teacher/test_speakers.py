@@ -6,21 +6,22 @@ import sys
 
 import pytest
 
-from llf_teacher.models.rewriter import Rewriter
+from llf_teacher.episodes.record import unchecked
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.speakers.llm_teacher import LLMTeacher
+from llf_teacher.speakers.rewriter import Rewriter
 from llf_teacher.speakers.speaker import OwnTeacher, Voiced
 from llf_teacher.speakers.voice import Toned
 from llf_teacher.students.chat import chat_student
 from llf_teacher.studies import run
-from llf_teacher.studies.episode import play, unchecked
-from llf_teacher.studies.own import parse_teacher, teacher_spec
+from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import Way
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.page import page
 from llf_teacher.studies.report.parts.accounting import accounts
-from llf_teacher.studies.runner import Way
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 from teachers.personalities.mistake import mistake
 
 MODULE = '''

@@ -8,13 +8,13 @@ import sys
 
 import pytest
 from commands import llf, llf_apart
+from llf_teacher.studies.store.database.merging import merge
+from llf_teacher.studies.store.database.store_lock import alone
 
-from llf_teacher.studies.alone import alone
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.merging import merge
-from llf_teacher.studies.runner import EpisodeError, Shard, StudyError, Way, parse_shard, run
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import EpisodeError, Shard, StudyError, Way, parse_shard, run
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.study import Study
 
 HERE = Way("here")
 STOP = "class Breaks:\n    def act(self, observation):\n        raise KeyError('no idea')\n"
@@ -113,7 +113,7 @@ def test_a_second_run_on_a_store_is_refused(tmp_path):
 def test_the_lock_goes_with_its_holder(tmp_path):
     path = tmp_path / "s.db"
     code = (
-        "import os, sys; from pathlib import Path; from llf_teacher.studies.alone import alone\n"
+        "import os, sys; from pathlib import Path; from llf_teacher.studies.store.store_lock import alone\n"
         "with alone(Path(sys.argv[1])): os._exit(0)"
     )
     subprocess.run([sys.executable, "-c", code, str(path)], check=True)

@@ -7,7 +7,7 @@ import numpy as np
 
 from llf_teacher.reproductions.asking import Answers, Asks, attended
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

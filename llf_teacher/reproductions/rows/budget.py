@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from llf_teacher.reproductions.classes import LIFETIMES, Glance, Rule, accompanied
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.batches import Bools
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.reviews import commented
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

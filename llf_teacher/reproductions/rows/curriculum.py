@@ -8,8 +8,8 @@ import numpy as np
 from llf_teacher.registry import entry
 from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.students.shelf.q_learning import QLearning
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.students.builtin.q_learning import QLearning
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 from pz_envs.seats import STUDENT, entitled
 from worlds.gridworld import Truth, distances_from
 

@@ -11,7 +11,7 @@ from llf_teacher.gym import StudentEnv, make
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.household import Sentences, blundering, play
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

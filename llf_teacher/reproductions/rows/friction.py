@@ -7,7 +7,7 @@ import numpy as np
 
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 from worlds.batches import Floats
 
 if TYPE_CHECKING:

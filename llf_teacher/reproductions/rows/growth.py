@@ -10,7 +10,7 @@ from scipy import stats
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import RESAMPLES, Estimate, mean_interval
+from llf_teacher.studies.analysis.statistics import RESAMPLES, Estimate, mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

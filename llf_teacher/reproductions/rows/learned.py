@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from llf_teacher.reproductions.advisers import ROUNDS, ROWS, Choices, Pay, Policy, lived, trained
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.row import FIRST_SEED, Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.batches import Floats
 
 if TYPE_CHECKING:

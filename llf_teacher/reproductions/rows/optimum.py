@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.optimum import Life, Rooms, Span, least, lived
 from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.gridworld import DIRECTIONS, NO_DOOR, Gridworld, Truth, distances_from
 
 if TYPE_CHECKING:

@@ -9,13 +9,13 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from llf_teacher.look import pages, style
+from llf_teacher.escaping import visible
+from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
 from llf_teacher.studies.report.section import reads
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
-from llf_teacher.visible import visible
+from llf_teacher.theme import pages, style
 
 _FIGURES, _SHOWN = 3_000_000, 1_000_000  # bytes of figures with their data, and of transcripts: what a browser bears
 

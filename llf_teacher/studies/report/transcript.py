@@ -3,9 +3,9 @@
 import sqlite3
 from typing import Any, NamedTuple
 
-from llf_teacher.look import told
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.theme import told
 
 
 class Transcript(NamedTuple):
