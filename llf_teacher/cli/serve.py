@@ -46,7 +46,7 @@ def serve(
             name=error.name,
         ) from error
     from llf_teacher.studies.store import Store
-    from llf_teacher.studies.store.database.store_lock import alone
+    from llf_teacher.studies.store.store_lock import alone
     from llf_teacher.web.sessions import Terms
 
     key = "" if host in LOCAL else secrets.token_urlsafe(16)

@@ -10,14 +10,14 @@ import threading
 
 import numpy as np
 import pytest
-from llf_teacher.studies.store.database.database import SCHEMA_VERSION
-from llf_teacher.studies.store.database.migration import migrate
 from studying import small
 
 from llf_teacher.models.cache import Cache
 from llf_teacher.registry import entry
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.studies.store.database import SCHEMA_VERSION
+from llf_teacher.studies.store.migration import migrate
 
 
 @pytest.mark.smoke

@@ -8,13 +8,13 @@ import sys
 
 import pytest
 from commands import llf, llf_apart
-from llf_teacher.studies.store.database.merging import merge
-from llf_teacher.studies.store.database.store_lock import alone
 
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import EpisodeError, Shard, StudyError, Way, parse_shard, run
 from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.studies.store.merging import merge
+from llf_teacher.studies.store.store_lock import alone
 
 HERE = Way("here")
 STOP = "class Breaks:\n    def act(self, observation):\n        raise KeyError('no idea')\n"

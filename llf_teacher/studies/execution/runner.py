@@ -24,7 +24,7 @@ from llf_teacher.studies.execution.executors import Executor, Lost, Work
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.worker import Packed, Stop, attempt, set_up, told
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.store.database.store_lock import alone
+from llf_teacher.studies.store.store_lock import alone
 
 if TYPE_CHECKING:
     from llf_teacher.studies.execution.interim import Decision

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.store.database.store_lock import alone
+from llf_teacher.studies.store.store_lock import alone
 
 
 def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], object] = max) -> int:

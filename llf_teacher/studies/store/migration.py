@@ -8,7 +8,7 @@ from pathlib import Path
 
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, TurnRow, summary
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.store.database.database import SCHEMA_VERSION
+from llf_teacher.studies.store.database import SCHEMA_VERSION
 
 _OLD = 3
 _SUCCESS = TurnRow._fields.index("success")

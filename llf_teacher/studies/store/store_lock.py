@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from llf_teacher.studies.store import StoreError
-from llf_teacher.studies.store.database.database import place
+from llf_teacher.studies.store.database import place
 
 try:
     import fcntl
