@@ -8,6 +8,6 @@ _UNSEEN = re.compile(  # control and format characters but for tab and line feed
 )
 
 
-def visible(text: str) -> str:
+def escape_control_chars(text: str) -> str:
     r"""The text with what cannot be seen written as codes, such as `\u202e`."""
     return _UNSEEN.sub(lambda match: match[0].encode("unicode_escape").decode(), text)

@@ -110,6 +110,6 @@ def some_rows(names: Sequence[str]) -> dict[str, Row]:
     return {name: there[name] for name in names or there}
 
 
-def told(estimate: Estimate, digits: int = 2) -> str:
+def describe(estimate: Estimate, digits: int = 2) -> str:
     """An estimate with its interval."""
     return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"

@@ -191,7 +191,7 @@ def run(
     path: Path | str = "llf-study.db",
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-    way: runner.Way = runner.Way(),  # noqa: B008 (immutable)
+    options: runner.RunOptions = runner.RunOptions(),  # noqa: B008 (immutable)
 ) -> Results:
     """Play what a store lacks of a study, and give what it holds then; arguments and errors as of `runner.run`.
 
@@ -199,7 +199,7 @@ def run(
     """
     with Store(Path(path)) as store:
         try:
-            runner.run(study, store, workers, progress, way=way)
+            runner.run(study, store, workers, progress, options=options)
         except runner.StudyError:
             raise
         except runner.EpisodeError as error:

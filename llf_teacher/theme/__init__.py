@@ -1,14 +1,15 @@
 """What pages share: their colours and style, and how they draw an episode.
 
-`style.css.j2` is the style, `episode.html.j2` has the macros that draw the turns of an episode as `told` prepares them.
+`style.css.j2` is the style, `episode.html.j2` has the macros that draw the turns of an episode, prepared by
+`prepare_turns`.
 """
 
 import jinja2
 
 from llf_teacher.theme.shades import SHADES
-from llf_teacher.theme.turns import KIND_NAMES, MARKS, told
+from llf_teacher.theme.turns import KIND_NAMES, MARKS, prepare_turns
 
-__all__ = ["KIND_NAMES", "MARKS", "SHADES", "pages", "style", "told"]
+__all__ = ["KIND_NAMES", "MARKS", "SHADES", "pages", "prepare_turns", "style"]
 
 
 def pages(package: str, folder: str = "") -> jinja2.Environment:

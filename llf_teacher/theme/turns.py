@@ -21,7 +21,7 @@ MARKS = {
 }
 
 
-def told(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:
+def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:
     """Turns, as a store gives them, with what drawing them needs.
 
     That is `said`, atoms by kind, each with its claim as `code`; `spelled_out`, whether these make up all of the text;

@@ -87,8 +87,8 @@ def read_plan(given: Mapping[str, Any]) -> Plan:
     Raises:
         ValueError: something is missing or not allowed; the message says what to choose from.
     """
-    if strange := [name for name in given if name not in _FIELDS]:
-        raise ValueError(unknown("choice", strange[0], _FIELDS))
+    if unknown_names := [name for name in given if name not in _FIELDS]:
+        raise ValueError(unknown("choice", unknown_names[0], _FIELDS))
     texts = {name: given.get(name, default) for name, default in _FIELDS.items() if isinstance(default, str)}
     for name, text in texts.items():
         if not isinstance(text, str) or len(text) > LONGEST_SPEC:

@@ -12,7 +12,7 @@ from commands import llf
 
 import llf_teacher
 from llf_teacher.episodes.record import TurnRow, summary
-from llf_teacher.escaping import visible
+from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
 from llf_teacher.studies.definition.study import Study
@@ -148,7 +148,7 @@ def test_what_an_agent_says_does_not_steer_the_terminal(tmp_path):
     ],
 )
 def test_visible(text, shown):
-    assert visible(text) == shown
+    assert escape_control_chars(text) == shown
 
 
 def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monkeypatch):

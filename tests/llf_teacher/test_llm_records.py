@@ -11,7 +11,7 @@ from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
-from llf_teacher.studies.analysis.costs import told
+from llf_teacher.studies.analysis.costs import cost_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
@@ -87,7 +87,7 @@ def test_what_was_cut_and_what_is_of_unknown_price_is_said(tmp_path):
         model = {"model": "m", "requests": 4, "input_tokens": 0, "output_tokens": 6, "usd": 1.5}
         lost = {"unpriced": 0, "sent": 7, "lost": 2}
         store.write_manifest({"llm": [model | {"unpriced": 4}, model | {"unpriced": 1}, model | lost]})
-        lines = list(told(store))
+        lines = list(cost_lines(store))
         (row,) = store.answers()
     assert [line.partition("out, ")[2] for line in lines[:3]] == [
         "at an unknown price",

@@ -12,7 +12,7 @@ from llf_teacher.studies import load
 from llf_teacher.studies.analysis.statistics import Band, Estimate
 from llf_teacher.studies.definition.names import short_names
 from llf_teacher.studies.definition.study import Study, load_study
-from llf_teacher.studies.execution.runner import Way, run
+from llf_teacher.studies.execution.runner import RunOptions, run
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.definition import to_toml
 from llf_teacher.studies.report.page import page
@@ -39,7 +39,7 @@ def told(tmp_path_factory):
             names={cheap: "The cheap one"},
             **ONE,
         )
-        run(study, store, way=Way("here"))
+        run(study, store, options=RunOptions("here"))
         rows = list(store.rows())
         return study, rows, page(read(store, study)), path
 

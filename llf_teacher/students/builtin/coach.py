@@ -13,7 +13,7 @@ from llf_teacher.students.evaluated import (
     Table,
     check_shares,
     softmax,
-    told_reward,
+    stated_reward,
 )
 from teachers.spec import check_range
 
@@ -36,7 +36,7 @@ class _Policy(EvaluatedPolicy["Coach"]):
 
     def label(self, claim: Any, action: int) -> float | None:
         """A verdict, or the reward that is told."""
-        return told_reward(claim) if self.spec.listens == "rewards" else super().label(claim, action)
+        return stated_reward(claim) if self.spec.listens == "rewards" else super().label(claim, action)
 
     def hear(self, state: Features, action: int, label: float) -> None:
         """The score of the action joins the trace, and the trace is moved by the label."""

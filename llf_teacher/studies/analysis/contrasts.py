@@ -8,7 +8,7 @@ from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.analysis.sequential import ALPHA, levels_of
 from llf_teacher.studies.analysis.statistics import RESAMPLES
 from llf_teacher.studies.definition.custom_specs import parse_teacher
-from llf_teacher.studies.definition.design import Looks
+from llf_teacher.studies.definition.design import InterimAnalyses
 from llf_teacher.studies.definition.study import Study
 from teachers.feedback import parse_kinds
 
@@ -34,7 +34,7 @@ def test_of(study: Study, is_played: Callable[[frozenset[int]], bool]) -> Test |
     seeds = cast(Sequence[int], study.seeds)
     if not study.looks:
         return Test(ALPHA, frozenset(seeds)) if is_played(frozenset(seeds)) else None
-    looks = Looks(**study.looks)
+    looks = InterimAnalyses(**study.looks)
     found = None
     for number, (needed, level) in enumerate(zip(looks.at, levels_of(looks), strict=True), start=1):
         if is_played(frozenset(seeds[:needed])):

@@ -8,7 +8,7 @@ MANY = 0.05
 """A share of answers above which one hears of it."""
 
 
-def told(store: Store) -> Iterator[str]:
+def cost_lines(store: Store) -> Iterator[str]:
     """Lines on each model that was paid for, and on each student whose answers were cut or were no actions."""
     for spent in store.manifest().get("llm", ()):
         unpriced = spent.get("unpriced", 0)

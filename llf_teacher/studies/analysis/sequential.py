@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import integrate, optimize, stats
 
-from llf_teacher.studies.definition.design import SPENDING, Looks
+from llf_teacher.studies.definition.design import SPENDING, InterimAnalyses
 
 ALPHA = 0.05
 """Two-sided error of a whole design."""
@@ -34,7 +34,7 @@ _SPENT = dict(zip(SPENDING, (_obrien_fleming, _pocock), strict=True))
 """What is spent of the error on each side after a share of the seeds."""
 
 
-def levels_of(looks: Looks) -> tuple[float, ...]:
+def levels_of(looks: InterimAnalyses) -> tuple[float, ...]:
     """For each look, the greatest two-sided p-value that is a finding there."""
     return levels(tuple(seeds / looks.at[-1] for seeds in looks.at), looks.spending)
 

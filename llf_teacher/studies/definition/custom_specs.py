@@ -115,7 +115,7 @@ def check_portable(specs: Iterable[str]) -> None:
         raise ValueError(
             f"{', '.join(found)}: what a program or a notebook defines itself, no other process can import; put it "
             "into a module of its own and name that, as in 'my_module:MyClass', or play in this process, by workers=1 "
-            "without limits, or by Way('here')"
+            "without limits, or by RunOptions('here')"
         )
 
 

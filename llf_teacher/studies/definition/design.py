@@ -97,8 +97,8 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
         )
     taught = lists.get("taught", [])
     families = {entry(id).family.name for id in study.ids}
-    if strange := [id for id in taught if entry(id).family.name not in families]:
-        problems.append(f"transfer: taught: no id of the study is of the family of {', '.join(strange)}")
+    if unknown_names := [id for id in taught if entry(id).family.name not in families]:
+        problems.append(f"transfer: taught: no id of the study is of the family of {', '.join(unknown_names)}")
     for id in taught:
         if lacking := [type_ for type_ in study.instruction_types if type_ not in supported_types(id)[0]]:
             problems.append(f"transfer: taught: {id} cannot have the instruction types {', '.join(lacking)}")
@@ -125,7 +125,7 @@ def _list(name: str, value: Any, problems: list[str]) -> list[Any]:
     return list(value)
 
 
-class Looks(NamedTuple):
+class InterimAnalyses(NamedTuple):
     """When one looks, and how the error is spent."""
 
     at: tuple[int, ...]
@@ -140,7 +140,7 @@ class Looks(NamedTuple):
         return max((i for i, needed in enumerate(self.at) if needed <= seeds), default=None)
 
 
-def check_looks(table: Any, seeds: int, problems: list[str]) -> Looks | None:
+def check_interim_analyses(table: Any, seeds: int, problems: list[str]) -> InterimAnalyses | None:
     """The design that a study's table `looks` declares; what is wrong with it is added to the problems.
 
     Args:
@@ -153,7 +153,11 @@ def check_looks(table: Any, seeds: int, problems: list[str]) -> Looks | None:
     if not isinstance(table, Mapping) or "at" not in table:
         problems.append(f"looks must be a table with `at`, as in {{at = [10, 20, 40]}}, got {table!r}")
         return None
-    problems += [f"looks: {unknown('key', name, Looks._fields)}" for name in table if name not in Looks._fields]
+    problems += [
+        f"looks: {unknown('key', name, InterimAnalyses._fields)}"
+        for name in table
+        if name not in InterimAnalyses._fields
+    ]
     at, spending, stop = table["at"], table.get("spending", "obrien_fleming"), table.get("stop", False)
     if not isinstance(stop, bool):
         problems.append(f"looks: stop must be true or false, got {stop!r}")
@@ -166,4 +170,4 @@ def check_looks(table: Any, seeds: int, problems: list[str]) -> Looks | None:
             f"for example, {sorted({max(1, seeds // 2), seeds})}"
         )
         return None
-    return Looks(tuple(at), spending, stop)
+    return InterimAnalyses(tuple(at), spending, stop)

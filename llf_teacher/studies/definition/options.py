@@ -36,8 +36,8 @@ def check_options(given: Any, ids: Sequence[str], problems: list[str]) -> dict[s
 def _check(where: str, id: str, table: Mapping[str, Any], problems: list[str]) -> None:
     family, options = entry(id).family, entry(id).options
     allowed = sorted({*family.options(), *_OURS} - {*_NOT})
-    if strange := [name for name in table if name not in allowed]:
-        problems.append(f"{where}: {id} does not take these: {unknown('option', strange[0], allowed)}")
+    if unknown_names := [name for name in table if name not in allowed]:
+        problems.append(f"{where}: {id} does not take these: {unknown('option', unknown_names[0], allowed)}")
         return
     try:
         own = {name: value for name, value in table.items() if name not in _OURS or name in family.options()}

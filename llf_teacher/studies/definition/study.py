@@ -15,7 +15,7 @@ from llf_teacher.registry import PREFIX, entry, supported_types
 from llf_teacher.speakers.parsing import needed_of
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
-from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_looks, check_transfer
+from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
 from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
@@ -75,8 +75,8 @@ class Study:
     """
     looks: Mapping[str, Any] = field(default_factory=dict)
     """A sequential design: after how many seeds (`at`) p-values may be looked at, how the error is spent (`spending`),
-    and whether the study ends when all is found (`stop`). See `llf_teacher.studies.definition.design.Looks`. Episodes
-    are played in that order.
+    and whether the study ends when all is found (`stop`). See
+    `llf_teacher.studies.definition.design.InterimAnalyses`. Episodes are played in that order.
     """
     transfer: Mapping[str, Any] = field(default_factory=dict)
     """Tests without a teacher after so many `lessons`, beside the other episodes. See
@@ -105,7 +105,7 @@ class Study:
         set_(self, "fewer", self._shortened(problems))
         set_(self, "options", check_options(self.options, self.ids, problems))
         set_(self, "baseline", self._compared(problems))
-        looks = check_looks(self.looks, len(self._seeds), problems)
+        looks = check_interim_analyses(self.looks, len(self._seeds), problems)
         set_(self, "looks", looks._asdict() if looks else {})
         if not problems:
             set_(self, "transfer", check_transfer(self.transfer, self, problems))

@@ -22,9 +22,9 @@ from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import executors
 from llf_teacher.studies.execution.executors import Executor, Lost, Work
 from llf_teacher.studies.execution.limits import Limits
-from llf_teacher.studies.execution.worker import Packed, Stop, attempt, set_up, told
+from llf_teacher.studies.execution.worker import Packed, Stop, describe_episode, run_episode, set_up
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.store.store_lock import alone
+from llf_teacher.studies.store.store_lock import lock_store
 
 if TYPE_CHECKING:
     from llf_teacher.studies.execution.interim import Decision
@@ -68,7 +68,7 @@ def parse_shard(text: str) -> Shard:
     return shard
 
 
-class Way(NamedTuple):
+class RunOptions(NamedTuple):
     """How a study is played; what is played does not depend on it."""
 
     executor: str | None = None
@@ -118,8 +118,8 @@ def run(
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     environment: Mapping[str, str] | None = None,
-    way: Way = Way(),  # noqa: B008 (immutable)
-    looked: "Callable[[Decision], None] | None" = None,
+    options: RunOptions = RunOptions(),  # noqa: B008 (immutable)
+    on_interim: "Callable[[Decision], None] | None" = None,
 ) -> int:
     """Play and store every episode of the study that the store lacks.
 
@@ -132,8 +132,8 @@ def run(
             otherwise.
         progress: called with the number of episodes that are done, and of all.
         environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
-        way: how to play.
-        looked: called with what is decided at each look that this run reaches.
+        options: how to play.
+        on_interim: called with what is decided at each look that this run reaches.
 
     Returns:
         The number of episodes that were played.
@@ -144,11 +144,11 @@ def run(
         ValueError, ModuleNotFoundError: a student cannot play here, or the store is damaged; nothing was played. Or the
             store can no longer be written; what was played before is in it.
     """
-    way.limits.check()
-    with alone(store.path):
+    options.limits.check()
+    with lock_store(store.path):
         store.check()
         silent: Callable[..., None] = lambda *_: None  # noqa: E731 (of two callbacks)
-        return _Run(study, store, way, progress or silent, environment or {}, looked or silent).play(workers)
+        return _Run(study, store, options, progress or silent, environment or {}, on_interim or silent).play(workers)
 
 
 class _Run:
@@ -158,13 +158,13 @@ class _Run:
         self,
         study: Study,
         store: Store,
-        way: Way,
+        options: RunOptions,
         progress: Callable[[int, int], None],
         environment: Mapping[str, str],
-        looked: "Callable[[Decision], None]",
+        on_interim: "Callable[[Decision], None]",
     ) -> None:
-        self._study, self._store, self._way, self._progress = study, store, way, progress
-        self._looked = looked
+        self._study, self._store, self._options, self._progress = study, store, options, progress
+        self._on_interim = on_interim
         self._cache = os.environ.get(CACHE) or f"{store.path.absolute().with_suffix('.llm.db')}"
         self._environment = {CACHE: self._cache, **environment}
         self._fresh = store.empty
@@ -176,10 +176,10 @@ class _Run:
 
     def play(self, workers: int | None) -> int:
         """See `run`."""
-        store, way = self._store, self._way
-        if way.shard.of > 1 and self._study.looks.get("stop"):
+        store, options = self._store, self._options
+        if options.shard.of > 1 and self._study.looks.get("stop"):
             raise ValueError(
-                f"a shard ({way.shard}) does not know what the others found, so that a study of looks with `stop` "
+                f"a shard ({options.shard}) does not know what the others found, so that a study of looks with `stop` "
                 "cannot be played in shards; play it whole, or leave out `stop`"
             )
         tally = self._count()
@@ -187,16 +187,16 @@ class _Run:
             parse_student(student).check(os.environ | self._environment)
         for teacher in speakers(self._study) if tally.todo else ():
             teacher.check(os.environ | self._environment)
-        executor = way.engine(workers)
+        executor = options.engine(workers)
         if tally.todo and executor not in executors.HERE:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
         store.write_manifest(manifest(self._study))
         if tally.todo and not self._ends(0):
-            call = partial(attempt, limits=way.limits)
-            work = Work(partial(set_up, self._environment), call, tally.todo, way.limits.hard_seconds(tally.turns))
+            call = partial(run_episode, limits=options.limits)
+            work = Work(partial(set_up, self._environment), call, tally.todo, options.limits.hard_seconds(tally.turns))
             try:
-                with executors.start(executor, work, workers, way.address) as engine:
+                with executors.start(executor, work, workers, options.address) as engine:
                     self._play(engine, tally)
             finally:
                 with contextlib.suppress(StoreError):  # of which the user hears, or which costs no episode
@@ -208,7 +208,7 @@ class _Run:
         return self._played
 
     def _specs(self) -> Iterator[EpisodeSpec]:
-        shard = self._way.shard
+        shard = self._options.shard
         return itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
 
     def _is_there(self, spec: EpisodeSpec) -> bool:
@@ -216,7 +216,7 @@ class _Run:
 
     def _is_lost(self, spec: EpisodeSpec) -> bool:
         """Whether the episode failed earlier and is not played again."""
-        return not self._fresh and not self._way.retry_failed and self._store.has_failed(spec.key)
+        return not self._fresh and not self._options.retry_failed and self._store.has_failed(spec.key)
 
     def _count(self) -> _Tally:
         there = lost = todo = turns = 0
@@ -234,13 +234,13 @@ class _Run:
 
     def _ends(self, look: int) -> bool:
         """Whether the design ends the study at the last look that is whole, of which is told from `look` on."""
-        if not self._study.looks or self._way.shard.of > 1:
+        if not self._study.looks or self._options.shard.of > 1:
             return False
         from llf_teacher.studies.execution.interim import decide  # which draws, too: not needed without looks
 
         decision = decide(self._store, self._study)
         if decision and decision.look >= max(look, 1):
-            self._looked(decision)
+            self._on_interim(decision)
         return decision is not None and decision.stops
 
     def _play(self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], tally: _Tally) -> None:
@@ -293,9 +293,9 @@ class _Run:
             self._store.add_failure(spec, result)
             self._failed += 1
             if self._first is None:
-                self._first = EpisodeError(f"{told(spec)} failed: {result.error}")
+                self._first = EpisodeError(f"{describe_episode(spec)} failed: {result.error}")
                 self._first.trace = result.trace
-            if self._way.fail_fast:
+            if self._options.fail_fast:
                 self._error = self._error or self._first
 
     def _failures(self, tally: _Tally) -> EpisodeError | None:

@@ -34,7 +34,7 @@ def set_up(environment: Mapping[str, str]) -> None:
     os.environ.update(environment)
 
 
-def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
+def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
     """Play an episode and pack its turns; global generators are seeded for agents that use them."""
     clock = Clock(limits)
     seed = int(spec.key, 16)
@@ -47,7 +47,9 @@ def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | 
     except NoAnswerError as error:
         return failure("raised", f"{error}")
     except LLMError as error:
-        return Stop(f"{error}" if isinstance(error, SpendingLimitError) else f"{told(spec)} failed: {error}")
+        return Stop(
+            f"{error}" if isinstance(error, SpendingLimitError) else f"{describe_episode(spec)} failed: {error}"
+        )
     except TimeIsUp as error:
         clock.stop()
         Process.spoiled = True
@@ -62,7 +64,7 @@ def attempt(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | 
         return failure("raised", _shown(error), traceback.format_exc())
 
 
-def told(spec: EpisodeSpec) -> str:
+def describe_episode(spec: EpisodeSpec) -> str:
     """An episode in words."""
     return f"episode {spec._asdict()}"
 

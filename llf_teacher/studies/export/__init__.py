@@ -45,7 +45,7 @@ def write_export(results: Results, path: Path | str, spec: str) -> int:
         raise ValueError(unknown("format", name, export_names()))
     write: Any = importlib.import_module(f"{__name__}.{name}").write
     allowed = [key for key, each in inspect.signature(write).parameters.items() if each.kind == each.KEYWORD_ONLY]
-    if strange := [key for key in options if key not in allowed]:
-        raise ValueError(f"the format {name}: {unknown('option', strange[0], allowed)}")
+    if unknown_names := [key for key in options if key not in allowed]:
+        raise ValueError(f"the format {name}: {unknown('option', unknown_names[0], allowed)}")
     written: int = write(results, Path(path), **options)
     return written

@@ -5,16 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.store.store_lock import alone
+from llf_teacher.studies.store.store_lock import lock_store
 
 
-def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], object] = max) -> int:
+def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], object] | None = None) -> int:
     """Write what several stores hold into one. An episode that several have is taken from the first of them.
 
     Args:
         into: where everything goes; it is made, or goes on where an earlier merging has stopped.
         parts: the stores; they are only read.
-        progress: is told how many episodes are done, and of how many.
+        progress: called with the number of episodes that are done, and of all.
 
     Returns:
         The number of episodes that are there in the end.
@@ -27,7 +27,7 @@ def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], obje
             raise StoreError(f"there is no file {path}; give stores that `llf study run` made")
         if into.exists() and into.samefile(path):
             raise StoreError(f"{into} cannot be one of its own parts; give it as the first file only")
-    with alone(into), Store(into) as whole:
+    with lock_store(into), Store(into) as whole:
         done, total = 0, 0
         spent: dict[str, dict[str, Any]] = {}
         for path in parts:
@@ -37,7 +37,9 @@ def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], obje
                 total += part.count
                 for spec, episode, turns in part.packed():
                     whole.add_packed(spec, episode, turns)
-                    progress(done := done + 1, total)
+                    done += 1
+                    if progress:
+                        progress(done, total)
                 for spec, failure in part.failed():
                     if not whole.has(spec.key):
                         whole.add_failure(spec, failure)

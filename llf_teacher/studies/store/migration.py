@@ -15,13 +15,13 @@ _SUCCESS = TurnRow._fields.index("success")
 _TOLD = ("turns", "success", "first_success", "parse_failures", "claims", "claims_held", "words")
 
 
-def migrate(old: Path, new: Path, progress: Callable[[int, int], object] = max) -> int:
+def migrate(old: Path, new: Path, progress: Callable[[int, int], object] | None = None) -> int:
     """Write every episode of an older store, its turns and the manifest into another file; the old one is only read.
 
     Args:
         old: a store of schema version 3.
         new: where the episodes go; it is made, or goes on where an earlier migration has stopped.
-        progress: is told how many episodes are done, and of how many.
+        progress: called with the number of episodes that are done, and of all.
 
     Returns:
         The number of episodes.
@@ -43,7 +43,8 @@ def migrate(old: Path, new: Path, progress: Callable[[int, int], object] = max) 
             total = db.execute("SELECT count(*) FROM episode").fetchone()[0]
             for done, row in enumerate(db.execute("SELECT * FROM episode ORDER BY key"), 1):
                 store.add(_record(db, row))
-                progress(done, total)
+                if progress:
+                    progress(done, total)
         except sqlite3.DatabaseError as error:
             raise StoreError(f"cannot read {old}: {error}") from None
         return store.count

@@ -14,7 +14,7 @@ except ImportError:  # no POSIX: two runs on one store play the same, and each e
 
 
 @contextlib.contextmanager
-def alone(store: Path) -> Iterator[None]:
+def lock_store(store: Path) -> Iterator[None]:
     """Hold a store for oneself.
 
     Raises:

@@ -11,7 +11,7 @@ from llf_teacher.studies.definition.custom_specs import check_portable, parse_te
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.execution.runner import Way
+from llf_teacher.studies.execution.runner import RunOptions
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, Pipeline, Stage, parse_personality
 
@@ -180,12 +180,21 @@ def test_it_is_refused_before_anything_runs_and_played_here(monkeypatch, tmp_pat
     monkeypatch.setattr(sys.modules["__main__"], "Shy", Shy, raising=False)
     monkeypatch.setattr(Shy, "__module__", "__main__")
     study = Study(ids=["llf-gridworld-v0"], teachers=[Shy()], students=["obedient"], seeds=1, max_turns=2)
-    for workers, way in ((2, Way()), (None, Way()), (1, Way("processes")), (1, Way(limits=Limits(turn_seconds=9)))):
-        with pytest.raises(ValueError, match=r"__main__:Shy: what a program .* by workers=1 without limits, or by Way"):
-            run(study, tmp_path / "s.db", workers, way=way)
+    for workers, options in (
+        (2, RunOptions()),
+        (None, RunOptions()),
+        (1, RunOptions("processes")),
+        (1, RunOptions(limits=Limits(turn_seconds=9))),
+    ):
+        with pytest.raises(
+            ValueError, match=r"__main__:Shy: what a program .* by workers=1 without limits, or by RunOptions"
+        ):
+            run(study, tmp_path / "s.db", workers, options=options)
         assert not (tmp_path / "s.db").exists()
-    for number, (workers, way) in enumerate([(1, Way()), (None, Way("here")), (1, Way("threads"))]):
-        results = run(study, tmp_path / f"{number}.db", workers, way=way)
+    for number, (workers, options) in enumerate(
+        [(1, RunOptions()), (None, RunOptions("here")), (1, RunOptions("threads"))]
+    ):
+        results = run(study, tmp_path / f"{number}.db", workers, options=options)
         assert [(row["teacher"], row["claims"]) for row in results.rows()] == [("__main__:Shy", 0)]
 
 
@@ -203,5 +212,5 @@ def test_one_worker_plays_here_and_leaves_everything_as_it_was(mine, tmp_path):
     run(study, tmp_path / "s.db", workers=1)
     assert mine.Counted.made == 2, "in this process"
     assert everything() == before
-    run(study, tmp_path / "t.db", workers=1, way=Way("processes"))
+    run(study, tmp_path / "t.db", workers=1, options=RunOptions("processes"))
     assert mine.Counted.made == 2

@@ -7,13 +7,13 @@ from typer.testing import CliRunner
 
 from llf_teacher.cli import app
 from llf_teacher.studies.definition.study import Study, load_study
-from llf_teacher.studies.execution.runner import Shard, Way, run
+from llf_teacher.studies.execution.runner import RunOptions, Shard, run
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.definition import to_toml
 from llf_teacher.studies.store import Store
 
-HERE = Way("here")
+HERE = RunOptions("here")
 ENDS = Study(
     ids=["llf-gridworld-v0"],
     teachers=["oracle", "silent"],
@@ -24,11 +24,11 @@ ENDS = Study(
 )
 
 
-def played(study, path, way=HERE):
+def played(study, path, options=HERE):
     """How many episodes a run plays, and what it says at looks."""
     told = []
     with Store(path) as store:
-        return run(study, store, way=way, looked=told.append), [f"{each}" for each in told]
+        return run(study, store, options=options, on_interim=told.append), [f"{each}" for each in told]
 
 
 def test_a_study_ends_where_all_is_found_and_is_final_then(tmp_path):
@@ -48,7 +48,7 @@ def test_a_study_ends_where_all_is_found_and_is_final_then(tmp_path):
 
     on = replace(ENDS, looks={**ENDS.looks, "stop": False})
     assert not read(Store(path), on).final
-    number, told = played(on, path, Way("processes"))
+    number, told = played(on, path, RunOptions("processes"))
     assert number == 2 * 12
     assert told[-1].endswith("; it was the last.")
     assert read(Store(path), on).final
@@ -65,9 +65,9 @@ def test_it_goes_on_as_long_as_something_may_be_found(tmp_path):
 
 def test_shards_know_nothing_of_what_is_found(tmp_path):
     with pytest.raises(ValueError, match=r"a shard \(1/2\) does not know what the others found, .* leave out `stop`"):
-        played(ENDS, tmp_path / "s.db", Way("here", shard=Shard(1, 2)))
+        played(ENDS, tmp_path / "s.db", RunOptions("here", shard=Shard(1, 2)))
     on = replace(ENDS, looks={**ENDS.looks, "stop": False})
-    assert played(on, tmp_path / "s.db", Way("here", shard=Shard(1, 2))) == (24, [])
+    assert played(on, tmp_path / "s.db", RunOptions("here", shard=Shard(1, 2))) == (24, [])
 
 
 def test_the_command_says_it(tmp_path, monkeypatch):
