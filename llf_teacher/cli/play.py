@@ -203,8 +203,8 @@ def _choose(console: Console, seat: "TeacherSeat") -> int | None:
         return None if console.input(spent).strip().lower() == UNDO else 0
     for claim in seat.claims():
         if claim.kind is not None:
-            words = escape_control_chars(_worded(claim, seat))
-            line = Text("  ").append(f"{claim.kind:2}", _STYLES[claim.kind]).append(f" {words}")
+            said = escape_control_chars(_worded(claim, seat))
+            line = Text("  ").append(f"{claim.kind:2}", _STYLES[claim.kind]).append(f" {said}")
             console.print(line, soft_wrap=True)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
