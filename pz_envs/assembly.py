@@ -27,8 +27,8 @@ class Parts(NamedTuple):
     """A session with the views of its seats."""
 
     session: Session
-    student: StudentView
-    teachers: tuple[TeacherView, ...]
+    student_view: StudentView
+    teacher_views: tuple[TeacherView, ...]
 
 
 def assemble(

@@ -152,6 +152,10 @@ class Settings:
         if self.budget is not None and not is_count(self.budget):
             raise ValueError(f"budget must be None or an integer of at least 1, got {self.budget!r}")
 
+    def with_teacher(self, teacher: "str | Personality | Teacher | Any") -> Self:
+        """The same with another teacher."""
+        return replace(self, teacher=teacher)
+
     @property
     def wording(self) -> TeacherKeywords:
         """What makes a teacher of a personality, as keywords."""

@@ -117,11 +117,11 @@ class ClassroomEnv(SeatsEnv):
         super().__init__(f"classroom_{name}", settings.speech, settings.render_mode)
         self.sessions = tuple(parts.session for parts in lessons)
         """One per student."""
-        self.views = tuple(parts.student for parts in lessons)
+        self.student_views = tuple(parts.student_view for parts in lessons)
         """What each student sees."""
-        self.teachers = tuple(parts.teachers[0] for parts in lessons)
+        self.teacher_views = tuple(parts.teacher_views[0] for parts in lessons)
         """What the teacher sees of each student."""
-        self.purse, self.max_turns = self.teachers[0].offer.purse, self.sessions[0].max_turns
+        self.purse, self.max_turns = self.teacher_views[0].offer.purse, self.sessions[0].max_turns
         self._sayings = CHOICES.get(settings.speech, 2) - 1  # to choose from, for one student
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
@@ -133,7 +133,7 @@ class ClassroomEnv(SeatsEnv):
         """The streams of this environment's episodes, beside those of the sessions."""
         self.observation_spaces[TEACHER] = self._teachers_view()
         self.action_spaces[TEACHER] = self._teachers_choice()
-        for student, view in zip(self.students, self.views, strict=True):
+        for student, view in zip(self.students, self.student_views, strict=True):
             self.observation_spaces[student], self.action_spaces[student] = view.observation_space, view.action_space
 
     def address(self, student: int, said: int) -> int:
@@ -170,7 +170,7 @@ class ClassroomEnv(SeatsEnv):
 
     def _open_class(self) -> None:
         self._open()
-        for student, view in zip(self.students, self.views, strict=True):
+        for student, view in zip(self.students, self.student_views, strict=True):
             self.infos[student] = view.info()
         self._paid = TEACHER
         self._terminated = True
@@ -181,12 +181,12 @@ class ClassroomEnv(SeatsEnv):
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         if agent != TEACHER:
-            return self.views[self._number[agent]].observe()
+            return self.student_views[self._number[agent]].observe()
         if self.speech == "message":
             gone = {"state": "", "action": ""}
             return {
                 student: teacher.words() if i in self._class else gone.copy()
-                for i, (student, teacher) in enumerate(zip(self.students, self.teachers, strict=True))
+                for i, (student, teacher) in enumerate(zip(self.students, self.teacher_views, strict=True))
             }
         if self._rows is None:
             self._rows = self._table()
@@ -201,7 +201,7 @@ class ClassroomEnv(SeatsEnv):
         if self.speech == "claims":
             present = set(self._class)
             blank = np.zeros((CLAIMS, len(TRAITS)), np.int8)
-            tables = [teacher.table() if i in present else blank for i, teacher in enumerate(self.teachers)]
+            tables = [teacher.table() if i in present else blank for i, teacher in enumerate(self.teacher_views)]
             observation["claims"] = np.array(tables)
         if self.sessions[0].ask_cost is not None:
             observation["asking"] = np.array([i == self._asking for i in range(len(self.sessions))], np.int8)
@@ -213,12 +213,12 @@ class ClassroomEnv(SeatsEnv):
 
     def as_text(self) -> str:
         """Every student's session."""
-        views = zip(self.students, self.views, strict=True)
+        views = zip(self.students, self.student_views, strict=True)
         return "\n\n".join(f"{student}: {view.as_text()}" for student, view in views)
 
     def frame(self) -> Frame:
         """A frame of every session, in rows; more than four at half their size."""
-        return tiled([view.frame() for view in self.views])
+        return tiled([view.frame() for view in self.student_views])
 
     def close(self) -> None:
         """Close the window and the worlds."""
@@ -234,9 +234,9 @@ class ClassroomEnv(SeatsEnv):
             self._teach(action)
             return
         i = self._number[agent]
-        reward = self.views[i].act(action)
-        self.infos[agent] = self.views[i].info()
-        self._pay(agent, self.teachers[i].reward(), reward)
+        reward = self.student_views[i].act(action)
+        self.infos[agent] = self.student_views[i].info()
+        self._pay(agent, self.teacher_views[i].reward(), reward)
         if self.sessions[i].asked:
             self._asking, self._rows = i, None
             self.infos[TEACHER] = self._privilege()
@@ -307,12 +307,12 @@ class ClassroomEnv(SeatsEnv):
 
     def _say(self, i: int, said: Any) -> float:
         """Let a student hear something; the teacher's reward for that."""
-        session, teacher = self.sessions[i], self.teachers[i]
+        session, teacher = self.sessions[i], self.teacher_views[i]
         reward = teacher.act(said)
         if not session.heard:  # one claim a turn
             session.choose(0)
         self._trimmed = teacher.offer.trimmed if self.speech == "kinds" else self._trimmed
-        self.infos[self.students[i]].update(self.views[i].info())
+        self.infos[self.students[i]].update(self.student_views[i].info())
         return reward
 
     def _end_turn(self, i: int) -> None:
@@ -322,7 +322,7 @@ class ClassroomEnv(SeatsEnv):
             session.say(SILENCE)
         else:
             session.say_kinds(0)
-        self.infos[self.students[i]].update(self.views[i].info())
+        self.infos[self.students[i]].update(self.student_views[i].info())
 
     def _understand(self, action: Any) -> tuple[int | None, Any]:
         """The student that an action turns to, and what it says: a subset or words.
@@ -394,7 +394,7 @@ class ClassroomEnv(SeatsEnv):
         rows, true, legal = [], [], []
         present = set(self._class)
         nothing = np.zeros(self._sayings, np.int8)
-        for i, teacher in enumerate(self.teachers):
+        for i, teacher in enumerate(self.teacher_views):
             turn, reward, importance, _, over = teacher.features()
             here = i in present
             heard = here and i not in self._unheard
@@ -414,7 +414,7 @@ class ClassroomEnv(SeatsEnv):
         count = len(self.sessions)
         if self.speech == "message":
             return spaces.Dict({student: words_space() for student in self.students})
-        low, high = self.teachers[0].feature_bounds()
+        low, high = self.teacher_views[0].feature_bounds()
         more: dict[str, spaces.Space[Any]] = {}
         if self.speech == "claims":
             more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(TRAITS)), np.int8)

@@ -87,16 +87,16 @@ class PanelEnv(SeatsEnv):
         if order not in ORDERS:
             raise ValueError(f"order {order!r} is unknown; allowed: {', '.join(ORDERS)}")
         super().__init__(f"panel_{name}", settings.speech, settings.render_mode)
-        self.session, self.student, views = parts
+        self.session, self.student_view, views = parts
         self.order, self.max_turns = order, self.session.max_turns
-        self.teachers = {f"{TEACHER[:-1]}{i}": view for i, view in enumerate(views)}
+        self.teacher_views = {f"{TEACHER[:-1]}{i}": view for i, view in enumerate(views)}
         """Per agent what it sees and does."""
-        self.possible_agents = [*self.teachers, STUDENT]
-        said = spaces.Dict({teacher: Prose(LONGEST) for teacher in self.teachers})
-        self.observation_spaces[STUDENT] = spaces.Dict({**self.student.words_space, "said": said})  # type: ignore[dict-item]
-        self.action_spaces[STUDENT] = self.student.action_space
+        self.possible_agents = [*self.teacher_views, STUDENT]
+        said = spaces.Dict({teacher: Prose(LONGEST) for teacher in self.teacher_views})
+        self.observation_spaces[STUDENT] = spaces.Dict({**self.student_view.words_space, "said": said})  # type: ignore[dict-item]
+        self.action_spaces[STUDENT] = self.student_view.action_space
         heard = Prose(LONGEST * len(views)) if settings.speech == "message" else spaces.MultiBinary(len(KINDS))
-        for teacher, view in self.teachers.items():
+        for teacher, view in self.teacher_views.items():
             self.observation_spaces[teacher] = spaces.Dict({**view.observation_space, "heard": heard})  # type: ignore[dict-item]
             self.action_spaces[teacher] = view.action_space
 
@@ -118,16 +118,16 @@ class PanelEnv(SeatsEnv):
     def _enter(self) -> None:
         self._order_rng = self.session.seeds.stream("order")
         self._open()
-        self.infos[STUDENT] = self.student.info()
-        self._said: dict[str, str] = dict.fromkeys(self.teachers, SILENCE)
+        self.infos[STUDENT] = self.student_view.info()
+        self._said: dict[str, str] = dict.fromkeys(self.teacher_views, SILENCE)
         self._begin_round()
 
     def observe(self, agent: str) -> dict[str, Any]:
         """What an agent sees now."""
         if agent == STUDENT:
-            return {**self.student.observe(), "said": dict(self._said)}
+            return {**self.student_view.observe(), "said": dict(self._said)}
         heard = self.session.said_so_far()
-        observation = self.teachers[agent].observe(self.agent_selection == agent)
+        observation = self.teacher_views[agent].observe(self.agent_selection == agent)
         if self.speech == "message":
             return {**observation, "heard": str(heard)}
         kinds = {atom.kind for atom in heard.atoms}
@@ -141,11 +141,11 @@ class PanelEnv(SeatsEnv):
     def as_text(self) -> str:
         """The world, and the last words of each teacher."""
         words = "\n".join(f"{teacher}: {said}" for teacher, said in self._said.items())
-        return f"{self.student.as_text()}\n{words}"
+        return f"{self.student_view.as_text()}\n{words}"
 
     def frame(self) -> Frame:
         """The session, where each sentence has its speaker."""
-        return self.student.frame()
+        return self.student_view.frame()
 
     def close(self) -> None:
         """Close the window and the world."""
@@ -158,12 +158,12 @@ class PanelEnv(SeatsEnv):
     def _act(self, agent: str, action: Any) -> None:
         nothing = dict.fromkeys(self.possible_agents, 0.0)
         if agent == STUDENT:
-            reward = self.student.act(action)
-            self.infos[STUDENT] = self.student.info()
-            self._pay(STUDENT, {**{each: view.reward() for each, view in self.teachers.items()}, STUDENT: reward})
+            reward = self.student_view.act(action)
+            self.infos[STUDENT] = self.student_view.info()
+            self._pay(STUDENT, {**{each: view.reward() for each, view in self.teacher_views.items()}, STUDENT: reward})
             self._begin_round()
             return
-        view = self.teachers[agent]
+        view = self.teacher_views[agent]
         self._pay(agent, {**nothing, agent: view.act(action)})
         if self.speech == "kinds":
             self.infos[agent] = {**self.infos[agent], "trimmed": view.offer.trimmed}
@@ -173,18 +173,18 @@ class PanelEnv(SeatsEnv):
             self.agent_selection = self._waiting.pop(0)
 
     def _begin_round(self) -> None:
-        order = list(self.teachers)
+        order = list(self.teacher_views)
         if self.order == "random":
             self._order_rng.shuffle(order)
         for teacher in order:
-            self.infos[teacher] = self.teachers[teacher].info()
+            self.infos[teacher] = self.teacher_views[teacher].info()
         self.agent_selection, *waiting = order
         self._waiting: list[str] = waiting
 
     def _end_round(self) -> None:
         session = self.session
-        self._said = {teacher: session.said_by(view.number) for teacher, view in self.teachers.items()}
-        self.infos[STUDENT].update(self.student.info())
+        self._said = {teacher: session.said_by(view.number) for teacher, view in self.teacher_views.items()}
+        self.infos[STUDENT].update(self.student_view.info())
         if session.over:
             self.terminations = dict.fromkeys(self.agents, session.terminated)
             self.truncations = dict.fromkeys(self.agents, session.truncated)

@@ -25,7 +25,7 @@ class TutoringEnv(SeatsEnv):
         `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world does not
         step, the turn counts. Info: what the world says, with `success`, and `atoms`, what was said last.
         With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
-        `pz_envs.numbers`, and `student.fields` for what is where. The action is the world's, the info has no `atoms`.
+        `pz_envs.numbers`, and `student_view.fields` for what is where. The action is the world's, the info has no `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
@@ -71,10 +71,10 @@ class TutoringEnv(SeatsEnv):
 
     def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring") -> None:
         super().__init__(name, settings.speech, settings.render_mode)
-        self.session, self.student, (self.teacher,) = parts
+        self.session, self.student_view, (self.teacher_view,) = parts
         self.max_turns = self.session.max_turns
         self.possible_agents = [TEACHER, STUDENT]
-        for agent, view in ((TEACHER, self.teacher), (STUDENT, self.student)):
+        for agent, view in ((TEACHER, self.teacher_view), (STUDENT, self.student_view)):
             self.observation_spaces[agent], self.action_spaces[agent] = view.observation_space, view.action_space
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
@@ -94,7 +94,11 @@ class TutoringEnv(SeatsEnv):
 
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""
-        return self.student.observe() if agent == STUDENT else self.teacher.observe(self.agent_selection == TEACHER)
+        return (
+            self.student_view.observe()
+            if agent == STUDENT
+            else self.teacher_view.observe(self.agent_selection == TEACHER)
+        )
 
     def moment_of(self, student: str) -> Moment[Any]:
         """The student's last turn."""
@@ -102,11 +106,11 @@ class TutoringEnv(SeatsEnv):
 
     def as_text(self) -> str:
         """The world and the teacher's last words; with a render mode the turn and the student's action, too."""
-        return self.student.as_text()
+        return self.student_view.as_text()
 
     def frame(self) -> Frame:
         """The episode now, uint8 (480, 640, 3)."""
-        return self.student.frame()
+        return self.student_view.frame()
 
     def close(self) -> None:
         """Close the window and the world."""
@@ -118,36 +122,36 @@ class TutoringEnv(SeatsEnv):
 
     def _enter(self) -> None:
         self._open()
-        self.infos[STUDENT] = self.student.info()
+        self.infos[STUDENT] = self.student_view.info()
         self._pass_to_teacher()
 
     def _act(self, agent: str, action: Any) -> None:
         if agent == STUDENT:
-            reward = self.student.act(action)
-            paid = self.teacher.reward()
+            reward = self.student_view.act(action)
+            paid = self.teacher_view.reward()
             # What is paid between two turns of an agent adds up, to a sum that is never -0.0.
             self.rewards = {TEACHER: paid, STUDENT: reward}
             self._cumulative_rewards[TEACHER] += paid
             self._cumulative_rewards[STUDENT] = 0.0 + reward
-            self.infos[STUDENT] = self.student.info()
+            self.infos[STUDENT] = self.student_view.info()
             self._pass_to_teacher()
         else:
-            cost = self.teacher.act(action)
+            cost = self.teacher_view.act(action)
             self.rewards = {TEACHER: cost, STUDENT: 0.0}
             self._cumulative_rewards[TEACHER] = 0.0 + cost
-            if self.speech == "kinds" and self.teacher.offer.trimmed != self.infos[TEACHER]["trimmed"]:
-                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.teacher.offer.trimmed}
+            if self.speech == "kinds" and self.teacher_view.offer.trimmed != self.infos[TEACHER]["trimmed"]:
+                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.teacher_view.offer.trimmed}
             if self.session.heard:
                 self._pass_to_student()
 
     def _pass_to_teacher(self) -> None:
-        self.infos[TEACHER] = self.teacher.info()
+        self.infos[TEACHER] = self.teacher_view.info()
         self.agent_selection = TEACHER
 
     def _pass_to_student(self) -> None:
         """The student reads what was said, which ends a finished episode."""
         session = self.session
-        self.infos[STUDENT].update(self.student.info())
+        self.infos[STUDENT].update(self.student_view.info())
         if session.over:
             self.terminations = dict.fromkeys(self.agents, session.terminated)
             self.truncations = dict.fromkeys(self.agents, session.truncated)
