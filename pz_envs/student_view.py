@@ -122,11 +122,11 @@ class StudentView:
         Raises:
             RuntimeError: nothing keeps it.
         """
-        return self._kept().frame(self.description())
+        return self.kept().frame(self.description())
 
     def pieces(self) -> Text:
         """The turn, the student's action and the world in text, each piece with its role; errors as in `frame`."""
-        return self._kept().text(self.description())
+        return self.kept().text(self.description())
 
     def as_text(self) -> str:
         """The world, the teacher's last words, and, if the episode is kept, the turn and the student's action."""
@@ -134,7 +134,8 @@ class StudentView:
         world = self.description() if self.watch is None else "".join(piece for piece, _ in self.pieces())
         return f"{world}\nTeacher: {session.feedback or session.instruction}".lstrip("\n")
 
-    def _kept(self) -> Watch:
+    def kept(self) -> Watch:
+        """What keeps the episode; errors as in `frame`."""
         if self.watch is None:
             raise RuntimeError("nothing keeps the episode to draw it; make it with render_mode='rgb_array'")
         return self.watch

@@ -647,7 +647,7 @@ class Session:
 
         Args:
             teachers: take back what the teachers said last of a moment instead, and all that came after.
-            before_act: called before each action that is played again, for a policy that has to live through it.
+            before_act: called before each action or question that is played again, for a policy that lives through it.
 
         Raises:
             ValueError: there is nothing to take back, or the session keeps no inputs: it was made without `undoable`,
@@ -665,7 +665,7 @@ class Session:
         for method, arguments, asked_for in inputs[: ends[-1]]:
             for offer, needed in zip(self.offers, asked_for, strict=True):
                 offer.prepare(*needed)
-            if method is Session.act and before_act is not None:
+            if method in (Session.act, Session.ask) and before_act is not None:
                 before_act()
             method(self, *arguments)
 

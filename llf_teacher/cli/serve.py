@@ -47,7 +47,7 @@ def serve(
         ) from error
     from llf_teacher.studies.store import Store
     from llf_teacher.studies.store.store_lock import lock_store
-    from llf_teacher.web.sessions import Terms
+    from llf_teacher.web.open_lessons import Terms
 
     key = "" if host in LOCAL else secrets.token_urlsafe(16)
     names = {*LOCAL, *(name or ())} | ({host} if key else set())

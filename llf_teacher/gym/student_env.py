@@ -8,7 +8,7 @@ from llf_teacher.gym.seat_env import SeatEnv
 from pz_envs.numbers import Field
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
-from teachers.atoms import SILENCE, Moment
+from teachers.atoms import Moment
 
 
 class StudentEnv(SeatEnv):
@@ -66,7 +66,7 @@ class StudentEnv(SeatEnv):
         self._speak()
         if self.render_mode == "human":
             self.render()
-        return self._observe(self.session.instruction), self._info()
+        return self.observe(), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Act, or ask, and hear what the teacher says of it.
@@ -81,7 +81,7 @@ class StudentEnv(SeatEnv):
         reward = self.student_view.act(action)
         self._speak()
         self._running = not session.over
-        observation = self._observe(SILENCE)
+        observation = self.observe()
         if self.render_mode == "human":
             self.render()
         return observation, reward, session.terminated, session.truncated, self._info()
@@ -95,11 +95,12 @@ class StudentEnv(SeatEnv):
         self._speak()
         self._running = not moment.over
 
-    def _observe(self, instruction: str) -> Any:
-        view, session = self.student_view, self.session
+    def observe(self) -> Any:
+        """The observation that `reset` or the last `step` gave."""
+        view, turn = self.student_view, self.session.turn
         if self._numbers:
             return view.observe()
-        seen = {"observation": view.state(), "instruction": instruction, "feedback": session.feedback}
+        seen = {"observation": view.state(), "instruction": turn.instruction, "feedback": turn.feedback}
         return seen | {"image": view.image()} if view.visual else seen
 
     def _info(self) -> dict[str, Any]:

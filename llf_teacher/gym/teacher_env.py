@@ -65,9 +65,9 @@ class TeacherEnv(SeatEnv):
         vary: parameters of the student that are drawn at each reset, uniformly between their least and their greatest
             value, such as `{"alpha": (0.1, 0.9)}`; between two integers an integer: `{"trust": (0, 1)}` gives 0 or 1.
         announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
-        keywords: fields of `pz_envs.settings.Settings` that are otherwise, and the world's options. `teacher_reward` may
-            also be a function of three arguments, `Moment`, `Oracle` and the student's `Lifetime` as it was before the
-            turn.
+        keywords: fields of `pz_envs.settings.Settings` that are otherwise, and the world's options. `teacher_reward`
+            may also be a function of three arguments, `Moment`, `Oracle` and the student's `Lifetime` as it was before
+            the turn.
 
     Raises:
         ValueError: an argument is not supported.

@@ -14,7 +14,6 @@ from llf_teacher.models.images import data_url
 from llf_teacher.students.answers import ANSWERS, action_in, asking, example, written
 from llf_teacher.students.student import state_of
 from pz_envs.answers import split_thought
-from pz_envs.seats import STUDENT
 from teachers.spec import check_range
 from worlds.world import World
 
@@ -82,8 +81,8 @@ class Conversation:
         rng: np.random.Generator | None = None,
     ) -> None:
         check_manner(history, max_prompt_tokens, answer, images)
-        self._aec = None if env is None else getattr(env.unwrapped, "aec", None)
-        world: World[Any] | None = env if self._aec is None else self._aec.world  # type: ignore[assignment]
+        self._view = None if env is None else getattr(env.unwrapped, "student_view", None)
+        world: World[Any] | None = env if self._view is None else self._view.session.world  # type: ignore[assignment]
         self.history, self.max_prompt_tokens, self.form, self.images = history, max_prompt_tokens, answer, images
         self._system, self._turn = (_template(text) for text in texts_of(prompts))
         rng = np.random.default_rng(0) if rng is None else rng
@@ -120,8 +119,8 @@ class Conversation:
             observation: of this turn.
             turns_left: turns until the episode ends, this one included; None: as the environment has it, if any.
         """
-        if turns_left is None and self._aec is not None:
-            turns_left = self._aec.turns_left(STUDENT)
+        if turns_left is None and self._view is not None:
+            turns_left = self._view.turns_left
         if told := f"{observation['instruction']!s}":
             self._begin(told)
         self._number += 1

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from llf_teacher.episodes.scenes import scenes
+from llf_teacher.episodes.play import play
+from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
@@ -163,7 +164,7 @@ def audit(
     for done, (student, type_) in enumerate(combinations, 1):
         given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}
         env = StudentEnv(id, teacher=teacher, **given)
-        policy = student.seat(env.family, env.aec.world)
+        policy = student.seat(env.family, env.session.world)
         for seed in itertools.count():
             left = turns * done // len(combinations) - found.turns
             if left <= 0:
@@ -172,12 +173,12 @@ def audit(
                 left = min(left, 1 + seed % patience)
             episode = _Episode(type_, seed, left, {}, {})
             if isinstance(teacher, Personality) and (done + seed) % 2 == 0:
-                episode = _varied(episode, env.aec.world, settings, np.random.default_rng([done, seed]))
+                episode = _varied(episode, env.session.world, settings, np.random.default_rng([done, seed]))
             if episode.options:
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
-                if type_ in other.aec.teacher.oracle.instruction_types:  # with other options it may have others
-                    other.aec.teacher.instruction_type = type_
-                    _watch(found, other, student.seat(other.family, other.aec.world), episode)
+                if type_ in other.session.teacher.oracle.instruction_types:  # with other options it may have others
+                    other.session.teacher.instruction_type = type_
+                    _watch(found, other, student.seat(other.family, other.session.world), episode)
                 other.close()
             else:
                 _watch(found, env, policy, episode)
@@ -214,25 +215,26 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     offered: Counter[tuple[Claim[Any], int]] = Counter()
     said: Counter[tuple[Claim[Any], int]] = Counter()
     found.episodes += 1
-    played = scenes(env, student, episode.seed, episode.reset)
-    for moment, observation, atoms in itertools.islice(played, episode.turns + 1):
+    recorder = Recorder(env.family.name, env.student_view)
+    for turn in itertools.islice(play(env, student, episode.seed, episode.reset), episode.turns + 1):
+        moment, atoms = turn.moment, recorder.check(turn)
         found.turns += moment.turn > 0
-        found.words += len(observation["feedback"].split())
+        found.words += len(turn.feedback.split())
         if isinstance(teacher, Teacher):
             offered.update((claim, moment.turn) for claim in teacher.offered)
         changes = getattr(teacher, "changes", ())
         found.changes += len(changes)
         found.changed += changes[: _EXAMPLES - len(found.changed)]
-        if not atoms and observation["feedback"]:
+        if not atoms and turn.feedback:
             found.claims[None, Label.UNCHECKED] += 1
         for atom, label in atoms:
             said[atom.claim, atom.about_turn] += 1
-            kind = None if atom in getattr(observation["instruction"], "atoms", ()) else atom.kind
+            kind = None if atom in getattr(turn.instruction, "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
             found.students[str(student.spec)] += 1
             found.falsehoods[str(student.spec)] += label is Label.DISTORTED
             names = isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
-            leak = kind is not None and kind not in env.aec.teacher.kinds
+            leak = kind is not None and kind not in env.session.teacher.kinds
             leak |= names and (not reveals if kind is FP else kind is None and episode.instruction_type == "b")
             found.leaks += leak
             for fault in ["leak"] * leak + ["false"] * (label is Label.DISTORTED and found.honest):

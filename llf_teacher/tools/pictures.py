@@ -28,8 +28,8 @@ def sample(environment: str, *, theme: str = "light", privileged: bool = True) -
     env.reset(seed=_SEED)
     rng = np.random.default_rng(_SEED)
     for turn in range(_TURNS):
-        plan = env.aec.teacher.oracle.plan(env.aec.moment.after, 1) if turn not in (0, 2) else ()
-        action = plan[0] if plan else env.aec.world.sample_action(rng)
+        plan = env.session.teacher.oracle.plan(env.session.moment.after, 1) if turn not in (0, 2) else ()
+        action = plan[0] if plan else env.session.world.sample_action(rng)
         _, _, terminated, truncated, _ = env.step(action)
         if terminated or truncated:
             break
@@ -87,7 +87,7 @@ def frame_rate(environment: str, frames: int = 40) -> float:
     rng = np.random.default_rng(_SEED)
     spent = []
     for _ in range(frames):
-        _, _, terminated, truncated, _ = env.step(env.aec.world.sample_action(rng))
+        _, _, terminated, truncated, _ = env.step(env.session.world.sample_action(rng))
         begun = time.process_time()
         env.render()
         spent.append(time.process_time() - begun)

@@ -25,7 +25,8 @@ class TutoringEnv(SeatsEnv):
         `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world does not
         step, the turn counts. Info: what the world says, with `success`, and `atoms`, what was said last.
         With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
-        `pz_envs.numbers`, and `student_view.fields` for what is where. The action is the world's, the info has no `atoms`.
+        `pz_envs.numbers`, and `student_view.fields` for what is where. The action is the world's, the info has no
+        `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.

@@ -122,9 +122,9 @@ def test_frames_hide_what_is_hidden(entry):
     env.reset(seed=4)
     rng = np.random.default_rng(4)
     for _ in range(4):
-        if any(env.step(env.aec.world.sample_action(rng))[2:4]):
+        if any(env.step(env.session.world.sample_action(rng))[2:4]):
             break
-    frame, watch = env.render(), env.aec.watch
+    frame, watch = env.render(), env.student_view.watch
     watch.turns = list(watch.picture.alike(watch.turns, rng))
     assert np.array_equal(env.render(), frame)
 

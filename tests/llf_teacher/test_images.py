@@ -72,7 +72,7 @@ env = llf_teacher.make("llf-metaworld-reach-v3", text=True, visual=True)
 observation, _ = env.reset(seed=3)
 assert env.observation_space.contains(observation)
 assert observation["image"].shape == (240, 240, 3) and "image" not in observation["observation"]
-assert np.array_equal(observation["image"], env.unwrapped.aec.world.image())
+assert np.array_equal(observation["image"], env.unwrapped.session.world.image())
 print("seen")
 """
 

@@ -20,9 +20,10 @@ ADVICE = 0b01000
 
 def seats(env, spec):
     """The students' policies."""
-    desk = env.unwrapped.desks[0] if hasattr(env.unwrapped, "desks") else getattr(env.unwrapped, "desk", env.unwrapped)
+    bare = env.unwrapped
+    session = bare.sessions[0] if hasattr(bare, "sessions") else bare.session
     students = [agent for agent in env.possible_agents if agent.startswith("student")]
-    return {agent: parse_student(spec).seat(GRID, desk.world) for agent in students}
+    return {agent: parse_student(spec).seat(GRID, session.world) for agent in students}
 
 
 def speak(observation):
@@ -162,8 +163,8 @@ def test_a_lifetime_is_that_of_the_teachers_seat():
 
 
 def optimal(env, i):
-    desk = env.unwrapped.desks[i]
-    return desk.teacher.oracle.plan(desk.moment.after, 1)[0]
+    session = env.unwrapped.sessions[i]
+    return session.teacher.oracle.plan(session.moment.after, 1)[0]
 
 
 def test_who_has_ended_waits_and_is_paid_once():

@@ -6,19 +6,18 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from itertools import count
+from itertools import count, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
 
+from llf_teacher.episodes.play import play
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.tools.benchmark import player
 from llf_teacher.tools.benchmark.player import Script, Times
-from pz_envs.seats import STUDENT, entitled
-from teachers.seeds import Seeds
 
 BLOCKS = 8
 """How often what is compared takes turns."""
@@ -74,7 +73,7 @@ class Writer:
         """`student` is a spec: whose actions they are."""
         policy = parse_student(student)
         self._env = make(id, text=policy.text)
-        self._student = policy.seat(self._env.family, self._env.aec.world)
+        self._student = policy.seat(self._env.family, self._env.session.world)
         self._seeds = count(_FIRST)
 
     def write(self, steps: int) -> list[Script]:
@@ -91,16 +90,8 @@ class Writer:
         return seed, self._actions(seed, most)
 
     def _actions(self, seed: int, most: int) -> list[Any]:
-        env, student, aec = self._env, self._student, self._env.aec
-        student.reset(Seeds(seed).stream("student"))
-        env.reset(seed=seed)
-        actions: list[Any] = []
-        over = False
-        while not over and len(actions) < most:
-            env.step(student.act(aec.observe(STUDENT), entitled(student, aec)))
-            actions.append(aec.moment.action)
-            over = env.family.is_over(aec.moment)
-        return actions
+        played = play(self._env, self._student, seed)
+        return [turn.moment.action for turn in islice(played, most + 1)][1:]
 
 
 class Measured(NamedTuple):

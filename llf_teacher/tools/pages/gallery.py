@@ -93,8 +93,8 @@ def _episode(family: Family, spec: str, seed: int) -> Iterator[_Reply]:
     yield _Reply("", f"{observation['feedback']}")
     over = False
     while not over:
-        action = env.aec.world.sample_action(rng)
+        action = env.session.world.sample_action(rng)
         observation, _, terminated, truncated, _ = env.step(action)
         over = terminated or truncated
-        yield _Reply(f"{env.aec.moment.action}", f"{observation['feedback']}")
+        yield _Reply(f"{env.session.moment.action}", f"{observation['feedback']}")
     env.close()
