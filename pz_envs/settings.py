@@ -192,18 +192,20 @@ class Settings:
         Raises:
             ValueError: a keyword is unknown, or a value is not allowed.
         """
-        names, refused = FIELDS - set(refused), set(refused)
+        refused = set(refused)
+        names = FIELDS - refused
         own = {name: value for name, value in keywords.items() if name in names}
         more = {name: value for name, value in keywords.items() if name not in names}
-        known = set(options)
+        known = {*options, *refused}
         if unknown_names := [name for name in more if name not in known]:
             allowed = sorted((names | known | set(others)) - {"options"})
             raise ValueError(f"{where} does not take these options: {unknown('option', unknown_names[0], allowed)}")
         if given is not None and not isinstance(given, cls):
             raise ValueError(f"settings must be a {cls.__name__}, got {given!r}")
         base = cls(**defaults) if given is None else given
-        if changed := [name for name in refused if getattr(base, name) != getattr(_DEFAULT, name)]:
-            raise ValueError(f"{where} does not use {changed[0]}; leave it out of the settings")
+        changed = {name for name in refused if getattr(base, name) != getattr(_DEFAULT, name)}
+        if unused := sorted(changed | (refused & keywords.keys())):
+            raise ValueError(f"{where} does not use {unused[0]} from this seat; leave it out")
         world = {**base.options, **own.pop("options", {}), **more}
         return replace(base, **own, options=world)
 
@@ -241,6 +243,7 @@ def takes_settings(
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         signature = inspect.signature(function)
         own = [each for each in signature.parameters.values() if each.kind != each.VAR_KEYWORD]
+        whole = [own.pop([each.name for each in own].index("settings"))]
         taken = {each.name for each in own} | set(without)
         shown = [
             inspect.Parameter(
@@ -253,7 +256,7 @@ def takes_settings(
             if each.name not in taken and each.name != "options"
         ]
         rest = inspect.Parameter("options", inspect.Parameter.VAR_KEYWORD, annotation=Any)
-        function.__signature__ = signature.replace(parameters=[*own, *shown, rest])  # type: ignore[attr-defined]  # what `inspect.signature` looks for
+        function.__signature__ = signature.replace(parameters=[*own, *shown, *whole, rest])  # type: ignore[attr-defined]  # what `inspect.signature` looks for
         return function
 
     return decorate

@@ -441,7 +441,7 @@ class Session:
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        action = self.read(action)
+        given, action = action, self.read(action)
         world, last = self.world, self.moment
         turn = last.turn + 1
         if type(action) is ParseFailure:
@@ -461,7 +461,7 @@ class Session:
             self.info = info
         self.moment, self.terminated, self.truncated = moment, terminated, truncated
         self.atoms, self.asked = (), False
-        self._keep(Session.act, action)
+        self._keep(Session.act, given)
         self._await_teachers()
         if self.observer is not None:
             self.observer.acted(moment)
@@ -534,7 +534,9 @@ class Session:
             ValueError: it is no text, or too long; nothing has changed.
         """
         offer = self.offers[teacher]
-        if self.instructs and type(words) is Utterance and not self.moment.turn:
+        if not self.instructs:
+            offer.suggestion()  # the oracle starts with the instruction, and a personality sees each moment
+        elif type(words) is Utterance and not self.moment.turn:
             words = Utterance.of([atom for atom in words.atoms if atom.kind is not None])
         words = offer.allowed(words)
         self._keep(Session.say, words, teacher)

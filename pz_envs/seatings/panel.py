@@ -91,6 +91,7 @@ class PanelEnv(SeatsEnv):
         self.order, self.max_turns = order, self.session.max_turns
         self.teacher_views = {f"{TEACHER[:-1]}{i}": view for i, view in enumerate(views)}
         """Per agent what it sees and does."""
+        self.teachers = tuple(self.teacher_views)
         self.possible_agents = [*self.teacher_views, STUDENT]
         said = spaces.Dict({teacher: Prose(LONGEST) for teacher in self.teacher_views})
         self.observation_spaces[STUDENT] = spaces.Dict({**self.student_view.words_space, "said": said})  # type: ignore[dict-item]

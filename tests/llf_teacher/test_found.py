@@ -170,6 +170,8 @@ MISSPELT = {
     [("txt", "text"), ("speach", "speech"), ("feedbak_type", "feedback_type"), ("rooms", "num_rooms")],
 )
 def test_a_misspelt_setting_names_the_nearest(make, given, meant):
+    if make is MISSPELT["make"] and meant == "speech":
+        given, meant = "paraphrse", "paraphrase"  # the student's seat has no speech
     with pytest.raises(ValueError, match=rf"unknown option '{given}'; did you mean ({meant}|\w+ or {meant})\b"):
         make(**{given: 1})
 

@@ -142,10 +142,10 @@ def test_a_students_picture_is_that_of_an_agent_until_the_end():
     env = llf_teacher.make(GRID, text=True, max_turns=6, render_mode="rgb_array")
     env.reset(seed=7)
     for text in ("west", "north"):
-        assert np.array_equal(live.watch(STUDENT).frame(live.seen()), env.render())
+        assert np.array_equal(live.watch(STUDENT).frame(live.view.description()), env.render())
         live.move(STUDENT, text)
         env.step(text)
-    assert not np.array_equal(live.watch(TEACHER).frame(live.seen()), env.render())
+    assert not np.array_equal(live.watch(TEACHER).frame(live.view.description()), env.render())
     assert {spoken.verdict for spoken in live.watch(STUDENT).sentences} == {Label.UNCHECKED}
     assert live.watch(TEACHER) is live.watch(to_the_end(live, STUDENT, "west") and STUDENT)
 

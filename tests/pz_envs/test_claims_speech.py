@@ -59,7 +59,7 @@ def test_sentences_of_candidates_draw_nothing_and_ask_no_voice():
     env.step(0)
     assert len(asked) == 1
     twin, first = after_a_list(), after_a_list()
-    twin.seat.sentences()
+    twin.teacher_view.offer.sentences()
     for one in (first, twin):
         one.step(1)
         one.step(0)

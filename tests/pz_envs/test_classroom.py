@@ -213,7 +213,7 @@ def test_each_student_is_taught_as_in_a_tutoring_env():
                 assert plain(env.observe(f"student_{i}")) == plain(seat.observe(STUDENT))
         else:
             seat = alone[int(agent[-1])]
-            action = seat.turn % 4
+            action = seat.session.moment.turn % 4
             env.step(action)
             seat.step(action)
             assert env.rewards[agent] == seat.rewards[STUDENT]

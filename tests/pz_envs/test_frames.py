@@ -13,8 +13,10 @@ from pettingzoo.test import render_test
 
 import llf_teacher
 from llf_teacher.registry import family
+from pz_envs.assembly import assemble
 from pz_envs.frames import HEIGHT, WIDTH, Spoken
 from pz_envs.seatings.tutoring import TutoringEnv
+from pz_envs.settings import Settings
 from teachers.atoms import FP, HN, SILENCE, Label, Utterance
 from worlds.pictures.canvas import THEMES
 
@@ -244,10 +246,10 @@ def test_without_a_mode_there_is_a_warning():
 
 
 def test_a_bare_environment_says_how_to_get_pictures():
-    plain = GRID.raw_env()
-    env = TutoringEnv(plain.world, plain.teacher, render_mode="rgb_array")
+    settings = Settings(render_mode="rgb_array")
+    env = TutoringEnv(assemble(GRID, Settings()), settings)
     env.reset(seed=0)
-    with pytest.raises(RuntimeError, match=r"make it by raw_env\(render_mode='rgb_array'\)"):
+    with pytest.raises(RuntimeError, match="make it with render_mode='rgb_array'"):
         env.render()
 
 

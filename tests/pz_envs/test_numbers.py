@@ -243,7 +243,7 @@ def test_a_learner_of_numbers_is_a_student_of_the_teachers_seat():
 
         def act(self, observation, info):
             self.seen.append(observation)
-            (advice,) = (field for field in env.fields if field.name == "fp.action")
+            (advice,) = (field for field in env.student_view.fields if field.name == "fp.action")
             return int(observation[advice.place].argmax())
 
     reader = Reader()

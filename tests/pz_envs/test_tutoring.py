@@ -8,8 +8,10 @@ import pytest
 
 import llf_teacher
 from llf_teacher.registry import entry
+from pz_envs.assembly import assemble
 from pz_envs.family import all_families
 from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.settings import Settings
 from teachers.atoms import KINDS, Utterance
 
 GRID, BANDIT = entry("llf-gridworld-v0").family, entry("llf-bandits-BanditTenArmedGaussian-v0").family
@@ -143,19 +145,19 @@ def test_both_seats_get_the_worlds_reward_and_the_teachers_can_be_replaced():
 
 @pytest.mark.parametrize("family", all_families(), ids=lambda family: family.name)
 def test_a_text_that_is_no_action_keeps_success_where_it_is_the_episodes(family):
-    env = family.raw_env(text=True, **family.environments[family.showcase[0]])
-    env.reset(seed=0)
-    env.step("Begin.")
-    oracle = family.oracle_class()(env.session.world.scratch)
-    oracle.start(env.session.moment.after)
-    for action in oracle.plan(env.session.moment.after, env.max_turns - 1):
-        env.step(action if isinstance(action, str) else f"{action}")
-        env.step("")
-        if env.session.moment.success:
+    session, _, _ = assemble(family, Settings(text=True, options=family.environments[family.showcase[0]]))
+    session.open(0)
+    oracle = family.oracle_class()(session.world.scratch)
+    oracle.start(session.moment.after)
+    for action in oracle.plan(session.moment.after, session.max_turns - 1):
+        session.say("")
+        session.act(action if isinstance(action, str) else f"{action}")
+        if session.moment.success:
             break
-    assert env.session.moment.success
-    env.step("\x00")
-    assert env.session.moment.success is not family.repeated
+    assert session.moment.success
+    session.say("")
+    session.act("\x00")
+    assert session.moment.success is not family.repeated
 
 
 @pytest.mark.parametrize(
