@@ -330,7 +330,7 @@ class Session:
         """The streams of the episodes, beside the world's."""
         self.moment: Moment[Any]
         """What happened last: privileged."""
-        self.state: Any
+        self.state: Any = None
         """What the world shows now: its observation; each action makes a new one."""
         self.info: dict[str, Any]
         """What the world says beside that; a new dict in each turn."""
@@ -345,6 +345,7 @@ class Session:
         """Whether the student has asked in this turn."""
         self.turn: Turn
         """The record of the last turn that is complete."""
+        self._inputs: list[tuple[Callable[..., Any], tuple[Any, ...], list[tuple[bool, bool]]]] | None = None
         self.heard = True
         """Whether the student has heard all teachers since it last acted or asked."""
 
@@ -362,7 +363,7 @@ class Session:
         """
         for offer in self.offers:
             offer.purse.spent = offer.trimmed = 0
-        self._inputs: list[tuple[Callable[..., Any], tuple[Any, ...], list[tuple[bool, bool]]]] | None = None
+        self._inputs = None
         if self._undoable and seed is not None:
             self._inputs, self._opening = [], (seed, options)
         return self._begin(seed, options, None)
