@@ -28,7 +28,7 @@ from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.plan import read_plan
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
-from pz_envs.settings import SPEECHES, Settings
+from pz_envs.settings import Settings
 from teachers import session as home
 from teachers.teacher import Teacher
 from teachers.testing import Pupil
