@@ -14,7 +14,7 @@ from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.answers import split_thought
+from pz_envs.answers import Parted, split_thought
 from pz_envs.forms import behind_marker, fenced, labelled, paragraphs, spans, tagged, unlabelled, without_stops
 from pz_envs.pieces import LONGEST, TwoActions, read_piece, strict_value, the_one
 from teachers.atoms import ParseFailure
@@ -36,10 +36,15 @@ MORE = "it says more than one action, and nothing marks that one as the answer"
 UNFIT = "it is too long, or has characters that are not allowed"
 
 
-def parse_action(text: str, world: World[Any]) -> Any:
-    """The action that a text stands for, in canonical form, or a `ParseFailure`."""
-    thought, answer = split_thought(text)
-    unended = not answer and thought and not split_thought(f"{text}.").answer
+def parse_action(said: str | Parted, world: World[Any]) -> Any:
+    """The action that a text stands for, in canonical form, or a `ParseFailure`.
+
+    Args:
+        said: the text, or what `split_thought` made of it.
+        world: the world whose action it is.
+    """
+    thought, answer, text, unended = split_thought(said)
+    unended = unended and bool(thought) and not answer
     if unended and _MARKER.search(text):
         answer = behind_marker(text) or ""  # reasoning that never ends, and yet gives an answer
     got = answer if thought and answer else text

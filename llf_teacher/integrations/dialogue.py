@@ -4,7 +4,7 @@ from typing import Any
 
 from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
-from llf_teacher.students.student import Telling
+from llf_teacher.students.student import ModelReply
 from llf_teacher.studies.episode import EpisodeRow, Scene, TurnRow, summary, turn_row, turns_as_dicts
 from llf_teacher.studies.own import parse_teacher
 from pz_envs.answers import split_thought
@@ -67,7 +67,7 @@ class Dialogue:
         """Whether there is nothing more to answer: the episode has ended, or its task is solved."""
         return self.env.family.is_over(self._moments[-1])
 
-    def answer(self, text: str, told: Telling | None = None) -> None:
+    def answer(self, text: str, told: ModelReply | None = None) -> None:
         """The student's half of a turn: what the model said to `messages`, and what is known of its cost."""
         told = told or {}
         action = self.talk.answer(text, input_tokens=told.get("input_tokens"))

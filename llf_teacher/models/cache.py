@@ -106,8 +106,7 @@ class Cache:
                 "INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)", row
             )
             if answer is not None:
-                known = answer._asdict()
-                facts = {name: known[name] for name in _FACTS if known[name]} | {"usage": usage}
+                facts = {name: value for name in _FACTS if (value := getattr(answer, name))} | {"usage": usage}
                 asked = without_images(json.dumps(request, ensure_ascii=False), request)
                 db.execute(
                     "INSERT OR IGNORE INTO answer (key, text, request, facts) VALUES (?, ?, ?, ?)",

@@ -10,6 +10,7 @@ import time
 import warnings
 import weakref
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 from urllib.parse import urlsplit
@@ -20,7 +21,7 @@ from llf_teacher.models.images import images_of
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
-from llf_teacher.models.settings import KEY, TIMEOUT, Settings
+from llf_teacher.models.settings import KEY, TIMEOUT, ClientSettings
 from llf_teacher.models.waiting import loop, wait_for
 
 _TOKENS = 1e6  # prices are per million
@@ -46,7 +47,7 @@ class Endpoint:
         ValueError: the cache cannot be used.
     """
 
-    def __init__(self, base_url: str, settings: Settings, name: str = "") -> None:
+    def __init__(self, base_url: str, settings: ClientSettings, name: str = "") -> None:
         check_extra()
         import openai
 
@@ -150,7 +151,8 @@ class Endpoint:
             answer, usage = read(reply, prices)
             self._compare(whole, "" if answer is None else answer.model)
             if answer is not None:
-                answer = answer._replace(
+                answer = replace(
+                    answer,
                     raw=self._clean(answer.raw),
                     reasoning=self._clean(answer.reasoning),
                     seconds=round(time.monotonic() - started, 3),
@@ -233,7 +235,7 @@ class Endpoint:
         if prices is None:
             raise LLMError(f"a spending limit needs prices for {self.base_url}: input_price and output_price")
         if length is None:
-            raise LLMError(f"a spending limit needs a longest answer for {self.base_url}: max_tokens")
+            raise LLMError(f"a spending limit needs a maximum length for {self.base_url}: max_tokens")
         # A token has at least one byte, but of an image, which is counted by its size and not by its bytes.
         read = [request[name] for name in ("messages", "tools", "response_format") if name in request]
         asked = len(json.dumps(read, ensure_ascii=False).encode())
@@ -289,7 +291,7 @@ def _is_open(base_url: str) -> bool:
     return address.scheme == "http" and not own
 
 
-def connect(base_url: str, settings: Settings, name: str = "") -> Endpoint:
+def connect(base_url: str, settings: ClientSettings, name: str = "") -> Endpoint:
     """An endpoint, the same for the same settings in the same process."""
     with _connecting:
         return _connect(base_url, settings, name, os.getpid())
@@ -299,7 +301,7 @@ _connecting = threading.Lock()
 
 
 @cache
-def _connect(base_url: str, settings: Settings, name: str, process: int) -> Endpoint:
+def _connect(base_url: str, settings: ClientSettings, name: str, process: int) -> Endpoint:
     return Endpoint(base_url, settings, name)
 
 

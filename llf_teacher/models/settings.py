@@ -11,7 +11,7 @@ OPENAI = "https://api.openai.com/v1"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
+class ClientSettings:
     """How to ask, whatever is asked."""
 
     key: str = field(repr=False)
@@ -26,7 +26,7 @@ class Settings:
     """How often to try again."""
 
     @classmethod
-    def read(cls, base_url: str, environment: Mapping[str, str] = os.environ, key_in: str = KEY) -> "Settings":
+    def read(cls, base_url: str, environment: Mapping[str, str] = os.environ, key_in: str = KEY) -> "ClientSettings":
         """The settings for an endpoint.
 
         `OPENAI_API_KEY` goes to OpenAI or to `OPENAI_BASE_URL` only, `LLF_LLM_API_KEY` to any endpoint for which no

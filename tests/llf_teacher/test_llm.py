@@ -13,7 +13,7 @@ from endpoints import KEY, NORTH, REQUEST, endpoint, ledger
 from llf_teacher.models import LLMError, SpendingLimitError, retries
 from llf_teacher.models.cache import Cache, spending
 from llf_teacher.models.retries import asked_for, may_pass, pause
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.shelf.llm import LLM
@@ -326,11 +326,11 @@ def test_model_and_endpoint_from_the_environment(monkeypatch):
 
 def test_whose_key_goes_where():
     openai, ours = {"OPENAI_API_KEY": "theirs-123"}, {"LLF_LLM_API_KEY": "ours-123"}
-    assert Settings.read("http://elsewhere/v1", openai).key == ""
-    assert Settings.read("https://api.openai.com/v1", openai).key == "theirs-123"
-    assert Settings.read("http://mine/v1", openai | {"OPENAI_BASE_URL": "http://mine/v1/"}).key == "theirs-123"
-    assert Settings.read("http://elsewhere/v1", openai | ours).key == "ours-123"
-    assert "ours-123" not in repr(Settings.read("http://elsewhere/v1", ours))
+    assert ClientSettings.read("http://elsewhere/v1", openai).key == ""
+    assert ClientSettings.read("https://api.openai.com/v1", openai).key == "theirs-123"
+    assert ClientSettings.read("http://mine/v1", openai | {"OPENAI_BASE_URL": "http://mine/v1/"}).key == "theirs-123"
+    assert ClientSettings.read("http://elsewhere/v1", openai | ours).key == "ours-123"
+    assert "ours-123" not in repr(ClientSettings.read("http://elsewhere/v1", ours))
 
 
 @pytest.mark.parametrize(
@@ -352,7 +352,7 @@ def test_whose_key_goes_where():
             "extra must be a dict of JSON values without the keys model, messages",
         ),
         ("llm(model='m', extra={'a': {1}})", "extra must be a dict of JSON values"),
-        ("llm(model='m', key='x')", "student 'llm' has no parameter 'key'; allowed: model, base_url"),
+        ("llm(model='m', key='x')", "student 'llm': unknown parameter 'key'; allowed: model, base_url"),
     ],
 )
 def test_bad_options(spec, match):

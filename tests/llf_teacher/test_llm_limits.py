@@ -19,7 +19,7 @@ from llf_teacher.models import cache as cache_module
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.replies import Prices
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
 from llf_teacher.models.waiting import wait_for
 
@@ -28,7 +28,7 @@ NORTH = "Thought: it said so.\nResponse: north"
 
 
 def endpoint(url, cache=":memory:", budget=None, timeout=5.0, retries=2, key=""):
-    return Endpoint(url, Settings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
+    return Endpoint(url, ClientSettings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
 
 
 def test_the_time_limit_is_for_the_whole_request():
@@ -138,14 +138,14 @@ def test_a_failed_request_gives_back_what_it_reserved(tmp_path):
 def test_a_limit_needs_a_longest_answer():
     request = {name: value for name, value in REQUEST.items() if name != "max_tokens"}
     with ScriptedEndpoint(lambda request: NORTH) as server:
-        with pytest.raises(LLMError, match=r"a spending limit needs a longest answer .*: max_tokens"):
+        with pytest.raises(LLMError, match=r"a spending limit needs a maximum length .*: max_tokens"):
             endpoint(server.url, budget=1.0).ask(request, (1, 1))
         assert not server.requests
 
 
 def test_a_cache_in_memory_is_refused():
     with pytest.raises(ValueError, match=r"LLF_LLM_CACHE must be the name of a file, got ':memory:'"):
-        Settings.read("http://h/v1", {"LLF_LLM_CACHE": ":memory:"})
+        ClientSettings.read("http://h/v1", {"LLF_LLM_CACHE": ":memory:"})
 
 
 def picky(*parameters, status=400):
