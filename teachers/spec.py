@@ -304,8 +304,8 @@ def _call(node: ast.expr, prefixes: int) -> Call:
     call = last if isinstance(last, ast.Call) else ast.Call(func=last, args=[], keywords=[])
     if not isinstance(call.func, ast.Name) or call.args or len(before) > prefixes:
         raise ValueError
-    arguments = {keyword.arg: ast.literal_eval(keyword.value) for keyword in call.keywords}
-    if None in arguments or len(arguments) != len(call.keywords):
+    arguments = {f"{keyword.arg}": ast.literal_eval(keyword.value) for keyword in call.keywords if keyword.arg}
+    if len(arguments) != len(call.keywords):  # a name twice, or `**`
         raise ValueError
     return Call(call.func.id, arguments, tuple(map(_dotted_name, before)))
 

@@ -231,7 +231,9 @@ def texts_of(prompts: Path | str | None) -> tuple[str, str]:
         try:
             _template(text).render(values)
         except jinja2.TemplateError as error:
-            raise ValueError(f"{folder / name} is not a valid template: {error}; names: {', '.join(values)}") from None
+            raise ValueError(
+                f"{folder / name} is not a valid template: {error}; allowed: {', '.join(values)}"
+            ) from None
     return texts[0], texts[1]
 
 

@@ -281,7 +281,7 @@ def test_what_is_no_format_is_refused(found, tmp_path):
         ("sdpo(regret_above=-1)", "regret_above"),
         ("eee(relationship='friend')", "relationship must be one of first_party"),
         ("eee(deployment='mine')", "deployment must be one of self_deployed"),
-        ("sft(", "is no expression"),
+        ("sft(", "bad format spec 'sft('; expected `name` or `name(key=value)`, such as sft(success=True)"),
         ("sft | dpo", "format spec 'sft | dpo' has 2 parts"),
     ):
         with pytest.raises(ValueError, match=said.replace("(", r"\(")):

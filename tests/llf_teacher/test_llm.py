@@ -236,7 +236,7 @@ def test_a_limit_needs_to_know_the_costs():
     body = json.loads(completion(NORTH))
     del body["usage"]
     with ScriptedEndpoint(lambda request: Reply(200, json.dumps(body))) as server:
-        with pytest.raises(LLMError, match="does not tell the tokens it used"):
+        with pytest.raises(LLMError, match="gives no number of tokens"):
             endpoint(server.url, budget=1.0).ask(REQUEST | {"max_tokens": 9}, (1, 1))
         with pytest.raises(LLMError, match="a spending limit needs prices"):
             endpoint(server.url, budget=1.0).ask(REQUEST)
@@ -388,7 +388,7 @@ def test_the_extra_is_missing(tmp_path, monkeypatch):
         pytest.raises(ModuleNotFoundError, match=r"run: pip install 'llf-teacher\[llm\]'"),
     ):
         run(study("http://localhost:1/v1"), store)
-    with pytest.raises(ModuleNotFoundError, match="need 'openai'"):
+    with pytest.raises(ModuleNotFoundError, match="needs 'openai'"):
         endpoint("http://localhost:1/v1")
 
 

@@ -81,7 +81,7 @@ def test_places_are_in_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        (None, r"nobody says where the endpoint 'local' is: set LLF_LLM_ENDPOINT_LOCAL, or write llf-endpoints\.toml"),
+        (None, r"the endpoint 'local' has no address: set LLF_LLM_ENDPOINT_LOCAL, or write llf-endpoints\.toml"),
         ("[endpoints.locale]\nbase_url='http://h/v1'", "endpoint.*'local'.*locale"),
         ("[endpoints.local]\nurl='http://h/v1'", "key 'url'.*base_url"),
         ("[endpoints.local]\nbase_url='h'", r"endpoints\.local\.base_url must be an address"),

@@ -65,7 +65,7 @@ def test_counts_that_cannot_be_are_unknown(tmp_path, tokens):
     with ScriptedEndpoint(lambda request: reply) as server:
         answer = endpoint(server.url, tmp_path / "c.db").answer(REQUEST, (1, 1))
         assert (answer.text, answer.usage.input_tokens, answer.usage.usd) == (NORTH, None, None)
-        with pytest.raises(LLMError, match="does not tell the tokens it used"):
+        with pytest.raises(LLMError, match="gives no number of tokens"):
             endpoint(server.url, budget=1.0).ask(REQUEST, (1, 1))
     with contextlib.closing(Cache(f"{tmp_path / 'c.db'}")) as cache:
         assert cache.by_model()[0]["unpriced"] == 1
@@ -202,7 +202,7 @@ def test_other_troubles_are_no_refusal(told):
 def test_a_limit_cannot_be_kept_where_no_length_is_taken():
     with (
         ScriptedEndpoint(picky("max_tokens", "max_completion_tokens")) as server,
-        pytest.raises(LLMError, match="takes no max_tokens, so that no spending limit can be kept"),
+        pytest.raises(LLMError, match="accepts no max_tokens, so that no spending limit can be kept"),
     ):
         endpoint(server.url, budget=100.0).ask(REQUEST, (1, 1))
 

@@ -204,8 +204,8 @@ def test_prompts_of_ones_own(tmp_path):
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        ("{{ secret }}", "is no template: 'secret' is undefined; it may use instruction, example, answer"),
-        ("{% if %}", "is no template"),
+        ("{{ secret }}", "is not a valid template: 'secret' is undefined; allowed: instruction, example, answer"),
+        ("{% if %}", "is not a valid template"),
         (None, r"prompts must be a folder with system\.j2 or turn\.j2 or both"),
     ],
 )
