@@ -11,7 +11,6 @@ _SYSTEM = (
     "what it says: every number, name and quotation stays as it is written, nothing is added and nothing is left out. "
     "Answer with the new sentence and nothing else."
 )
-_PRICES = ("input_price", "output_price", "cached_price")
 
 
 @dataclass(frozen=True)
@@ -46,6 +45,7 @@ class Rewriter(AsksModel, Wording):
     @property
     def settings(self) -> ModelSettings:
         """The settings among the fields; requests have no sampling seed."""
+        prices = (*(self.prices or (None, None)), None)
         return ModelSettings(
             model=self.model,
             base_url=self.base_url,
@@ -53,7 +53,9 @@ class Rewriter(AsksModel, Wording):
             max_tokens=self.max_tokens,
             seed=False,
             endpoint=self.endpoint,
-            **dict(zip(_PRICES, self.prices or (), strict=False)),
+            input_price=prices[0],
+            output_price=prices[1],
+            cached_price=prices[2],
         )
 
     def voice(self) -> "Rewriter":

@@ -2,14 +2,14 @@
 
 from dataclasses import asdict
 
-from llf_teacher.students import shelf
+from llf_teacher.students import builtin
 from llf_teacher.students.agents import make_agent
 from llf_teacher.students.chat import CHAT, make_chat_student
 from llf_teacher.students.student import Student
 from pz_envs.learning import Learning
 from teachers.spec import Registry, bad_spec, parse_call
 
-STUDENTS = Registry[Student]("student", Student, shelf)  # type: ignore[type-abstract]  # it never makes a `Student`
+STUDENTS = Registry[Student]("student", Student, builtin)  # type: ignore[type-abstract]  # it never makes a `Student`
 """Every student by its name."""
 
 

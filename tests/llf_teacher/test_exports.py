@@ -15,9 +15,9 @@ from llf_teacher.cli import app
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import entry
 from llf_teacher.studies import Results, Study, run
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.exports import export_names, write_export
-from llf_teacher.studies.exports.dialogue import exchanges
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.export import export_names, write_export
+from llf_teacher.studies.export.dialogue import exchanges
 from llf_teacher.studies.store import Store
 from pz_envs.text_mode import parse_action
 from teachers.atoms import ParseFailure
@@ -281,7 +281,7 @@ def test_what_is_no_format_is_refused(found, tmp_path):
         ("sdpo(regret_above=-1)", "regret_above"),
         ("eee(relationship='friend')", "relationship must be one of first_party"),
         ("eee(deployment='mine')", "deployment must be one of self_deployed"),
-        ("sft(", "bad format spec 'sft('; expected `name` or `name(key=value)`, such as sft(success=True)"),
+        ("sft(", "bad format spec 'sft('; expected `name` or `name(key"),
         ("sft | dpo", "format spec 'sft | dpo' has 2 parts"),
     ):
         with pytest.raises(ValueError, match=said.replace("(", r"\(")):

@@ -5,7 +5,7 @@ import pytest
 from llf_teacher.models.model import ModelSettings
 from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.speakers.rewriter import Rewriter
-from llf_teacher.students.shelf.llm import LLM
+from llf_teacher.students.builtin.llm import LLM
 from teachers.spec import parse_call
 
 NAMES = ("MODEL", "BASE_URL", "API_KEY", "CACHE", "BUDGET", "ENDPOINT")
