@@ -79,7 +79,7 @@ class Spec:
 S = TypeVar("S", bound=Spec)
 
 
-class Call(NamedTuple):
+class SpecCall(NamedTuple):
     """One part of a spec string: `name(key=value)` or `module:name(key=value)`; `str` gives it back."""
 
     name: str
@@ -195,7 +195,7 @@ class Registry(Generic[S]):
         """
         return tuple(map(self.make, parse_calls(self._what, text, self.expected)))
 
-    def make(self, call: Call) -> S:
+    def make(self, call: SpecCall) -> S:
         """The spec of a call without a prefix.
 
         Raises:
@@ -211,7 +211,7 @@ _TOKEN = re.compile(
 )
 
 
-def parse_calls(what: str, text: Any, expected: str, prefixes: int = 0) -> tuple[Call, ...]:
+def parse_calls(what: str, text: Any, expected: str, prefixes: int = 0) -> tuple[SpecCall, ...]:
     """The parts of a spec string, from left to right. It evaluates and imports nothing.
 
         spec = part, {"|", part}
@@ -248,7 +248,7 @@ def parse_calls(what: str, text: Any, expected: str, prefixes: int = 0) -> tuple
     return tuple(calls)
 
 
-def parse_call(what: str, text: Any, expected: str, prefixes: int = 0) -> Call:
+def parse_call(what: str, text: Any, expected: str, prefixes: int = 0) -> SpecCall:
     """The only part of a spec string; arguments as of `parse_calls`.
 
     Raises:
@@ -290,7 +290,7 @@ def _as_expression(text: str) -> str:
     return _TOKEN.sub(replaced, text)
 
 
-def _call(node: ast.expr, prefixes: int) -> Call:
+def _call(node: ast.expr, prefixes: int) -> SpecCall:
     """One part of a spec string, from its expression.
 
     Raises:
@@ -307,7 +307,7 @@ def _call(node: ast.expr, prefixes: int) -> Call:
     arguments = {f"{keyword.arg}": ast.literal_eval(keyword.value) for keyword in call.keywords if keyword.arg}
     if len(arguments) != len(call.keywords):  # a name twice, or `**`
         raise ValueError
-    return Call(call.func.id, arguments, tuple(map(_dotted_name, before)))
+    return SpecCall(call.func.id, arguments, tuple(map(_dotted_name, before)))
 
 
 def _dotted_name(node: ast.expr) -> str:

@@ -4,7 +4,7 @@ import importlib
 
 from llf_teacher.speakers.speaker import CustomTeacher, CustomVoice, Speaker, Wording
 from teachers.personality import Personality
-from teachers.spec import Call, Spec
+from teachers.spec import Spec, SpecCall
 
 SPEAKERS = {
     "llm_teacher": "llf_teacher.speakers.llm_teacher:LLMTeacher",
@@ -14,7 +14,7 @@ SPEAKERS = {
 """The classes of the speakers and wordings that come with the package, by their names in specs."""
 
 
-def make_speaker(call: Call, *, last: bool) -> Speaker | Wording | None:
+def make_speaker(call: SpecCall, *, last: bool) -> Speaker | Wording | None:
     """The speaker or wording that a part of a teacher's spec names; None if it names neither.
 
     Args:
@@ -38,7 +38,7 @@ def make_speaker(call: Call, *, last: bool) -> Speaker | Wording | None:
     return made
 
 
-def _custom(call: Call, last: bool) -> Speaker | Wording | None:
+def _custom(call: SpecCall, last: bool) -> Speaker | Wording | None:
     """The user's own policy, or voice if it is the last part; None for a personality."""
     module, found = call.imported("teacher")
     if not callable(found) or (isinstance(found, type) and issubclass(found, Spec)):

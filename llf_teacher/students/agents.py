@@ -22,7 +22,7 @@ from typing import Any
 from llf_teacher.students.chat import can_answer
 from llf_teacher.students.student import READS, ModelReply, Policy, Student, state_of
 from pz_envs.text_mode import failure
-from teachers.spec import Call, call_string, unknown
+from teachers.spec import SpecCall, call_string, unknown
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
 _EXPECTED = (
@@ -134,7 +134,7 @@ class Agent(Student):
         return protocol_of(self.agent, f"{self}")
 
 
-def make_agent(call: Call) -> Agent:
+def make_agent(call: SpecCall) -> Agent:
     """The agent that a call with a module as its prefix names. This imports the module; it does not call the factory.
 
     Raises:

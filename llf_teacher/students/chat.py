@@ -15,7 +15,7 @@ from llf_teacher.models.waiting import wait_for
 from llf_teacher.students.conversation import Conversation, Message, as_prompt, check_options
 from llf_teacher.students.student import Student
 from llf_teacher.students.talking import TalkingPolicy
-from teachers.spec import Call, call_string, unknown
+from teachers.spec import SpecCall, call_string, unknown
 
 CHAT = "chat"
 """The prefix of specs of functions that answer prompts."""
@@ -76,7 +76,7 @@ class ChatStudent(Student):
         Raises:
             ValueError: there is no such function.
         """
-        return _function(Call(self.called, {}, tuple(filter(None, (CHAT, self.module)))))
+        return _function(SpecCall(self.called, {}, tuple(filter(None, (CHAT, self.module)))))
 
 
 def chat_student(
@@ -103,7 +103,7 @@ def chat_student(
     return ChatStudent(module, name, history, max_prompt_tokens)
 
 
-def make_chat_student(call: Call) -> ChatStudent:
+def make_chat_student(call: SpecCall) -> ChatStudent:
     """The student of a call whose first prefix is `chat`.
 
     Raises:
@@ -140,7 +140,7 @@ def _check(function: Callable[..., Any], spec: str) -> None:
         raise ValueError(f"student {spec!r}: cannot call {shown} with a prompt, or with messages, alone")
 
 
-def _function(call: Call) -> Callable[..., Any]:
+def _function(call: SpecCall) -> Callable[..., Any]:
     """The function of a call whose first prefix is `chat`.
 
     Raises:

@@ -19,7 +19,7 @@ from teachers.personalities.mistake import mistake
 from teachers.personalities.only import Only
 from teachers.personalities.oracle import oracle
 from teachers.personality import PERSONALITIES, Personality, Pipeline, parse_personality, personality
-from teachers.spec import Call, Range, Share, parse_call, parse_calls
+from teachers.spec import Range, Share, SpecCall, parse_call, parse_calls
 
 NAMES = PERSONALITIES.names
 # Values for parameters; a parameter that is not listed keeps its default.
@@ -319,14 +319,14 @@ def test_bad_syntax_is_refused_with_the_names(spec):
 @pytest.mark.parametrize(
     ("text", "calls"),
     [
-        ("mistake", [Call("mistake", {})]),
-        ("a(x=1,) | b(y=-2.5, z=None)", [Call("a", {"x": 1}), Call("b", {"y": -2.5, "z": None})]),
-        ("(a | b()) | c", [Call("a", {}), Call("b", {}), Call("c", {})]),
-        ("a | (b | c)", [Call("a", {}), Call("b", {}), Call("c", {})]),
-        ("p.q : a(x={'k': [1, (2,)]})", [Call("a", {"x": {"k": [1, (2,)]}}, ("p.q",))]),
-        ("p:a |\n chat:p.q:b", [Call("a", {}, ("p",)), Call("b", {}, ("chat", "p.q"))]),
-        ("a(x='b | c:d@e (') | p:a", [Call("a", {"x": "b | c:d@e ("}), Call("a", {}, ("p",))]),
-        ("a(x='''it's | ''' \"'\")  # b | c", [Call("a", {"x": "it's | '"})]),
+        ("mistake", [SpecCall("mistake", {})]),
+        ("a(x=1,) | b(y=-2.5, z=None)", [SpecCall("a", {"x": 1}), SpecCall("b", {"y": -2.5, "z": None})]),
+        ("(a | b()) | c", [SpecCall("a", {}), SpecCall("b", {}), SpecCall("c", {})]),
+        ("a | (b | c)", [SpecCall("a", {}), SpecCall("b", {}), SpecCall("c", {})]),
+        ("p.q : a(x={'k': [1, (2,)]})", [SpecCall("a", {"x": {"k": [1, (2,)]}}, ("p.q",))]),
+        ("p:a |\n chat:p.q:b", [SpecCall("a", {}, ("p",)), SpecCall("b", {}, ("chat", "p.q"))]),
+        ("a(x='b | c:d@e (') | p:a", [SpecCall("a", {"x": "b | c:d@e ("}), SpecCall("a", {}, ("p",))]),
+        ("a(x='''it's | ''' \"'\")  # b | c", [SpecCall("a", {"x": "it's | '"})]),
     ],
 )
 def test_a_spec_string_is_calls(text, calls):

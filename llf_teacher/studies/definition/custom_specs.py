@@ -14,7 +14,7 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
 from teachers.feedback import parse_kinds
 from teachers.personality import PERSONALITIES, Personality, Pipeline, stages_of
-from teachers.spec import Call, parse_calls, unknown
+from teachers.spec import SpecCall, parse_calls, unknown
 
 MAIN = "__main__"
 """The module of a program or a notebook, which no other process can import."""
@@ -41,12 +41,12 @@ def parse_teacher(spec: str | Personality | Speaker) -> Personality | Speaker:
     return _personality([*before, last])
 
 
-def _personality(calls: Iterable[Call]) -> Personality:
+def _personality(calls: Iterable[SpecCall]) -> Personality:
     stages = tuple(map(_stage, calls))
     return stages[0] if len(stages) == 1 else Pipeline(stages)
 
 
-def _stage(call: Call) -> Personality:
+def _stage(call: SpecCall) -> Personality:
     if not call.prefix:
         return PERSONALITIES.make(call)
     module, cls = call.imported("teacher")
