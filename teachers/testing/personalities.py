@@ -14,7 +14,7 @@ from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
 from teachers.session import Session
-from teachers.spec import read_call, read_expression
+from teachers.spec import parse_call
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
 
@@ -36,8 +36,8 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
         cls = type(stage)
         require(cls.__doc__ and stage.source, f"{stage} has no docstring of its own, or no source")
         require(cls() and hash(stage) is not None, f"{stage} needs a default for each parameter")
-        call = read_call(read_expression(str(stage)))
-        require(call is not None and cls(**call[1]) == stage, f"the spec {stage} does not give back its value")
+        call = parse_call("personality", str(stage), "`name` or `name(key=value)`")
+        require(cls(**call.arguments) == stage, f"the spec {stage} does not give back its value")
         require(stage.needs <= set(ABILITIES), f"{stage} needs {set(stage.needs)}, not of {ABILITIES}")
         definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")[2]
         require(definition, f"the module of {stage} must begin with a docstring such as 'name: what it does.'")

@@ -195,7 +195,7 @@ def test_the_named_rewards_are_those_of_the_seats():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"student": "obedient"}, "the student obedient cannot be played in arrays; allowed: q_learning"),
+        ({"student": "obedient"}, "the student obedient cannot play in arrays; allowed: q_learning"),
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
         ({"episodes": 1}, "forget=False is for lifetimes"),
         ({"budget": 0}, "budget must be None or an integer of at least 1, got 0"),
