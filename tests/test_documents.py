@@ -11,7 +11,7 @@ import pytest
 from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
-from llf_teacher.tools.shelf import documents, families, matrix, update
+from llf_teacher.tools.tables import documents, families, matrix, update
 from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
@@ -127,7 +127,7 @@ def test_the_study_file_of_the_page_on_studies_is_a_study(tmp_path):
 
 
 def test_the_tables_of_families_and_personalities_are_those_of_the_code():
-    """If not, run `llf shelf`."""
+    """If not, run `llf dev tables`."""
     texts = {path.name: path.read_text(encoding="utf-8") for path in documents(ROOT)}
     assert {"README.md", "personalities.md"} <= texts.keys()
     assert {name: update(text) for name, text in texts.items()} == texts
@@ -137,9 +137,12 @@ def test_the_tables_of_families_and_personalities_are_those_of_the_code():
         assert f"| {family.name} |" in families()
 
 
-@pytest.mark.parametrize("text", ["no place", "<!-- llf shelf: shelves -->\n<!-- end -->"])
-def test_a_document_needs_places_for_tables(text):
-    with pytest.raises(ValueError, match=r"the document must have places for tables, .* got: (none|shelves)$"):
+@pytest.mark.parametrize("text", ["no place", "<!-- llf dev tables: shelves -->\n<!-- end -->"])
+def test_a_document_needs_markers_for_tables(text):
+    with pytest.raises(
+        ValueError,
+        match=r"the document must have markers for tables, .* got: (none|shelves); allowed names: families, ",
+    ):
         update(text)
 
 

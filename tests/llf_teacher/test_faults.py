@@ -236,7 +236,7 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
     told = process.communicate(timeout=60)[1]
     assert process.returncode == status, told
     assert time.monotonic() - sent < 15
-    assert "What was played is in llf-study.db; the same command goes on from there." in told
+    assert "The episodes so far are in llf-study.db; the same command resumes the study." in told
     assert "Traceback" not in told
     with Store(path) as store:
         assert [row["student"] for row in store.episodes()] == ["random"]

@@ -1,4 +1,4 @@
-"""The gallery of personalities: of each one an episode in which it differs from the oracle."""
+"""The gallery of personalities: for each an episode in which it differs from the oracle."""
 
 import dataclasses
 import sys
@@ -10,7 +10,7 @@ import numpy as np
 
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import PREFIX
-from llf_teacher.tools.markdown import table, told
+from llf_teacher.tools.markdown import escape, table
 from pz_envs.family import Family, own_families
 from pz_envs.learning import StateValues
 from teachers.personality import PERSONALITIES
@@ -24,11 +24,11 @@ _INSTEAD = {
     "drifting": "drifting(after=2)",
     "myopic": "myopic(gamma=0.5)",
 }
-"""Specs to show where the parameters as they stand show nothing of it soon."""
+"""Specs to show for personalities that rarely differ from the oracle with their default parameters."""
 
 
 class _Reply(NamedTuple):
-    """What was said after one action."""
+    """Feedback after an action."""
 
     action: str
     text: str
@@ -45,21 +45,21 @@ def gallery() -> str:
 
 
 def gallery_entry(name: str) -> str:
-    """What is shown of one personality."""
+    """The section of a personality."""
     cls: Any = PERSONALITIES[name]
     spec = _INSTEAD.get(name, name)
     parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
     _, _, definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")
     honest = "honest" if cls().honest else "not honest"
     head = f"## {name}\n\n`{name}({parameters})`" if parameters else f"## {name}\n\n`{name}`"
-    return f"{head}: {told(definition)} Source: {told(cls.source)}; {honest}.\n\n{_difference(spec)}"
+    return f"{head}: {escape(definition)} Source: {escape(cls.source)}; {honest}.\n\n{_difference(spec)}"
 
 
 def _difference(spec: str) -> str:
-    """A few turns of an episode, from the one on in which a personality says something else than the oracle.
+    """A few turns of an episode, from the first turn in which a personality differs from the oracle.
 
     Raises:
-        ValueError: there is no such episode among those that are tried.
+        ValueError: there is no such turn in the episodes that are tried.
     """
     families = sorted((each for each in own_families() if not each.slow and not each.missing()), key=_order)
     for family, seed in product((each for each in families if each.serves(spec)), _SEEDS):
@@ -67,21 +67,28 @@ def _difference(spec: str) -> str:
         first = next((i for i, (plain, own) in enumerate(turns) if plain.text != own.text), None)
         if first is not None:
             rows = [
-                (f"{i}", f"`{plain.action}`" if plain.action else "", told(plain.text), told(own.text) or "(nothing)")
+                (
+                    f"{i}",
+                    f"`{plain.action}`" if plain.action else "",
+                    escape(plain.text),
+                    escape(own.text) or "(nothing)",
+                )
                 for i, (plain, own) in list(enumerate(turns))[first : first + _SHOWN]
             ]
             shown = table(("turn", "action", "`oracle`", f"`{spec}`"), rows)
             return f"`{PREFIX}{family.showcase[0]}`, seed {seed}:\n\n{shown}"
-    raise ValueError(f"{spec} says what the oracle says in every episode that was tried; show it by other parameters")
+    raise ValueError(
+        f"{spec} does not differ from the oracle in any episode that was tried; give it other parameters in _INSTEAD"
+    )
 
 
 def _order(family: Family) -> tuple[bool, str]:
-    """Where states matter and actions are few, most personalities can be told apart at a glance."""
+    """Families with states and few actions come first, because they show most personalities clearly."""
     return not isinstance(family.learning, StateValues), family.name
 
 
 def _episode(family: Family, spec: str, seed: int) -> Iterator[_Reply]:
-    """What is heard at the opening and in each turn; actions depend on the seed alone."""
+    """The feedback at the opening and in each turn; the actions depend on the seed only."""
     env = StudentEnv(f"{PREFIX}{family.showcase[0]}", teacher=spec, paraphrase=0, max_turns=_TURNS)
     rng = np.random.default_rng(seed)
     observation, _ = env.reset(seed=seed)

@@ -1,4 +1,4 @@
-"""Whether this installation is slower than another one: both play the same fresh work in turns, in one run."""
+"""Compare the speed of this installation with another: both play the same fresh episodes by turns, in one run."""
 
 import shutil
 import subprocess
@@ -11,40 +11,40 @@ from typing import NamedTuple
 
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools.benchmark.measuring import Call, Ratio, measure, ratio
-from llf_teacher.tools.benchmark.tables import STUDENTS, Progress, blocks_of, steps_of
+from llf_teacher.tools.benchmark.timings import STUDENTS, Progress, blocks_of, steps_of
 from pz_envs.family import Family
 
 ALLOWED = 1.25
-"""What is surely slower than this fails."""
+"""Ratio of times; work is slower if its interval lies above this."""
 _CALLS = {"all feedback": "a", "no feedback": "n"}
 
 
-class Compared(NamedTuple):
-    """One kind of work, here and there."""
+class Speed(NamedTuple):
+    """The speed of one kind of work, here and in the other installation."""
 
     id: str
     work: str
     ratio: Ratio
-    """Of the time here to the time there."""
+    """Time here divided by time there."""
 
     @property
     def slower(self) -> bool:
-        """Whether the lower end of the interval is above what is allowed."""
+        """Whether the lower end of the interval is above `ALLOWED`."""
         return self.ratio.low > ALLOWED
 
 
-def compare(families: Sequence[Family], other: str, progress: Progress) -> Iterator[Compared]:
-    """Steps of the families, with and without feedback, here and in another installation.
+def compare_speed(families: Sequence[Family], other: str, progress: Progress) -> Iterator[Speed]:
+    """Compare steps with and without feedback, here and in another installation.
 
-    What seems slower is played once more: intervals do not know that one process may be slower than its twin.
+    Work that is slower is measured once more in new processes, because two processes of the same code can differ.
 
     Args:
-        families: of which the first environment is played, random actions and advised ones.
-        other: a folder that holds the packages, or a revision of the repository in which they lie.
-        progress: is told what comes next.
+        families: the first environment of each is played, with random actions and with advised ones.
+        other: a folder with the packages, or a revision of this repository.
+        progress: called with the name of the work that comes next.
 
     Raises:
-        ValueError: that is neither.
+        ValueError: `other` is neither a folder with the packages nor a revision.
     """
     with tree_of(other) as tree:
         for family in families:
@@ -57,7 +57,7 @@ def compare(families: Sequence[Family], other: str, progress: Progress) -> Itera
                     calls = {"here": (call, None), "there": (call, tree)}
                     for _ in range(2):  # in new processes each time
                         found = measure(calls, {"here": blocks, "there": blocks})
-                        compared = Compared(id, f"{name} actions, {work}", ratio(found["here"], found["there"]))
+                        compared = Speed(id, f"{name} actions, {work}", ratio(found["here"], found["there"]))
                         if not compared.slower:
                             break
                     yield compared
@@ -65,7 +65,7 @@ def compare(families: Sequence[Family], other: str, progress: Progress) -> Itera
 
 @contextmanager
 def tree_of(other: str) -> Iterator[Path]:
-    """The folder of an installation's packages; a revision is checked out into a folder that goes away again."""
+    """The folder with an installation's packages; a revision is unpacked into a temporary folder."""
     folder = Path(other)
     if (folder / "llf_teacher").is_dir():
         yield folder.resolve()
@@ -76,8 +76,8 @@ def tree_of(other: str) -> Iterator[Path]:
     if not packed or packed.returncode:
         said = packed.stderr.decode().strip() if packed else "git was not found"
         raise ValueError(
-            f"{other!r} is neither a folder with the package llf_teacher in it nor a revision of {home} ({said}); "
-            f"give one of these, such as HEAD~1"
+            f"{other!r} is neither a folder with the package llf_teacher nor a revision of {home} ({said}); "
+            "give one of these, such as HEAD~1"
         )
     with tempfile.TemporaryDirectory() as temporary:
         archive = Path(temporary) / "tree.zip"
