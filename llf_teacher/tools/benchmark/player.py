@@ -94,7 +94,7 @@ def _tictactoe() -> Any:
 
 
 def seats(scripts: Sequence[Script], id: str, form: str, students: int = 0, silent: bool = False) -> Times:
-    """Turns of an AEC environment, `raw_env` or `env`, a classroom if `students` > 0; the teacher says all or nothing."""
+    """Turns of an AEC environment, `raw_env` or `env`; with `students` a classroom. The teacher says all or nothing."""
     return _turns(_seats(id, form, students), ((seed, _actors(actions, silent)) for seed, actions in scripts))
 
 
