@@ -13,7 +13,7 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from llf_teacher import __version__
-from llf_teacher.visible import visible
+from llf_teacher.escaping import escape_control_chars
 from teachers.spec import unknown
 
 errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
@@ -142,5 +142,5 @@ def main() -> None:
     try:
         app()
     except (ValueError, ModuleNotFoundError, OSError) as error:
-        errors.print(visible(f"llf: {error}"))
+        errors.print(escape_control_chars(f"llf: {error}"))
         sys.exit(2)

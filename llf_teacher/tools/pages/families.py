@@ -5,10 +5,10 @@ import re
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.episodes.scenes import scenes
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import scenes
 from llf_teacher.tools.film import film, save
 from llf_teacher.tools.markdown import escape, table
 from pz_envs.family import Family
