@@ -30,6 +30,17 @@ def test_example_runs(code, tmp_path):
     runpy.run_path(str(tmp_path / "example.py"))
 
 
+def test_the_readme_shows_what_its_snippets_print(tmp_path, capsys):
+    """Behind each snippet stands a block with its output."""
+    blocks = BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    snippets = [number for number, (language, _) in enumerate(blocks) if language == "python"]
+    assert snippets
+    for number in snippets:
+        (tmp_path / "snippet.py").write_text(blocks[number][1], encoding="utf-8")
+        runpy.run_path(str(tmp_path / "snippet.py"))
+        assert blocks[number + 1 :][:1] == [("output", capsys.readouterr().out)]
+
+
 def test_the_two_commands():
     readme = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
     assert '    pip install -e ".[all]" -c constraints.txt && llf study' in readme

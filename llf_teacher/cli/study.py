@@ -203,10 +203,12 @@ def export(
 
         if turns:
             raise typer.BadParameter("--turns is for tables, got --format, too; leave out one of them")
-        number = write_export(load(store), file, format)
+        with load(store) as results:
+            number = write_export(results, file, format)
         typer.echo(f"{number} written in the format {format}, stored in {file}.")
         return
-    rows = load(store).export(file, "turns" if turns else "episodes")
+    with load(store) as results:
+        rows = results.export(file, "turns" if turns else "episodes")
     typer.echo(f"{rows} rows, stored in {file}.")
 
 
@@ -235,9 +237,9 @@ def power(
     from llf_teacher.studies.analysis.power import needs
     from llf_teacher.studies.definition.design import BASELINE
 
-    results = load(pilot)
-    against = baseline or results.manifest.get("study", {}).get("baseline", BASELINE)
-    found = sorted(needs(outcomes(results.rows()), against, effect, of, chance), key=lambda need: -need.safe)
+    with load(pilot) as results:
+        against = baseline or results.manifest.get("study", {}).get("baseline", BASELINE)
+        found = sorted(needs(outcomes(results.rows()), against, effect, of, chance), key=lambda need: -need.safe)
     if not found:
         raise ValueError(
             f"{pilot} has too few episodes: it needs two seeds of a student that uses feedback, with {against!r} and "

@@ -1,6 +1,7 @@
 """Films: play an episode as frames, and save frames as an animation or a video."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -99,9 +100,8 @@ def _video(frames: Sequence[Frame], path: Path, times: Sequence[float]) -> None:
     import imageio_ffmpeg
 
     height, width, _ = frames[0].shape
-    writer = imageio_ffmpeg.write_frames(f"{path}", (width, height), fps=_FPS)
-    writer.send(None)
-    for frame, each in zip(frames, times, strict=True):
-        for _ in range(max(round(each * _FPS), 1)):
-            writer.send(frame.tobytes())
-    writer.close()
+    with closing(imageio_ffmpeg.write_frames(f"{path}", (width, height), fps=_FPS)) as writer:
+        writer.send(None)
+        for frame, each in zip(frames, times, strict=True):
+            for _ in range(max(round(each * _FPS), 1)):
+                writer.send(frame.tobytes())

@@ -1,5 +1,6 @@
 """The command line, as a user meets it."""
 
+import contextlib
 import json
 import re
 import sqlite3
@@ -144,9 +145,8 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
     assert llf(*command, cwd=tmp_path).returncode == 0
     path, report = tmp_path / "llf-study.db", tmp_path / "llf-study.html"
     report.unlink()
-    with sqlite3.connect(path) as store:
+    with contextlib.closing(sqlite3.connect(path)) as store, store:
         store.executescript(harm)
-    store.close()
     before = path.read_bytes()
     result = llf(*command, cwd=tmp_path)
     assert result.returncode == 2
@@ -163,9 +163,8 @@ def test_a_store_is_checked(tmp_path):
     result = llf("study", "check", "llf-study.db", cwd=tmp_path)
     assert result.returncode == 0
     assert result.stdout.endswith(" episodes, none of them damaged.\n")
-    with sqlite3.connect(tmp_path / "llf-study.db") as store:
+    with contextlib.closing(sqlite3.connect(tmp_path / "llf-study.db")) as store, store:
         store.execute("UPDATE result SET regret = regret + 1e-9 WHERE number = 2")
-    store.close()
     result = llf("study", "check", "llf-study.db", cwd=tmp_path)
     assert result.returncode == 1
     assert result.stderr.startswith("llf-study.db, row 2: the episode ")
