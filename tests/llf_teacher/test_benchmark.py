@@ -148,6 +148,23 @@ def test_a_ratio_has_the_interval_of_its_logarithm():
     assert benchmark.Speed(GRID, "", ratio(times(2, 2.02, 2), times(1, 1, 1))).slower
 
 
+def test_the_turns_of_a_study_are_timed():
+    times = Times(*FORMS["study"]([(3, []), (4, [])], GRID, "obedient"))
+    assert len(times.steps) >= 2
+    assert times.cpu > 0
+
+
+def test_all_that_users_call_is_compared(monkeypatch):
+    monkeypatch.setattr(speed, "measure", lambda calls, scripts: {name: times(1, 1.01, 1) for name in calls})
+    monkeypatch.setattr(speed, "blocks_of", lambda id, student, steps: [])
+    found = list(benchmark.compare_speed([family("gridworld")], str(INSTALLED), said, everything=True))
+    names = ("all feedback", "no feedback", "raw_env", "TeacherEnv", "study")
+    assert [each.work for each in found] == [f"{kind} actions, {name}" for kind in timings.STUDENTS for name in names]
+    result = CliRunner().invoke(app, ["dev", "benchmark", "--all"])
+    assert result.exit_code == 2
+    assert "--all needs --against" in result.output
+
+
 def test_a_process_answers():
     player = Player(Call("lake"))
     steps, *_ = player.play([(0, [1, 2])])

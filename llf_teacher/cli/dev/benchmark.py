@@ -22,6 +22,9 @@ def benchmark(
     against: Annotated[
         str | None, typer.Option(help="Only compare with a revision of this repository, or a folder with the packages.")
     ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="With --against, compare raw_env, TeacherEnv and a study, too.")
+    ] = False,
     batch: Annotated[bool, typer.Option("--batch", help="Only measure lessons in arrays.")] = False,
 ) -> None:
     """Measure steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe, all on fresh episodes.
@@ -34,6 +37,8 @@ def benchmark(
     from llf_teacher.tools import benchmark
     from pz_envs.family import all_families
 
+    if everything and against is None:
+        raise typer.BadParameter("--all needs --against; add it, or leave out --all")
     known = {family.name: family for family in all_families()}
     if unknown := [name for name in families or () if name not in known]:
         raise typer.BadParameter(f"there is no family {', '.join(unknown)}; allowed: {', '.join(known)}")
@@ -60,7 +65,7 @@ def benchmark(
                 console.print(table)
             return
         try:
-            found = list(benchmark.compare_speed(chosen, against, status.update))
+            found = list(benchmark.compare_speed(chosen, against, status.update, everything))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
     table = Table("environment", "work", "this / other", "95 % interval", box=None, padding=(0, 2, 0, 0))

@@ -15,6 +15,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
@@ -125,6 +126,23 @@ def _teacher(id: str) -> tuple[Any, "_Actor"]:
     return llf_teacher.TeacherEnv(id, student=played), played
 
 
+def study(scripts: Sequence[Script], id: str, spec: str) -> Times:
+    """The mean turn of a study with the seeds of the scripts: episodes are played, stored and counted in this process.
+
+    Its student is `spec`, and it chooses its own actions.
+    """
+    from llf_teacher.studies import Study, run
+
+    planned = Study(ids=[id], teachers=("oracle",), students=(spec,), seeds=tuple(seed for seed, _ in scripts))
+    with TemporaryDirectory() as folder:
+        begin, started = perf_counter(), process_time()
+        results = run(planned, Path(folder) / "study.db", 1)
+        cpu, wall = process_time() - started, perf_counter() - begin
+        turns = sum(row["turns"] for row in results.rows())
+        del results  # closes the file; `close` is newer than some installations
+    return Times([wall / turns] * turns, [0.0], cpu, _peak())
+
+
 def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[str], ...]:
     """All that the student's environment returns, as a text for the reset and for each step, floats to the last bit."""
     import llf_teacher
@@ -137,7 +155,7 @@ def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[s
 
 
 FORMS: dict[str, Callable[..., tuple[Any, ...]]] = {
-    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher, record)
+    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher, study, record)
 }
 
 

@@ -16,7 +16,6 @@ from pz_envs.family import Family
 
 ALLOWED = 1.25
 """Ratio of times; work is slower if its interval lies above this."""
-_CALLS = {"all feedback": "a", "no feedback": "n"}
 
 
 class Speed(NamedTuple):
@@ -33,7 +32,20 @@ class Speed(NamedTuple):
         return self.ratio.low > ALLOWED
 
 
-def compare_speed(families: Sequence[Family], other: str, progress: Progress) -> Iterator[Speed]:
+def _work(id: str, student: str, everything: bool) -> dict[str, Call]:
+    """The kinds of work that are compared, by name."""
+    steps = {"all feedback": Call("student", (id, "a")), "no feedback": Call("student", (id, "n"))}
+    others = {
+        "raw_env": Call("seats", (id, "raw_env")),
+        "TeacherEnv": Call("teacher", (id,)),
+        "study": Call("study", (id, student)),
+    }
+    return steps | others if everything else steps
+
+
+def compare_speed(
+    families: Sequence[Family], other: str, progress: Progress, everything: bool = False
+) -> Iterator[Speed]:
     """Compare steps with and without feedback, here and in another installation.
 
     Work that is slower is measured once more in new processes, because two processes of the same code can differ.
@@ -42,6 +54,7 @@ def compare_speed(families: Sequence[Family], other: str, progress: Progress) ->
         families: the first environment of each is played, with random actions and with advised ones.
         other: a folder with the packages, or a revision of this repository.
         progress: called with the name of the work that comes next.
+        everything: whether to compare `raw_env`, `TeacherEnv` and a study, too.
 
     Raises:
         ValueError: `other` is neither a folder with the packages nor a revision.
@@ -51,9 +64,8 @@ def compare_speed(families: Sequence[Family], other: str, progress: Progress) ->
             id = PREFIX + family.showcase[0]
             for name, student in STUDENTS.items():
                 blocks = blocks_of(id, student, steps_of(family))
-                for work, feedback_type in _CALLS.items():
+                for work, call in _work(id, student, everything).items():
                     progress(f"{id}, {name} actions, {work}")
-                    call = Call("student", (id, feedback_type))
                     calls = {"here": (call, None), "there": (call, tree)}
                     for _ in range(2):  # in new processes each time
                         found = measure(calls, {"here": blocks, "there": blocks})
