@@ -12,7 +12,7 @@ _CHUNK = 25
 """Episodes in one call of a player."""
 
 
-class Difference(NamedTuple):
+class Mismatch(NamedTuple):
     """The first turn in which two installations differ, with the text of each from shortly before the difference."""
 
     seed: int
@@ -31,7 +31,7 @@ class Equality(NamedTuple):
     """Number of turns, resets included."""
     differing: int
     """Number of episodes that differ."""
-    first: Difference | None
+    first: Mismatch | None
 
 
 def compare(
@@ -81,15 +81,15 @@ def _compared(
             played += len(mine)
             if mine != theirs:
                 differing += 1
-                first = first or _difference(seed, mine, theirs)
+                first = first or _mismatch(seed, mine, theirs)
     return Equality(*names, episodes, played, differing, first)
 
 
-def _difference(seed: int, mine: list[str], theirs: list[str]) -> Difference:
+def _mismatch(seed: int, mine: list[str], theirs: list[str]) -> Mismatch:
     ended = "(over)"
     turn = next(
         (turn for turn, (a, b) in enumerate(zip(mine, theirs, strict=False)) if a != b), min(len(mine), len(theirs))
     )
     a, b = (texts[turn] if turn < len(texts) else ended for texts in (mine, theirs))
     begin = max(next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), 0) - 100, 0)
-    return Difference(seed, turn, a[begin:][:300], b[begin:][:300])
+    return Mismatch(seed, turn, a[begin:][:300], b[begin:][:300])
