@@ -38,7 +38,7 @@ def gallery() -> str:
     """The page as Markdown."""
     return (
         "# Gallery of personalities\n\nEach beside the `oracle`, in the same world, after the same actions of a "
-        "student who acts at random: an episode in which they differ, from the first turn in which they do. "
+        "student that acts at random: an episode in which they differ, from the first turn in which they do. "
         "[Personalities and voices](../personalities.md) defines them and says how they compose.\n\n"
         + "\n".join(gallery_entry(name) for name in PERSONALITIES.names if name != "oracle")
     )
