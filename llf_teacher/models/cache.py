@@ -64,14 +64,20 @@ class Cache:
             # A cache without references may be collected, and closed, in any thread.
             self._db = sqlite3.connect(path, timeout=60, isolation_level=None, check_same_thread=False)
             weakref.finalize(self, self._db.close)
-            self._db.execute("PRAGMA journal_mode = WAL")
-            self._db.execute("PRAGMA synchronous = FULL")  # a paid answer survives a power failure
-            self._db.executescript(_SCHEMA)
-            with self._writing() as db:  # files of an earlier release have only the text
-                if "facts" not in {row[1] for row in db.execute("PRAGMA table_info(answer)")}:
-                    db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
+            with contextlib.ExitStack() as on_error:
+                on_error.callback(self.close)
+                self._prepare()
+                on_error.pop_all()
         except sqlite3.DatabaseError as error:
             raise ValueError(f"cannot keep answers of language models in {path}: {error}; set LLF_LLM_CACHE") from None
+
+    def _prepare(self) -> None:
+        self._db.execute("PRAGMA journal_mode = WAL")
+        self._db.execute("PRAGMA synchronous = FULL")  # a paid answer outlasts even the computer
+        self._db.executescript(_SCHEMA)
+        with self._writing() as db:  # of an earlier release it has only the text
+            if "facts" not in {row[1] for row in db.execute("PRAGMA table_info(answer)")}:
+                db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
 
     @staticmethod
     def key(request: dict[str, Any]) -> str:

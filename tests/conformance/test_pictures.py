@@ -86,7 +86,7 @@ def test_goldens(name):
 def close_to_golden(environment, found):
     golden = tomllib.loads(GOLDENS.read_text())[environment]
     apart = (int(golden, 16) ^ int(found, 16)).bit_count()
-    assert apart <= BITS, f"{environment} looks different, {found} and not {golden}: look at it; see `llf golden`"
+    assert apart <= BITS, f"{environment} looks different, {found} and not {golden}: look at it; see `llf dev golden`"
 
 
 def test_goldens_are_complete():
