@@ -73,9 +73,9 @@ class Cache:
 
     def _prepare(self) -> None:
         self._db.execute("PRAGMA journal_mode = WAL")
-        self._db.execute("PRAGMA synchronous = FULL")  # a paid answer outlasts even the computer
+        self._db.execute("PRAGMA synchronous = FULL")  # a paid answer survives a power failure
         self._db.executescript(_SCHEMA)
-        with self._writing() as db:  # of an earlier release it has only the text
+        with self._writing() as db:  # files of an earlier release have only the text
             if "facts" not in {row[1] for row in db.execute("PRAGMA table_info(answer)")}:
                 db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
 
