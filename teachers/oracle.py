@@ -8,16 +8,14 @@ from typing import Any, ClassVar, Generic
 
 import numpy as np
 
-from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, TruthT, WorldT
+from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, TruthT, WorldT, fast_constructor
 from teachers.common import Reward
-from teachers.making import maker
 
 ALL_KINDS = frozenset(KINDS)
 ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
 """What an oracle may be able to do, and a personality may need; see `Oracle.abilities`."""
 
-_KEPT = 64  # rewards
-_reward = maker(Reward)
+_reward = fast_constructor(Reward)
 
 
 class RefusalError(TypeError):
@@ -46,7 +44,6 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
 
     def __init__(self, scratch: Callable[[], WorldT]) -> None:
         self._scratch = scratch
-        self._rewards: dict[float, Reward] = {}  # of a world that pays the same ones again and again
 
     @cached_property
     def lab(self) -> WorldT:
@@ -111,19 +108,11 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         claims: list[Claim] = []
         if moment.before is not None:
             if R in kinds:
-                reward = moment.reward + 0.0  # never -0.0
-                claims.append(self._rewards.get(reward) or self._told(reward))
+                claims.append(_reward(moment.reward + 0.0))  # never -0.0
             self._hindsight(claims, moment, kinds)
         if not moment.over:
             self._advice(claims, moment, kinds)
         return tuple(claims)
-
-    def _told(self, reward: float) -> Reward:
-        """The claim about a reward, which is kept if there are few."""
-        claim = _reward(reward)
-        if len(self._rewards) < _KEPT:
-            self._rewards[reward] = claim
-        return claim
 
     @abstractmethod
     def _basics(self, truth: TruthT) -> tuple[Claim, ...]:

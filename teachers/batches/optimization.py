@@ -4,8 +4,7 @@ import numpy as np
 
 from teachers.batches import Moments, OracleBatch, Said, subset
 from teachers.oracles.optimization import BEHIND, CLOSE, ENOUGH, SHARES, SHORT
-from teachers.oracles.optimization.checks import between, corners_of
-from teachers.oracles.optimization.claims import FARTHER
+from teachers.oracles.optimization.claims import FARTHER, between, corners_of
 from worlds.batches import Bools, Floats
 from worlds.batches.optimization import Landscapes, OptimizationBatch, Points, State
 from worlds.optimization import TOLERANCE, Optimization

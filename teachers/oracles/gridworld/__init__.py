@@ -1,12 +1,11 @@
 """The gridworld's oracle: shortest paths to the treasure from everywhere, every tie known."""
 
 from collections.abc import Sequence, Set
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from teachers.atoms import FN, FP, Claim, FeedbackType, Moment
+from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
 from teachers.oracles.gridworld.claims import (
     Answer,
@@ -38,12 +37,7 @@ _GO = tuple(Go(action=direction) for direction in DIRECTIONS)
 _AVOID = tuple(Avoid(action=direction) for direction in DIRECTIONS)
 _BASICS = (Goal(), Moves(), Answer(names=tuple(map(str, DIRECTIONS))))
 _TRIES = 3
-_new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
-
-
-@lru_cache(maxsize=4096)
-def _verdict(nearer: bool, action: Direction, room: str) -> Nearer | NoNearer:
-    return (Nearer if nearer else NoNearer)(action=action, room=room)
+_nearer, _no_nearer = fast_constructor(Nearer), fast_constructor(NoNearer)
 
 
 class _Room(NamedTuple):
@@ -70,7 +64,7 @@ class _Rooms(dict[int, _Room]):
     def __missing__(self, room: int) -> _Room:
         steps, compass = look_around(room, self._doors, self._distance)
         stake = float(max(steps) - min(steps))
-        found = self[room] = _new(_Room, (steps, stake, SIDES[compass].nearer, _WARNINGS[compass]))
+        found = self[room] = _Room(steps, stake, SIDES[compass].nearer, _WARNINGS[compass])
         return found
 
 
@@ -114,7 +108,8 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         if after.found:
             verdict: Claim = Found(action=action, room=layout.names[after.room])
         else:
-            verdict = _verdict(action in self._rooms[room].good, action, layout.names[room])
+            judge = _nearer if action in self._rooms[room].good else _no_nearer
+            verdict = judge(action, layout.names[room])
         if verdict.kind in kinds:
             claims.append(verdict)
 

@@ -8,17 +8,8 @@ import numpy as np
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.oracles.metaworld.checks import (
-    NOTABLE,
-    action_for,
-    apart,
-    hand_of,
-    off_by,
-    origin_of,
-    rounded,
-    slip_of,
-)
 from teachers.oracles.metaworld.claims import (
+    NOTABLE,
     Aiming,
     Avoid,
     Done,
@@ -35,6 +26,13 @@ from teachers.oracles.metaworld.claims import (
     TriedInVain,
     TriedWell,
     WellAimed,
+    action_for,
+    apart,
+    hand_of,
+    off_by,
+    origin_of,
+    rounded,
+    slip_of,
 )
 from teachers.oracles.metaworld.corrections import aim_of
 from worlds.metaworld import Aim, MetaWorld, Pose, Truth

@@ -5,10 +5,8 @@ from collections.abc import Sequence, Set
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
-from teachers.making import maker
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
-from teachers.oracles.optimization.checks import between, contains, corners_of, directions, moved_inside
 from teachers.oracles.optimization.claims import (
     FARTHER,
     Answer,
@@ -26,6 +24,11 @@ from teachers.oracles.optimization.claims import (
     Step,
     TriedInVain,
     TriedWell,
+    between,
+    contains,
+    corners_of,
+    directions,
+    moved_inside,
 )
 from worlds.optimization import TOLERANCE, Landscape, Optimization, Point, Truth
 
@@ -59,8 +62,9 @@ CLOSE = 1e-6
 """What is no farther from a minimiser is not advised."""
 _TRIES = 3
 _PROPOSALS = Proposals()
-_fell, _rose, _helped, _hurt = maker(Fell), maker(Rose), maker(Helped), maker(Hurt)
-_step, _cross, _avoid = maker(Step), maker(Cross), maker(Avoid)
+_fell, _rose = fast_constructor(Fell), fast_constructor(Rose)
+_helped, _hurt = fast_constructor(Helped), fast_constructor(Hurt)
+_step, _cross, _avoid = fast_constructor(Step), fast_constructor(Cross), fast_constructor(Avoid)
 
 
 class OptimizationOracle(Oracle[Truth, Optimization]):
@@ -78,10 +82,6 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         self._minimisers = self._landscape.minimisers()
         self._minimum = self.lab.minimum
         self._corners = corners_of(self.lab)
-        # More than rounding moves a point, or its distance from the minimiser that is then the nearest.
-        self._blur = (
-            2e-5 * max(abs(x) for x in (*self.lab.lows, *self.lab.highs)) if len(self._minimisers) == 1 else math.inf
-        )
 
     @property
     def max_importance(self) -> float:  # type: ignore[override]
@@ -183,13 +183,9 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
 
     def _short(self, x: Point, point: Point) -> Point | None:
         """The point, in the domain, or one that is no closer to a minimiser than a tenth of the way from `x`."""
-        minimiser = self._minimisers[0]
-        close = math.dist(point, minimiser) + self._blur < (1 - SHORT) * math.dist(x, minimiser)
-        if not close:  # or not for certain before it is rounded
-            point = moved_inside(self.lab, point)
-            minimiser = self._nearest(point)
-            close = math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser)
-        if close:
+        point = moved_inside(self.lab, point)
+        minimiser = self._nearest(point)
+        if math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser):
             point = moved_inside(self.lab, between(x, minimiser, SHORT))
             minimiser = self._nearest(point)
         return point if math.dist(point, minimiser) > CLOSE and point != x else None

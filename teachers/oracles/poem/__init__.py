@@ -1,15 +1,13 @@
 """The poem's oracle: it counts syllables in every reading, and offers lines that fit."""
 
 from collections.abc import Set
-from functools import lru_cache
 
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
-from teachers.making import maker
 from teachers.oracle import Oracle
-from teachers.oracles.poem.checks import PLACEHOLDER, editable, example_of
 from teachers.oracles.poem.claims import (
+    PLACEHOLDER,
     TITLES,
     TOLD,
     AllRight,
@@ -28,12 +26,13 @@ from teachers.oracles.poem.claims import (
     TriedWell,
     WrongLine,
     WrongNumber,
+    editable,
+    example_of,
     write_line,
 )
 from worlds.poem import MAX_LENGTH, Poem, Truth, compose, fits, lines_of, readings
 
 
-@lru_cache(maxsize=1024)
 def _nearest(line: str, number: int) -> int:
     """The number of syllables, of those that a line can be read with, that is nearest to `number`."""
     counts = readings(line)
@@ -53,8 +52,6 @@ def _first_wrong(lines: tuple[str, ...], pattern: tuple[int, ...]) -> int:
 _TRIES = 3
 _COUNTING, _ANSWER = Counting(), Answer(limit=MAX_LENGTH)
 _ALL_RIGHT, _EMPTY = AllRight(), Empty()
-_lines_right, _wrong_line, _wrong_number = maker(LinesRight), maker(WrongLine), maker(WrongNumber)
-_avoid_lines, _avoid_count = maker(AvoidLines), maker(AvoidCount)
 
 
 class PoemOracle(Oracle[Truth, Poem]):
@@ -95,15 +92,15 @@ class PoemOracle(Oracle[Truth, Poem]):
         for i, required in enumerate(wanted):  # none, or as many as there are lines
             (right if fits(lines[i], required) else wrong).append(i + 1)
         if HP in kinds and right:
-            claims.append(_lines_right(tuple(right[:TOLD])) if wrong else _ALL_RIGHT)
+            claims.append(LinesRight(lines=tuple(right[:TOLD])) if wrong else _ALL_RIGHT)
         if HN in kinds:
             for line in wrong[:TOLD]:
                 required = wanted[line - 1]
-                claims.append(_wrong_line(line, _nearest(lines[line - 1], required), required))
+                claims.append(WrongLine(line=line, counted=_nearest(lines[line - 1], required), required=required))
             if not lines:
                 claims.append(_EMPTY)
             elif not wanted:
-                claims.append(_wrong_number(len(lines), len(moment.past.pattern)))
+                claims.append(WrongNumber(lines=len(lines), required=len(moment.past.pattern)))
 
     def _advice(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """Brought to the right number of lines, the last poem gets a line that fits for its first wrong one."""
@@ -124,12 +121,12 @@ class PoemOracle(Oracle[Truth, Poem]):
                 claims.append(Shorten(action="\n".join(kept)))
         if FN in kinds:
             if lines and not wanted:
-                claims.append(_avoid_lines(len(lines)))
+                claims.append(AvoidLines(lines=len(lines)))
             elif lines and line:
-                claims.append(_avoid_count(line, _nearest(lines[line - 1], pattern[line - 1])))
+                claims.append(AvoidCount(line=line, counted=_nearest(lines[line - 1], pattern[line - 1])))
             else:
                 line = moment.turn % len(pattern) + 1
-                claims.append(_avoid_count(line, pattern[line - 1] + 1))
+                claims.append(AvoidCount(line=line, counted=pattern[line - 1] + 1))
 
     def importance(self, truth: Truth) -> float:
         """The reward of a poem that is right less that of one that is all wrong: always 1."""
