@@ -51,12 +51,12 @@ class _Room(NamedTuple):
 
 
 WARNED = tuple(sides.astray or sides.walls for sides in SIDES)
-"""Per compass of a room the directions to warn of, in turns: doors that lead astray, or walls where there are none."""
+"""Per compass of a room the directions to warn of, in order: doors that lead astray, or walls where there are none."""
 _WARNINGS = tuple(tuple(_AVOID[direction] for direction in warned) for warned in WARNED)
 
 
 class _Rooms(dict[int, _Room]):
-    """Per room what can be said of it: all of its doors are judged when it is first asked for."""
+    """What can be said of each room, computed at its first use."""
 
     def __init__(self, doors: Sequence[Sequence[int]], distance: Sequence[int]) -> None:
         self._doors, self._distance = doors, distance
@@ -83,16 +83,16 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         return _BASICS if name == TREASURE else (_BASICS[0], Treasure(name=name), *_BASICS[1:])
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """A short random walk from the start, move by move; a move that was tried before is not told twice."""
-        told: dict[Claim, None] = {}
+        """A short random walk from the start, move by move; each move is judged once."""
+        claims: dict[Claim, None] = {}
         for _ in range(_TRIES):
             if truth.found:
                 break
             action = DIRECTIONS[rng.integers(len(DIRECTIONS))]
             verdict = TriedWell if action in self._rooms[truth.room].good else TriedInVain
-            told[verdict(action=action, room=truth.layout.names[truth.room])] = None
+            claims[verdict(action=action, room=truth.layout.names[truth.room])] = None
             truth = walk(self.lab, truth, action)
-        return tuple(told)
+        return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         actions = self.plan(truth, len(truth.layout.doors))
@@ -124,11 +124,11 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
             claims.append(warnings[moment.turn % len(warnings)])
 
     def values(self, truth: Truth) -> tuple[float, ...]:
-        """Per direction the negated number of moves that are needed afterwards; all 0 once it is found."""
+        """Per direction the negated number of moves that are needed afterwards; all 0 once the treasure is found."""
         return (0.0, 0.0, 0.0, 0.0) if truth.found else tuple([-float(each) for each in self._rooms[truth.room].steps])
 
     def idle(self, truth: Truth) -> float:
-        """A move; none once it is found."""
+        """One move; 0 once the treasure is found."""
         return float(not truth.found)
 
     def importance(self, truth: Truth) -> float:

@@ -1,4 +1,4 @@
-"""What is said about driving the hand, each measured in a copy of the simulator or by the policy's command."""
+"""The claims about driving the hand, each checked in a copy of the simulator or by the policy's command."""
 
 import math
 from collections.abc import Sequence
@@ -15,9 +15,9 @@ Errors = tuple[int, int, int]
 """How far off a place is along x, y and z, in whole centimetres; 0 where it is right enough."""
 AXES = ("x", "y", "z")
 NOTABLE = 1.0
-"""Centimetres that are worth mentioning."""
+"""The least change of distance that is judged, in centimetres."""
 CLOSE = 1e-5
-"""What two numbers that are the same may differ by, in metres or as grips: metaworld's commands are float32."""
+"""The tolerance for equal numbers, in metres or as grips: metaworld's commands are float32."""
 _PLACE, _GRIP = 0.03, 0.3  # how far from what is wanted is right enough
 
 
@@ -45,19 +45,19 @@ def rounded(pose: Sequence[float]) -> Pose:
     return x, y, z, min(max(grip, -1.0), 1.0)
 
 
-def write_number(number: float) -> str:
+def format_number(number: float) -> str:
     """A coordinate, to a millimetre, or a grip; advice has no more than two decimals."""
     return f"{round(number, 3) + 0.0:g}"
 
 
-def write(pose: Sequence[float]) -> str:
+def format_numbers(pose: Sequence[float]) -> str:
     """Coordinates, and the grip if there is one."""
-    return f"[{', '.join(map(write_number, pose))}]"
+    return f"[{', '.join(map(format_number, pose))}]"
 
 
-def write_compactly(pose: Pose) -> str:
-    """As `write`, without spaces."""
-    return write(pose).replace(" ", "")
+def format_compactly(pose: Pose) -> str:
+    """As `format_numbers`, without spaces."""
+    return format_numbers(pose).replace(" ", "")
 
 
 def action_for(aim: Aim, truth: Truth, world: MetaWorld) -> Pose:
@@ -86,7 +86,7 @@ def off_by(place: Place, wanted: Place) -> Errors:
     return x, y, z
 
 
-def tell(errors: Errors) -> str:
+def format_errors(errors: Errors) -> str:
     """Errors in words."""
     parts = [
         f"{axis} {abs(error)} cm too {'large' if error > 0 else 'small'}"
@@ -190,12 +190,12 @@ class Driving(Claim[Truth, MetaWorld]):
 
 
 class _Posed(ActionClaim[Truth, MetaWorld]):
-    """Base of claims whose phrases tell the target."""
+    """Base of claims whose phrases name the target."""
 
     __slots__ = ()
     action_slot = "target"
     action: Pose
-    target = slot(write, "action")
+    target = slot(format_numbers, "action")
 
 
 @claim
@@ -221,7 +221,7 @@ class _Moved(Verdict[Truth, MetaWorld]):
 
 @claim
 class _Tried(_Moved, _Posed):
-    """What became of an action that somebody took at the start."""
+    """Base of verdicts on an action that the oracle tried at the start."""
 
     action: Pose
 
@@ -257,7 +257,7 @@ class Solution(PlanClaim[Truth, MetaWorld]):
     @property
     def listing(self) -> str:
         """The actions as text."""
-        return self.separator.join(map(write_compactly, self.actions))
+        return self.separator.join(map(format_compactly, self.actions))
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Play them."""
@@ -268,7 +268,7 @@ class Solution(PlanClaim[Truth, MetaWorld]):
 
 @claim
 class _Judged(_Posed):
-    """Base of verdicts on a target. Phrases tell it to a millimetre, which is not always the very action."""
+    """Base of verdicts on a target. Phrases round it to a millimetre, so that it is not always the exact action."""
 
     action_slot = ""
     action: Pose
@@ -317,7 +317,7 @@ class RightPlace(Claim[Truth, MetaWorld]):
     kind = HP
     at: Place
     """The target's place, relative to the hand where actions are."""
-    place = slot(write, "at")
+    place = slot(format_numbers, "at")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
@@ -335,7 +335,7 @@ class RightGrip(Claim[Truth, MetaWorld]):
     kind = HP
     value: float
     """The grip that was taken."""
-    grip = slot(write_number, "value")
+    grip = slot(format_number, "value")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
@@ -369,7 +369,7 @@ class Off(_Judged):
 
     kind = HN
     errors: Errors
-    faults = slot(tell, "errors")
+    faults = slot(format_errors, "errors")
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""
@@ -390,7 +390,7 @@ class _Slip(_Judged):
     @property
     def grip(self) -> str:
         """The grip as text."""
-        return write_number(self.action[3])
+        return format_number(self.action[3])
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Ask metaworld's policy for its command."""

@@ -1,6 +1,6 @@
 """The movies' oracle: it judges each recommended title by each wish, and names titles that fit.
 
-What it finds in tables of bits, its claims look up in the catalogue's SQLite tables, or try on the world.
+It uses tables of bits; its claims are checked in the catalogue's SQLite tables, or in the lab.
 """
 
 from collections.abc import Callable, Set
@@ -66,15 +66,15 @@ _avoid_title, _avoid_trait = fast_constructor(AvoidTitle), fast_constructor(Avoi
 
 
 class MoviesOracle(Oracle[Truth, Movies]):
-    """Judges lists title by title and wish by wish, and has the student replace a title that does not fit."""
+    """Judges lists title by title and wish by wish, and advises to replace a title that does not fit."""
 
     max_importance = 1.0
 
     def start(self, truth: Truth) -> None:
-        """Find what fits, and what is to be avoided."""
+        """Find the titles that fit, and the traits to avoid."""
         catalogue: Catalogue = self.lab.catalogue
         fitting = catalogue.fitting(truth.profile.wishes.values())
-        first, second = truth.manner  # another user hears of other titles first
+        first, second = truth.manner  # each user gets other titles first
         begin = (7 * first + 31 * second) % max(1, len(fitting))
         self._fitting: list[int] = np.concatenate((fitting[begin:], fitting[:begin]))[:_LONGEST].tolist()
         self._traits = _traits(catalogue, truth.profile)
@@ -83,26 +83,26 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return _GOAL, _RULES, *_AGE_GROUPS, _ANSWER
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """A few titles that were tried; each is told once."""
-        told: dict[Claim, None] = {}
+        """Verdicts on a few titles; each is judged once."""
+        claims: dict[Claim, None] = {}
         items = [item for item in self.lab.catalogue.items if item.named]
         for draw in rng.integers(len(items), size=_TRIES).tolist():
             item = items[draw]
             wrong = next((each for each in truth.profile.wishes.items() if not item.bits & each[1]), None)
             if wrong is None:
-                told[TriedWell(title=item.label)] = None
+                claims[TriedWell(title=item.label)] = None
             elif found := found_words(item, wrong[0]):
-                told[
+                claims[
                     TriedInVain(title=item.label, attribute=wrong[0], found=found, wanted=truth.profile.words(wrong[0]))
                 ] = None
-        return tuple(told)
+        return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         wishes = (Wish(attribute=attribute, wish=wish) for attribute, wish in wish_words(truth.profile))
         return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """Each title is told of, up to `max_items`; those behind are counted."""
+        """Titles are judged one by one up to `max_items`; those behind are counted."""
         titles, catalogue, profile = titles_of(moment.action), self.lab.catalogue, moment.past.profile
         items, limit, success = catalogue.look_up(titles), self.lab.max_items, moment.success
         good: list[Claim] = [_ALL_FIT] if success else []
@@ -138,7 +138,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
         if FP in kinds:
             if titles and not wrong:
                 claims.append(_repeat(truth.answer))
-            elif self._fitting:  # a user that was made by hand may have wishes that nothing meets
+            elif self._fitting:  # the wishes of a user made by hand may fit no title
                 title = self._other_than({item.label for item in items if item})
                 claims.append(_replace(titles, wrong[0] if wrong else 0, title))
         if FN in kinds:
@@ -159,7 +159,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return items[self._fitting[0]].label
 
     def importance(self, truth: Truth) -> float:
-        """The reward of a list that fits less that of one that fits in nothing: always 1."""
+        """The reward of a list that fits minus that of one in which nothing fits: always 1."""
         return 1.0
 
     def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
@@ -168,11 +168,11 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return (answer_of([items[i].label for i in self._fitting[:_SHOWN]]),) * n if self._fitting else ()
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """The reward of a list that fits less the action's: 0 to 1."""
+        """The reward of a list that fits minus the action's: 0 to 1."""
         return self.idle(moment.after) if moment.before is None else 0.0 - moment.reward
 
     def idle(self, truth: Truth) -> float:
-        """1: no part of what is not there is right."""
+        """1: without a list no title fits."""
         return 1.0
 
 
@@ -186,7 +186,7 @@ def _replace(titles: tuple[str, ...], place: int, title: str) -> Recommend:
 
 
 def _traits(catalogue: Catalogue, profile: Profile) -> list[tuple[str, str]]:
-    """Attributes that no fitting title has, where they matter: the other type, periods and certificates."""
+    """Traits that no fitting title has: the other type, periods and certificates."""
     lacking = catalogue.bits & ~catalogue.bits_of(profile.wishes.values())
     some = [(TYPE, TYPE_NAMES[not profile.series])] if catalogue.bits & type_bit(not profile.series) else []
     if profile.age >= 0:
@@ -197,7 +197,7 @@ def _traits(catalogue: Catalogue, profile: Profile) -> list[tuple[str, str]]:
 
 
 def _unclear(catalogue: Catalogue, place: int, said: str) -> Claim:
-    """What there is to say of a title of the list that stands for no item, or for several."""
+    """The claim about a title of the list that names no item, or several."""
     found = catalogue.find(said)
     if found:
         works = tuple([f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]])
@@ -209,7 +209,7 @@ def _unclear(catalogue: Catalogue, place: int, said: str) -> Claim:
 
 
 def _is_other(said: str, item: Item) -> bool:
-    """Whether what was said is another spelling than the item's title, but for the case."""
+    """Whether a title of the list differs from the item's title by more than case."""
     plain = (item.title, f"{item.title} ({item.first})")
     return said not in plain and said.casefold() not in map(str.casefold, plain)
 
@@ -218,7 +218,7 @@ _Wanted = tuple[tuple[str, int, str, Callable[[Item], str]], ...]
 
 
 def _judge(good: list[Claim], bad: list[Claim], place: int, item: Item, wanted: _Wanted) -> None:
-    """What there is to say of an item of the list, wish by wish; nothing where none is asked about."""
+    """Append the verdicts on an item of the list, wish by wish; none without wishes."""
     title, bits = item.label, item.bits
     for _, wish, _, _ in wanted:
         if not bits & wish:
@@ -239,6 +239,6 @@ def _judge(good: list[Claim], bad: list[Claim], place: int, item: Item, wanted: 
 
 @lru_cache(maxsize=1024)  # a turn of movies takes 12 % longer without it
 def _wanted(profile: Profile) -> _Wanted:
-    """Per attribute that matters the bits of which a title must have one, the wish in words, and what words an item."""
+    """Per wish: attribute, bits of which a title must have one, wish in words, function for an item in words."""
     wishes = profile.wishes.items()
     return tuple((attribute, wish, profile.words(attribute), FOUND[attribute]) for attribute, wish in wishes)

@@ -1,4 +1,4 @@
-"""What is said about lists of titles, each looked up in the catalogue's SQLite tables, or tried on the world."""
+"""The claims about lists of titles, each checked in the catalogue's SQLite tables, or in the lab."""
 
 import json
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from worlds.movies import AGE, AGE_NAMES, Movies, Truth, answer_of
 from worlds.movies.catalogue import AGES
 
 LISTED = 3
-"""How many works are named at most where a title could be several."""
+"""The most works that are named where a title could be several."""
 
 
 @claim
@@ -89,7 +89,7 @@ class _Title(Claim[Truth, Movies]):
     title: str
 
     def meant(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Whether the title is the one that is spoken of."""
+        """Whether the claim is about this title."""
         return True
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:

@@ -1,4 +1,4 @@
-"""What is said about proposals, each made again in the simulator."""
+"""The claims about proposals, each checked by making the proposals in the lab."""
 
 from collections.abc import Iterator, Sequence
 from typing import TypeVar
@@ -38,13 +38,13 @@ def contains(lab: Optimization, point: Point) -> bool:
     return all(low <= x <= high for low, x, high in zip(lab.lows, point, lab.highs, strict=True))
 
 
-def write(point: Point) -> str:
+def format_point(point: Point) -> str:
     """A point as text."""
     return f"[{point[0]!r}, {point[1]!r}]"
 
 
 def directions(x: Point, point: Point) -> str:
-    """The directions from one point to another, in words."""
+    """The directions from `x` to a point, in words."""
     (a1, a2), (b1, b2) = x, point
     way1 = "raise" if b1 > a1 else "lower" if b1 < a1 else "leave"
     way2 = "raise" if b2 > a2 else "lower" if b2 < a2 else "leave"
@@ -153,16 +153,16 @@ class Answer(Claim[Truth, Optimization]):
 
 @claim
 class _Targeted(ActionClaim[Truth, Optimization]):
-    """Base of claims whose phrases tell the point."""
+    """Base of claims whose phrases name the point."""
 
     action_slot = "target"
     action: Point
-    target = slot(write, "action")
+    target = slot(format_point, "action")
 
 
 @claim
 class _Tried(Verdict[Truth, Optimization], _Targeted):
-    """What became of a proposal that somebody made at the start."""
+    """Base of verdicts on a proposal that the oracle tried at the start."""
 
     before: float
     after: float
@@ -213,7 +213,7 @@ class Reached(ActionClaim[Truth, Optimization]):
     """True if the proposal solved the task: its loss is within the tolerance of the least one."""
 
     kind = HP
-    action_slot = ""  # the phrases tell losses
+    action_slot = ""  # the phrases name losses only
     action: Point
     loss: float
 
@@ -232,7 +232,7 @@ class Reached(ActionClaim[Truth, Optimization]):
 
 
 class _Change(Verdict[Truth, Optimization]):
-    """Base of verdicts that tell a loss of before and one of after."""
+    """Base of verdicts with a loss before and a loss after."""
 
     __slots__ = ()
     before: float
@@ -249,9 +249,9 @@ class _Change(Verdict[Truth, Optimization]):
 
 @claim
 class _Moved(_Change, ActionClaim[Truth, Optimization]):
-    """What the proposal did to the loss."""
+    """Base of verdicts on the change of the loss."""
 
-    action_slot = ""  # the phrases tell losses
+    action_slot = ""  # the phrases name losses only
     action: Point
     before: float
     after: float
@@ -286,7 +286,7 @@ opposed(Fell, Rose)
 
 @claim
 class _Changed(_Change):
-    """What the change of a coordinate does to the loss by itself."""
+    """Base of verdicts on the change of one coordinate alone."""
 
     name: str
     """`x1` or `x2`."""
@@ -310,14 +310,14 @@ class _Changed(_Change):
 
 @claim
 class Helped(_Changed):
-    """True if the proposal changed this coordinate so, and that change alone takes the loss down as told."""
+    """True if the proposal changed this coordinate so, and that alone takes the loss down from `before` to `after`."""
 
     kind = HP
 
 
 @claim
 class Hurt(_Changed):
-    """True if the proposal changed this coordinate so, and that change alone takes the loss up as told."""
+    """True if the proposal changed this coordinate so, and that alone takes the loss up from `before` to `after`."""
 
     kind = HN
 
@@ -327,7 +327,7 @@ opposed(Helped, Hurt)
 
 @claim
 class _Course(_Targeted):
-    """Base of advice that tells the directions, too."""
+    """Base of advice whose phrases also name the directions."""
 
     ways: str
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
@@ -335,7 +335,7 @@ class _Course(_Targeted):
     loss: float
 
     def leads(self, truth: Truth, lab: Optimization) -> bool:
-        """Whether directions and losses are as told."""
+        """Whether the directions and losses are right."""
         return self.ways == directions(truth.x, self.action) and takes(lab, truth, self.action, self.now, self.loss)
 
 
@@ -377,7 +377,7 @@ class Area(Grounded[Truth, Optimization]):
     now: float
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
-        """Propose the point that the ground knows."""
+        """Propose the point of the ground."""
         x1, x2 = self._ground.action
         inside = self.low1 <= x1 <= self.high1 and self.low2 <= x2 <= self.high2
         return inside and self.now == moment.after.y and self.stands(moment, lab)
@@ -393,7 +393,7 @@ class Way(Grounded[Truth, Optimization]):
     now: float
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
-        """Propose the point that the ground knows."""
+        """Propose the point of the ground."""
         directed = self.ways == directions(moment.after.x, self._ground.action)
         return directed and self.now == moment.after.y and self.stands(moment, lab)
 

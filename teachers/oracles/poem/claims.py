@@ -1,4 +1,4 @@
-"""What is said about poems, each checked by offering poems to the world."""
+"""The claims about poems, each checked by offering poems to the lab."""
 
 from collections.abc import Sequence
 
@@ -20,10 +20,10 @@ from teachers.atoms import (
 from worlds.poem import HAIKU, MAX_LENGTH, TANKA, Poem, Truth, compose, lines_of
 
 PLACEHOLDER = "..."
-"""Stands for a line that is still to be written: a line without syllables, so a wrong one."""
+"""A line that is still to be written: it has no syllables, so it is wrong."""
 
 
-def drum(syllables: int) -> str:
+def filler(syllables: int) -> str:
     """A line of so many syllables in which nothing else is likely to be wrong."""
     return " ".join(["la"] * syllables) or PLACEHOLDER
 
@@ -35,7 +35,7 @@ def pays(lab: Poem, truth: Truth, poem: str) -> float:
 
 
 def solves(lab: Poem, truth: Truth, lines: Sequence[str]) -> bool:
-    """Whether the world takes these lines for a poem that is right."""
+    """Whether these lines are a right poem in the world."""
     lab.restore(truth)
     return bool(lab.step("\n".join(lines))[4]["success"])
 
@@ -76,7 +76,7 @@ def numbered_lines(numbers: tuple[int, ...]) -> str:
 
 
 def near(number: int) -> tuple[int, ...]:
-    """Counts that somebody might come to who counts wrong."""
+    """Numbers that a wrong count might give."""
     return tuple(n for n in (number - 1, number + 1, number - 2, number + 2) if n >= 0)
 
 
@@ -105,9 +105,9 @@ _FREE_LINES = 3
 _ROOM = 500  # characters, more than any line that `compose` makes and the placeholders beside it take
 
 TITLES = {HAIKU: "haiku", TANKA: "tanka"}
-"""What poems of a form are called."""
-TOLD = 20
-"""A poem can have thousands of lines; feedback does not speak of more than these."""
+"""The names of poems by form."""
+MOST_LINES = 20
+"""The most lines that feedback names; a poem can have thousands."""
 
 
 @claim
@@ -121,8 +121,8 @@ class Goal(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a poem of this pattern, and others with a syllable or a line too many, or a line too few."""
-        right = [drum(number) for number in self.pattern]
-        wrong = [[drum(n + (i == j)) for j, n in enumerate(self.pattern)] for i in range(len(self.pattern))]
+        right = [filler(number) for number in self.pattern]
+        wrong = [[filler(n + (i == j)) for j, n in enumerate(self.pattern)] for i in range(len(self.pattern))]
         return (
             self.form == TITLES.get(lab.form, "poem")
             and solves(lab, moment.after, right)
@@ -138,7 +138,7 @@ class FreeGoal(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer poems of several lengths, and others with a syllable too many or without a line."""
-        right, wrong = drum(self.syllables), drum(self.syllables + 1)
+        right, wrong = filler(self.syllables), filler(self.syllables + 1)
         return all(solves(lab, moment.after, [right] * lines) for lines in (1, 2, 3, 30)) and not any(
             solves(lab, moment.after, lines) for lines in ([], [wrong], [right, wrong])
         )
@@ -149,7 +149,7 @@ class Counting(Claim[Truth, Poem]):
     """True if a word may be read with any pronunciation of CMUdict, and is estimated where it is not listed."""
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Offer `fire`, which is listed with one and with two syllables, and a word that nobody listed."""
+        """Offer `fire`, which is listed with one and with two syllables, and a word that is not listed."""
         return plays(lab, "fire", 1) and plays(lab, "fire", 2) and plays(lab, "glimmerfoam", 3)
 
 
@@ -251,7 +251,7 @@ class LinesRight(Claim[Truth, Poem]):
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Praise the other lines, or find fault with these."""
-        others = tuple(i for i in range(1, len(lines_of(moment.action)) + 1) if i not in self.lines)[:TOLD]
+        others = tuple(i for i in range(1, len(lines_of(moment.action)) + 1) if i not in self.lines)[:MOST_LINES]
         praise = (LinesRight(lines=others),) if others else ()
         return (*praise, *_faults(moment, self.lines[0]))
 
@@ -362,7 +362,7 @@ class Work(Grounded[Truth, Poem]):
     line: int
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Offer the poem that the ground knows."""
+        """Offer the poem of the ground."""
         return self.line == self._ground.line and self.stands(moment, lab)
 
 
@@ -377,7 +377,7 @@ class Count(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with so many syllables where a line like that is asked for."""
-        return plays(lab, drum(self.syllables), required_of(moment.after, self.line))
+        return plays(lab, filler(self.syllables), required_of(moment.after, self.line))
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Another number."""
@@ -439,7 +439,7 @@ class AvoidCount(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with the required number where a line of so many syllables is asked for."""
-        return not plays(lab, drum(required_of(moment.after, self.line)), self.counted)
+        return not plays(lab, filler(required_of(moment.after, self.line)), self.counted)
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Warn of the required number."""
@@ -471,10 +471,10 @@ def _faults(moment: Moment[Truth], line: int) -> tuple[Claim, ...]:
 
 
 def _miscounted(lines: Sequence[str], line: int, syllables: int) -> tuple[Write, ...]:
-    return tuple(write_line(lines, line, syllables, wrong) for wrong in near(syllables) if wrong)
+    return tuple(advise_line(lines, line, syllables, wrong) for wrong in near(syllables) if wrong)
 
 
-def write_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
+def advise_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
     """Advice to put a line of `number` syllables at a place where `syllables` are required."""
     action = "\n".join((*lines[: line - 1], compose(number, line), *lines[line:]))
     return Write(action=action, line=line, syllables=syllables)
