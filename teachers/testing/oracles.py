@@ -87,7 +87,7 @@ def check_kinds(pupil: Pupil) -> None:
     require(not seen - given, f"{seen - given} occur, but are not among the oracle's feedback_types")
 
 
-def check_no_meddling(pupil: Pupil) -> None:
+def check_judging_changes_nothing(pupil: Pupil) -> None:
     """Judging leaves the taught world as it is."""
     world = pupil.make_world()
     oracle = pupil.make_teacher(world).oracle
@@ -212,7 +212,7 @@ CHECKS: tuple[Callable[[Pupil], None], ...] = (
     check_distortion,
     check_hints,
     check_kinds,
-    check_no_meddling,
+    check_judging_changes_nothing,
     check_claims,
     check_instructions,
     check_plans,

@@ -69,7 +69,7 @@ def check_draws(personality: Personality, pupil: Pupil) -> None:
     require(first == again, f"with the same seed {personality} says different things")
 
 
-def check_hands_off(personality: Personality, pupil: Pupil) -> None:
+def check_speaking_changes_nothing(personality: Personality, pupil: Pupil) -> None:
     """Speaking does not change the taught world."""
     world = pupil.make_world()
     teacher = pupil.make_teacher(world, personality)
@@ -94,7 +94,7 @@ def check_words(personality: Personality, pupil: Pupil) -> None:
             )
 
 
-def check_twins(personality: Personality, pupil: Pupil) -> None:
+def check_copies(personality: Personality, pupil: Pupil) -> None:
     """Copies of a teacher within an episode, by `deepcopy` or pickle, continue like the original."""
     teacher = pupil.make_teacher(pupil.make_world(), personality)
     for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
@@ -124,9 +124,9 @@ PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
     check_spec,
     check_promise,
     check_draws,
-    check_hands_off,
+    check_speaking_changes_nothing,
     check_words,
-    check_twins,
+    check_copies,
     check_stages,
 )
 """Every check of a personality."""
