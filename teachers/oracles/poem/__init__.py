@@ -4,7 +4,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
 from teachers.oracles.poem.claims import (
     MOST_LINES,
@@ -52,6 +52,7 @@ def _first_wrong(lines: tuple[str, ...], pattern: tuple[int, ...]) -> int:
 _TRIES = 3
 _COUNTING, _ANSWER = Counting(), Answer(limit=MAX_LENGTH)
 _ALL_RIGHT, _EMPTY = AllRight(), Empty()
+_wrong_line, _avoid_count = fast_constructor(WrongLine), fast_constructor(AvoidCount)
 
 
 class PoemOracle(Oracle[Truth, Poem]):
@@ -96,7 +97,7 @@ class PoemOracle(Oracle[Truth, Poem]):
         if HN in kinds:
             for line in wrong[:MOST_LINES]:
                 required = wanted[line - 1]
-                claims.append(WrongLine(line=line, counted=_nearest(lines[line - 1], required), required=required))
+                claims.append(_wrong_line(line, _nearest(lines[line - 1], required), required))
             if not lines:
                 claims.append(_EMPTY)
             elif not wanted:
@@ -123,10 +124,10 @@ class PoemOracle(Oracle[Truth, Poem]):
             if lines and not wanted:
                 claims.append(AvoidLines(lines=len(lines)))
             elif lines and line:
-                claims.append(AvoidCount(line=line, counted=_nearest(lines[line - 1], pattern[line - 1])))
+                claims.append(_avoid_count(line, _nearest(lines[line - 1], pattern[line - 1])))
             else:
                 line = moment.turn % len(pattern) + 1
-                claims.append(AvoidCount(line=line, counted=pattern[line - 1] + 1))
+                claims.append(_avoid_count(line, pattern[line - 1] + 1))
 
     def importance(self, truth: Truth) -> float:
         """The reward of a right poem minus that of an all wrong one: always 1."""
