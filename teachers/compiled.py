@@ -12,31 +12,30 @@ __all__ = ["COMPILED", "compiled"]
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
-"""Whether functions are compiled: if numba is there, and its own switch, the environment variable `NUMBA_DISABLE_JIT`,
-does not say no."""
+"""Whether functions are compiled: numba can be imported, and `NUMBA_DISABLE_JIT` does not disable it."""
 if COMPILED:
     try:
         import numba
-    except ImportError:  # or it does not know this version of NumPy yet
+    except ImportError:  # or numba does not support this version of NumPy
         COMPILED = False
 
 
 def compiled(function: _Function) -> _Function:
-    """Compile a function when it is first called with arguments of these types, where that can be done.
+    """Compile a function at the first call with arguments of these types, where numba is installed.
 
-    It may use what numba knows of Python, and call compiled functions of its own folder alone: machine code is kept
-    between processes for as long as nothing in that folder changes. Results are equal to the last bit, but for
-    `math.hypot`, which numba has another formula for.
+    The function may use the part of Python that numba supports, and call compiled functions of its own folder only:
+    machine code is cached between processes until a file of that folder changes. Results are equal to the last bit,
+    except for those of `math.hypot`, for which numba has another formula.
     """
     if not COMPILED:
         return function
     given = numba.config.CACHE_DIR
-    kept = _kept(Path(function.__code__.co_filename).parent, given)
+    cache = _cache_folder(Path(function.__code__.co_filename).parent, given)
     try:
-        kept.mkdir(parents=True, exist_ok=True)
+        cache.mkdir(parents=True, exist_ok=True)
     except OSError:
         return cast("_Function", numba.njit(function))
-    numba.config.CACHE_DIR = str(kept)
+    numba.config.CACHE_DIR = str(cache)
     try:
         return cast("_Function", numba.njit(cache=True)(function))
     finally:
@@ -44,8 +43,8 @@ def compiled(function: _Function) -> _Function:
 
 
 @lru_cache
-def _kept(folder: Path, given: str) -> Path:
-    """Where machine code of a folder is kept, as it is now: numba by itself looks at one file only."""
+def _cache_folder(folder: Path, given: str) -> Path:
+    """The cache for a folder's present sources; numba's own cache depends on one file only."""
     sources = b"".join([path.read_bytes() for path in sorted(folder.glob("*.py"))])
     name = f"compiled-{hashlib.sha256(sources).hexdigest()[:16]}"
     return Path(given or folder / "__pycache__") / name

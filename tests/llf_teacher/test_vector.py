@@ -243,14 +243,14 @@ def test_autoresets_draw_as_resets_do(id, options):
     batch.reset(seed=0)
     seeded = starts(id, batch, rows)
     tabular = batch.worlds.states is not None
-    before = batch.oracle.way(batch.worlds.state, 20) if tabular else None
+    before = batch.oracle.plan_length(batch.worlds.state, 20) if tabular else None
     rng = np.random.default_rng(0)
     batch.step(actions_of(batch, rng))
     batch.step(actions_of(batch, rng))
     assert not batch.moments.turn.any()
     assert stats.ks_2samp(seeded, starts(id, batch, rows), method="asymp").pvalue > 0.001
     if tabular:
-        ways = batch.oracle.way(batch.worlds.state, 20)
+        ways = batch.oracle.plan_length(batch.worlds.state, 20)
         assert stats.ks_2samp(before, ways, method="asymp").pvalue > 0.001
 
 

@@ -67,7 +67,7 @@ def compiling(monkeypatch):
 def test_code_is_kept_for_the_sources_of_now(tmp_path):
     source = tmp_path / "one.py"
     source.write_text("1")
-    kept = compiled._kept.__wrapped__
+    kept = compiled._cache_folder.__wrapped__
     before = kept(tmp_path, "")
     assert before == kept(tmp_path, "")
     assert before.parent == tmp_path / "__pycache__"

@@ -186,7 +186,7 @@ def late_random_stream(claims, view, *, rng=None, start=0):
 def test_a_function_of_another_signature_is_no_personality(function):
     given = re.escape(str(inspect.signature(function)))
     with pytest.raises(
-        TypeError, match=rf"^{function.__name__}{given} is no personality: it must take \(claims, view\)"
+        TypeError, match=rf"^{function.__name__}{given} is not a personality: it must take \(claims, view\)"
     ):
         personality()(function)
 
