@@ -98,7 +98,9 @@ class StudentView:
     def info(self) -> dict[str, Any]:
         """The info: that of the session, without `atoms` beside numbers; a new dict in each turn."""
         info = self.session.info
-        return info if self.numbers is None else {name: value for name, value in info.items() if name != "atoms"}
+        if self.numbers is None:
+            return info
+        return {name: value for name, value in info.items() if name != "atoms"}
 
     def info_for(self, policy: Any) -> dict[str, Any]:
         """The info that a policy in this seat may see; see `info_for`."""

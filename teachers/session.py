@@ -328,6 +328,7 @@ class Session:
         self.ask_cost, self.failure_reward = ask_cost, failure_reward
         self.observer = observer
         self._read, self._undoable = read, undoable
+        self._spoken: list[str] = []  # of several teachers
         self.seeds = Seeds()
         """The streams of the episodes, beside the world's."""
         self.moment: Moment[Any]
@@ -502,10 +503,11 @@ class Session:
 
     def _await_teachers(self) -> None:
         moment, asked = self.moment, self.asked
-        self.heard, self._spoken, self._opening = False, [], not (moment.turn or asked)
-        briefs = self._opening and not self.instructs
+        self.heard = False
+        self._opening = opening = not (moment.turn or asked)
+        self._spoken.clear()
         for offer in self.offers:
-            offer.see(moment, asked, briefs)
+            offer.see(moment, asked, opening and not self.instructs)
 
     # The teachers' half of a turn.
 
