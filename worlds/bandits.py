@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 
+from worlds.actions import is_element
 from worlds.world import World, illegal
-from worlds.wrapped.actions import is_element
 
 __all__ = ["PROBLEMS", "Bandit", "Problem", "Truth"]
 

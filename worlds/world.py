@@ -14,7 +14,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 from typing_extensions import TypeVar
 
-from worlds.wrapped.actions import canonical, syntax, tell
+from worlds.actions import canonical, format_value, syntax
 
 __all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "illegal", "is_number"]
 
@@ -143,7 +143,7 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
 
     def describe(self, observation: ObservationT) -> str:
         """The canonical plain-text rendering of an observation, by default in plain numbers."""
-        return tell(observation)
+        return format_value(observation)
 
     def sample_action(self, rng: np.random.Generator) -> Any:
         """A random action, such as one might try who knows nothing of the task: in the action space, and legal.

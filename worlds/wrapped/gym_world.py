@@ -14,8 +14,8 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from worlds.actions import canonical, format_value, native, syntax
 from worlds.world import World, illegal
-from worlds.wrapped.actions import canonical, native, syntax, tell
 from worlds.wrapped.position import Episode, Position, same, still
 
 __all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "faithful", "same"]
@@ -33,7 +33,7 @@ class GymWorld(World[Position, Any, Any]):
     """A world around an environment.
 
     Spaces, dynamics, rewards and what ends an episode are the environment's. Actions are legal if they are in its
-    action space; their canonical form is one that JSON can hold (see `worlds.wrapped.actions`). `env` is the
+    action space; their canonical form is one that JSON can hold (see `worlds.actions`). `env` is the
     environment itself.
 
     Args:
@@ -180,7 +180,7 @@ class GymWorld(World[Position, Any, Any]):
 
     def describe(self, observation: Any) -> str:
         """The observation in plain numbers, or as the given function puts it."""
-        return tell(observation) if self._describe is None else self._describe(observation)
+        return format_value(observation) if self._describe is None else self._describe(observation)
 
     def sample_action(self, rng: np.random.Generator) -> Any:
         """A sample of the action space."""

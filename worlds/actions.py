@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-__all__ = ["canonical", "is_element", "native", "syntax", "tell"]
+__all__ = ["canonical", "format_value", "is_element", "native", "syntax"]
 
 
 @singledispatch
@@ -192,18 +192,18 @@ def _(space: spaces.Text) -> str:
     return f"a text of at most {space.max_length} characters"
 
 
-def tell(value: Any, whole: int = 200) -> str:
+def format_value(value: Any, whole: int = 200) -> str:
     """An observation as text: numbers to 4 decimals, arrays as lists (large ones shortened), dicts a line a key."""
     if isinstance(value, str):
         return value
     if isinstance(value, Mapping):
-        return "\n".join(f"{key}: {tell(item, whole)}" for key, item in value.items())
+        return "\n".join(f"{key}: {format_value(item, whole)}" for key, item in value.items())
     if isinstance(value, np.ndarray) and value.size > whole:
         return np.array2string(value, precision=4, threshold=whole, separator=", ")
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return f"[{', '.join(tell(item, whole) for item in value)}]"
+        return f"[{', '.join(format_value(item, whole) for item in value)}]"
     return f"{round(value, 4) + 0.0!r}" if isinstance(value, float) else f"{value}"
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from worlds.wrapped.actions import canonical, native, syntax, tell
+from worlds.actions import canonical, format_value, native, syntax
 from worlds.wrapped.gym_world import same
 
 SPACES = [
@@ -98,9 +98,9 @@ def test_a_fraction_is_no_integer():
         ((1, 0.5), "[1, 0.5]"),
     ],
 )
-def test_tell(value, text):
-    assert tell(value) == text
+def test_format_value(value, text):
+    assert format_value(value) == text
 
 
 def test_a_large_array_is_shortened():
-    assert len(tell(np.zeros((210, 160, 3), np.uint8))) < 2000
+    assert len(format_value(np.zeros((210, 160, 3), np.uint8))) < 2000
