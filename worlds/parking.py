@@ -17,14 +17,17 @@ from highway_env.vehicle.objects import Landmark, Obstacle, RoadObject
 
 from worlds.world import World, illegal, is_number
 
-__all__ = ["LENGTH", "WALL_X", "WALL_Y", "WIDTH", "Action", "Car", "Parking", "Spot", "Truth"]
+__all__ = ["DT", "LENGTH", "WALL_X", "WALL_Y", "WIDTH", "Action", "Car", "Parking", "Spot", "Truth", "step_car"]
 
 Action = tuple[float, float]
 
 LENGTH, WIDTH = Vehicle.LENGTH, Vehicle.WIDTH
 """Size of every car, in metres."""
+DT = 1 / 15
+"""Duration of a simulation step, in seconds; an action lasts for three."""
 WALL_X, WALL_Y = 34.5, 20.5
 """The walls' inner faces lie at x = -34.5 and 34.5, y = -20.5 and 20.5, in metres."""
+_HALF = LENGTH / 2
 _SPOTS = 28  # in two rows
 _MARGIN = 0.1  # m; things that are farther apart than this cannot touch
 _CORNER = math.hypot(LENGTH, WIDTH) / 2
@@ -68,6 +71,25 @@ class Truth(NamedTuple):
     """Seconds since reset."""
     touched: tuple[bool, ...]
     """Whether the spot, and each wall, was ever touched; for rendering."""
+
+
+def step_car(
+    x: float, y: float, heading: float, speed: float, cosine: float, sine: float, slip: float, gain: float
+) -> tuple[float, float, float, float]:
+    """Where a car is after a simulation step, and how fast; the oracle's model uses this definition, too.
+
+    Args:
+        x, y, heading, speed: of the car before it, as in `Car`.
+        cosine, sine: of the direction of travel, which is the heading plus the slip angle.
+        slip: sine of the slip angle.
+        gain: change of speed in the step, in metres per second.
+    """
+    return (
+        x + speed * cosine * DT,
+        y + speed * sine * DT,
+        heading + speed * slip / _HALF * DT,
+        speed + gain,
+    )
 
 
 class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
@@ -232,14 +254,14 @@ class _Car(Vehicle):
         if wheel != self._wheel:
             slip = np.arctan(1 / 2 * np.tan(wheel))
             self._wheel, self._slip, self._sine = wheel, float(slip), float(np.sin(slip))
-        speed, course = self.speed, self.heading + self._slip
-        self.position += speed * np.array([np.cos(course), np.sin(course)]) * dt
+        (x, y), course, gain = self.position.tolist(), self.heading + self._slip, self.action["acceleration"] * dt
+        cosine, sine = float(np.cos(course)), float(np.sin(course))
+        x, y, self.heading, self.speed = step_car(x, y, self.heading, self.speed, cosine, sine, self._sine, gain)
+        self.position = np.array([x, y])
         if self.impact is not None:
             self.position += self.impact
             self.crashed = True
             self.impact = None
-        self.heading += speed * self._sine / (LENGTH / 2) * dt
-        self.speed += self.action["acceleration"] * dt
 
 
 class _Observation(KinematicsGoalObservation):

@@ -8,14 +8,10 @@ from math import atan, cos, inf, pi, sin, sqrt
 
 from teachers.compiled import compiled
 from teachers.oracles.parking.model import (
-    DT,
-    GAIN,
     HALF,
     PUSH,
     REACH,
-    STEPS,
     SURE,
-    WHEEL,
     Action,
     Car,
     Ground,
@@ -23,6 +19,7 @@ from teachers.oracles.parking.model import (
     brake,
     excess,
     move,
+    roll,
 )
 from teachers.oracles.parking.paths import SPACING, TOP, Segment, cheapest, paths, targets, trace
 
@@ -186,14 +183,8 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
             100 if pedal >= 1 else -100 if pedal <= -1 else round(pedal * 100),
             100 if wheel >= 1 else -100 if wheel <= -1 else round(wheel * 100),
         )
-        if abs(x) + 0.3 * pace < clear_x and abs(y) + 0.3 * pace < clear_y:
-            gain, (slip, sine) = GAIN[action[0] + 100], WHEEL[action[1] + 100]
-            for _ in range(STEPS):  # as `move` does
-                course = heading + slip
-                x += speed * cos(course) * DT
-                y += speed * sin(course) * DT
-                heading += speed * sine / HALF * DT
-                speed += gain
+        if abs(x) + 0.3 * pace < clear_x and abs(y) + 0.3 * pace < clear_y:  # without this a turn takes 12 % longer
+            x, y, heading, speed = roll((x, y, heading, speed), action[0], action[1])
         else:
             there = move(ground, (x, y, heading, speed), action[0], action[1])
             if there is None:

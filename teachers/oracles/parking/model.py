@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from teachers.compiled import COMPILED, compiled
+from worlds.parking import DT, step_car
 
 Action = tuple[float, float]
 Car = tuple[float, float, float, float]
@@ -44,8 +45,6 @@ BRAKES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Positions of the wheel with which a car that brakes as hard as it can may still be saved."""
 STEPS = 3
 """Of the model, in an action."""
-DT = 1 / 15
-"""Seconds that a step takes."""
 HALF = 2.5
 """Half of the car's length, which is its wheelbase, too, in m."""
 PUSH = 1.0
@@ -78,6 +77,9 @@ WHEEL = _wheel()
 """Slip angle in radians, with its sine, by hundredths of an action."""
 
 
+_step = compiled(step_car)
+
+
 @compiled
 def misfit(ground: Ground, x: float, y: float, heading: float) -> float:
     """How far a car is from being parked; it is parked below the ground's tolerance."""
@@ -96,36 +98,36 @@ def excess(ground: Ground, car: Car) -> float:
 
 
 @compiled
+def roll(car: Car, pedal: int, wheel: int) -> Car:
+    """Where an action, in hundredths, leads on open ground."""
+    x, y, heading, speed = car
+    gain, (slip, sine) = GAIN[pedal + 100], WHEEL[wheel + 100]
+    for _ in range(STEPS):
+        course = heading + slip
+        x, y, heading, speed = _step(x, y, heading, speed, cos(course), sin(course), sine, gain)
+    return x, y, heading, speed
+
+
+@compiled
 def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> Car | None:
     """Where an action, in hundredths, leads; None if that comes too close to something.
 
-    With a caution of -1 it is None only if something is surely touched: the margin is the other way.
+    With a caution of -1 it is None only if something is certainly touched: the margin is the other way.
     """
     x, y, heading, speed = car
-    gain = GAIN[pedal + 100]
-    slip, sine = WHEEL[wheel + 100]
     # More than the car, with its margin, needs in the whole action.
     reach = REACH + 0.3 * (speed if speed > 0 else -speed)
     across, along = ground.wall_x - reach, ground.wall_y - reach
-    if len(ground.parked) or not (-across < x < across and -along < y < along):
-        near = _near(ground, x, y, reach, reach)
-        if near or abs(x) > across or abs(y) > along:
-            for _ in range(STEPS):
-                course = heading + slip
-                x += speed * cos(course) * DT
-                y += speed * sin(course) * DT
-                heading += speed * sine / HALF * DT
-                speed += gain
-                margin = caution * (_MARGIN + abs(speed) * DT)
-                if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
-                    return None
-            return x, y, heading, speed
+    near = _near(ground, x, y, reach, reach)
+    if not near and -across < x < across and -along < y < along:
+        return roll(car, pedal, wheel)
+    gain, (slip, sine) = GAIN[pedal + 100], WHEEL[wheel + 100]
     for _ in range(STEPS):
         course = heading + slip
-        x += speed * cos(course) * DT
-        y += speed * sin(course) * DT
-        heading += speed * sine / HALF * DT
-        speed += gain
+        x, y, heading, speed = _step(x, y, heading, speed, cos(course), sin(course), sine, gain)
+        margin = caution * (_MARGIN + abs(speed) * DT)
+        if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
+            return None
     return x, y, heading, speed
 
 
