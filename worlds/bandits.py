@@ -131,7 +131,7 @@ class Bandit(World[Truth, int, int]):
 
     def legal(self, action: Any) -> int:
         """The arm as a Python integer."""
-        # Gymnasium's own check takes twenty times as long: it is asked about unusual types only.
+        # Without this short cut past Gymnasium's own check a turn takes a quarter longer.
         if not (type(action) is int and 0 <= action < self.arms) and not is_element(self.action_space, action):
             raise illegal(action, self.action_syntax)
         return int(action)

@@ -11,15 +11,12 @@ MAX_TITLES = 100
 """Greatest number of titles in an answer."""
 MAX_TITLE = 200
 """Greatest number of characters of a title, a year included."""
-_in_json = json.encoder.encode_basestring  # what `json.dumps` ends in, at a tenth of its time
-_SPACE = " \t\n\r"  # of JSON
-_parse = json.JSONDecoder().raw_decode  # what `json.loads` ends in, at a third of its time
 _FENCE = re.compile(r"```[a-z]*\n(.*)\n```", re.DOTALL)
 
 
 def answer_of(titles: list[str] | tuple[str, ...]) -> str:
     """A list of titles in canonical form."""
-    return f"[{', '.join(map(_in_json, titles))}]"
+    return json.dumps(titles, ensure_ascii=False)
 
 
 def titles_of(answer: str) -> tuple[str, ...]:
@@ -41,12 +38,12 @@ def _read(text: str) -> tuple[str, tuple[str, ...]] | None:
     """The canonical form of an answer, and its titles."""
     text = text.strip()
     if text[:1] == "`" and (fenced := _FENCE.fullmatch(text)):
-        text = fenced[1].strip(_SPACE)
+        text = fenced[1]
     try:
-        entries, end = _parse(text)
+        entries = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    if end < len(text) or not isinstance(entries, list) or len(entries) > MAX_TITLES:
+    if not isinstance(entries, list) or len(entries) > MAX_TITLES:
         return None
     titles = [title for title in map(_title, entries) if title is not None]
     if len(titles) < len(entries):
