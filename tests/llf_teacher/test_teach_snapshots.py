@@ -90,7 +90,7 @@ def test_an_environment_that_cannot_be_played_again_is_found_out():
     world.reset(seed=0)
     world.step(0)
     lab.restore(world.truth)
-    with pytest.raises(RuntimeError, match="cannot be played again: action 1 gave something else"):
+    with pytest.raises(RuntimeError, match="cannot be replayed: action 1 had another result"):
         lab.step(0)
 
 
@@ -116,5 +116,5 @@ def test_a_lab_that_differs_is_found_out():
     other._episode.observation = world._observation
     lab = other.scratch()
     lab.restore(other.truth)
-    with pytest.raises(RuntimeError, match="reset gave something else"):
+    with pytest.raises(RuntimeError, match="reset had another result"):
         lab.step(0)

@@ -321,7 +321,7 @@ def test_bad_actions_change_nothing(actions, message):
     assert batch.moments.turn.tolist() == [0, 0, 0]
     with pytest.raises(ValueError, match="a row must be an integer from 0 to 2, got 3"):
         batch.lesson(3)
-    with pytest.raises(ValueError, match="reset knows no option 'nonsense'"):
+    with pytest.raises(ValueError, match="reset option 'nonsense' is unknown"):
         batch.reset(options={"nonsense": 3})
     with pytest.raises(ValueError, match="a list of 3 of these"):
         batch.reset(seed=[1, 2])
@@ -338,7 +338,7 @@ def test_gymnasiums_wrappers_take_it(mode):
 
 
 def test_a_loss_of_ones_own_has_no_arrays():
-    with pytest.raises(ValueError, match="in arrays there are the named losses only, got a function"):
+    with pytest.raises(ValueError, match="loss in arrays must be a named one, got a function"):
         batch_of("llf-optimization-Booth-v0", 2, loss=lambda x1, x2: x1**2 + x2**2, domain=(-1.0, 1.0))
 
 
