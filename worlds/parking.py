@@ -257,13 +257,10 @@ class _Observation(KinematicsGoalObservation):
         car = self.env.vehicle
         if car is None:  # during construction
             return {name: np.zeros(len(_FEATURES)) for name in _PARTS}
-        seen, wanted = (self._features(each.position, each.heading, each.speed) for each in (car, car.goal))
+        goal, speed, cos, sin = car.goal, car.speed, np.cos(car.heading), np.sin(car.heading)
+        seen = np.array([*car.position, speed * cos, speed * sin, cos, sin]) / self.scales
+        wanted = np.array([*goal.position, 0.0, 0.0, np.cos(goal.heading), np.sin(goal.heading)]) / self.scales
         return dict(zip(_PARTS, (seen, seen.copy(), wanted), strict=True))
-
-    def _features(self, position: Any, heading: float, speed: float) -> npt.NDArray[np.float64]:
-        (x, y), cos, sin = position, np.cos(heading), np.sin(heading)
-        features: npt.NDArray[np.float64] = np.array([x, y, speed * cos, speed * sin, cos, sin]) / self.scales
-        return features
 
 
 def _walls() -> Iterator[Obstacle]:

@@ -99,7 +99,7 @@ def test_a_lab_that_cannot_be_made_asks_for_a_function():
     world.reset(seed=0)
     lab = world.scratch()
     lab.restore(world.truth)
-    with pytest.raises(ValueError, match="give a function that makes it"):
+    with pytest.raises(ValueError, match="pass a function that makes it"):
         lab.step(0)
     llf_teacher.teach(Stubborn()).reset(seed=0)  # rewards alone need no lab
 

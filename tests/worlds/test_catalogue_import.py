@@ -123,7 +123,7 @@ def test_what_cannot_be_imported_is_said(tmp_path):
         import_catalogue(tmp_path / "missing", tmp_path / "big.db")
     with pytest.raises(ValueError, match=r"cannot import .*none"):
         import_catalogue(source, tmp_path / "none" / "big.db")
-    with pytest.raises(ValueError, match=r"title.ratings.tsv is needed"):
+    with pytest.raises(ValueError, match=r"least_votes=3 requires ratings, .*title\.ratings\.tsv, got None"):
         import_catalogue(source, tmp_path / "big.db", least_votes=3)
     with pytest.raises(ValueError, match="least_votes must be at least 0, got -1"):
         import_catalogue(source, tmp_path / "big.db", least_votes=-1)

@@ -172,7 +172,7 @@ def test_all_minimisers_of_ones_own_are_found():
         ({"loss": bowl, "func_choice": 2, "domain": (0, 1)}, "func_choice applies to Bohachevsky only, got 2"),
         ({"shift": "yes"}, "shift must be True or False, got 'yes'"),
         ({"domain": (0, 1)}, "domain applies to custom functions only, got .* for Booth; allowed: None"),
-        ({"loss": bowl}, r"domain must be \(low, high\) or .* got None"),
+        ({"loss": bowl}, r"domain of a custom function must be \(low, high\) or .* got None"),
         ({"loss": bowl, "domain": (1, 0)}, "with low < high"),
         ({"loss": bowl, "domain": (0, math.inf)}, "with low < high"),
         ({"loss": bowl, "domain": (-1, 1), "minimiser": (5, 0)}, "minimiser must be a point of the domain"),

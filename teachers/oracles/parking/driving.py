@@ -25,8 +25,6 @@ from teachers.oracles.parking.paths import SPACING, TOP, Segment, cheapest, path
 
 _TURN, _QUARTER = 2 * pi, pi / 4
 _LONGEST = 90  # actions
-_SLOW = 0.5 / 0.45  # m/s, below which the distance to the point ahead is constant
-_OPEN = TOP * TOP
 _ASTRAY = 1.5 * 1.5  # square of the distance from the path, in m, at which pursuit is given up
 _DEARER = 8.0  # m by which the cost of a path to try first may exceed the least cost
 _DRIVEN = 6  # greatest number of paths to drive
@@ -128,7 +126,7 @@ def _direct(ground: Ground, car: Car) -> tuple[list[Hundredths], list[Hundredths
 def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredths]:
     """Drive along a path by pursuit of a point ahead: the actions that park the car; empty if it is not parked.
 
-    This takes most of the time of planning; `min` and `max` are written out.
+    This takes most of the time of planning.
     """
     (goal_x, goal_y, _), tolerance = ground.spot, ground.tolerance + SURE
     clear_x, clear_y = ground.wall_x - REACH, ground.wall_y - REACH
@@ -140,7 +138,7 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
     end = len(xs) - 1
     x, y, heading, speed = car
     for _ in range(_LONGEST):
-        pace = speed if speed > 0 else -speed
+        pace = abs(speed)
         cosine, sine = cos(heading), sin(heading)
         rear_x, rear_y = x - HALF * cosine, y - HALF * sine
         dx, dy = xs[at] - rear_x, ys[at] - rear_y
@@ -163,26 +161,18 @@ def _follow(ground: Ground, car: Car, segments: list[Segment]) -> list[Hundredth
         bent = abs((headings[at] - heading + pi) % _TURN - pi)
         if off > _ASTRAY or bent > 0.6:
             return actions[:0]
-        ahead = 0.45 * pace + 1 if pace > _SLOW else 1.5
-        to = at + round(ahead / SPACING)
-        if to > end:
-            to = end
+        ahead = max(0.45 * pace + 1, 1.5)
+        to = min(at + round(ahead / SPACING), end)
         dx, dy = xs[to] - rear_x, ys[to] - rear_y
         if ahead > left:
             dx = xs[to] + way * (ahead - left) * cos(headings[to]) - rear_x
             dy = ys[to] + way * (ahead - left) * sin(headings[to]) - rear_y
         far = dx * dx + dy * dy
         bend = 2 * (dy * cosine - dx * sine) / (far if far > 0.25 else 0.5 * sqrt(far) + SURE)
-        room = 6 * left + 4 if last else 6 * left
-        fast = sqrt(room) if room < _OPEN else TOP
-        if bent > 0.3 and fast > 2.5:
-            fast = 2.5
-        pedal = (way * (fast if fast > 0.4 else 0.4) - speed) / PUSH
+        fast = min(sqrt(6 * left + 4 if last else 6 * left), 2.5 if bent > 0.3 else TOP)
+        pedal = (way * max(fast, 0.4) - speed) / PUSH
         wheel = atan(bend * 2 * HALF) / _QUARTER
-        action = (
-            100 if pedal >= 1 else -100 if pedal <= -1 else round(pedal * 100),
-            100 if wheel >= 1 else -100 if wheel <= -1 else round(wheel * 100),
-        )
+        action = round(min(max(pedal, -1.0), 1.0) * 100), round(min(max(wheel, -1.0), 1.0) * 100)
         if abs(x) + 0.3 * pace < clear_x and abs(y) + 0.3 * pace < clear_y:  # without this a turn takes 12 % longer
             x, y, heading, speed = roll((x, y, heading, speed), action[0], action[1])
         else:
