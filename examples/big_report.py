@@ -14,10 +14,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from llf_teacher.studies.episode import pack_regrets, pack_turns, play, unpack_regrets
+from llf_teacher.episodes.record import pack_regrets, pack_turns, unpack_regrets
+from llf_teacher.studies.definition.study import Study, quickstart
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.report import write_report
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study, quickstart
 
 
 def fill(store: Store, study: Study) -> None:

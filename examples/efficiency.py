@@ -14,10 +14,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from llf_teacher.studies.episode import pack_turns, play
-from llf_teacher.studies.runner import Way, run
+from llf_teacher.episodes.record import pack_turns
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import RunOptions, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 IDS = ("llf-bandits-BanditTenArmedRandomRandom-v0", "llf-gridworld-v0")
 TEACHERS, STUDENTS = ("oracle", "silent"), ("random", "obedient")
@@ -47,7 +48,7 @@ def alone(episodes: int) -> tuple[float, float, float]:
     return speed, playing / len(specs) * 1e6, packing / len(specs) * 1e6
 
 
-def timed(episodes: int, workers: int | None, way: Way) -> tuple[float, float, int]:
+def timed(episodes: int, workers: int | None, options: RunOptions) -> tuple[float, float, int]:
     """Episodes a second, microseconds of the parent's core for each, both without the start, and bytes of each."""
     marks: list[tuple[float, float, int]] = []  # at a tenth of the episodes, and at the end
 
@@ -58,7 +59,7 @@ def timed(episodes: int, workers: int | None, way: Way) -> tuple[float, float, i
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.db"
         with Store(path) as store:
-            run(study(episodes), store, workers, progress, way=way)
+            run(study(episodes), store, workers, progress, options=options)
         size = os.path.getsize(path) // marks[-1][2]
     (began, busy_before, first), (ended, busy, last) = marks
     return (last - first) / (ended - began), (busy - busy_before) / (last - first) * 1e6, size
@@ -96,14 +97,14 @@ def main() -> None:
     print("| executor | episodes a second | efficiency | parent, us an episode | overhead | bytes an episode |")
     print("|---|---|---|---|---|---|")
     runs: list[tuple[str, int, Callable[[], tuple[float, float, int]]]] = [
-        (f"processes, {n} workers", n, lambda n=n: timed(options.episodes, n, Way("processes")))
+        (f"processes, {n} workers", n, lambda n=n: timed(options.episodes, n, RunOptions("processes")))
         for n in options.workers
     ]
     runs += [
         (
             f"ray, {n} nodes",
             n,
-            lambda n=n: on_nodes(n, lambda address: timed(options.episodes, None, Way("ray", address=address))),
+            lambda n=n: on_nodes(n, lambda address: timed(options.episodes, None, RunOptions("ray", address=address))),
         )
         for n in options.nodes
     ]

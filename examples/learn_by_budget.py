@@ -20,7 +20,7 @@ from learn_to_teach import SETTING, TRIAL, Policy, accompanied, learner, near_mi
 from teaching_on_a_budget import Setting
 
 from llf_teacher.gym.lifetime import FIELDS
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 BUDGETS = (2, 4, 8, 16, 32)
 FRESH = 3_000_000

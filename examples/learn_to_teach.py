@@ -23,7 +23,7 @@ from teaching_on_a_budget import SETTINGS, TEACHERS, Setting, lifetime
 
 import llf_teacher
 from llf_teacher.gym.lifetime import FIELDS
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 try:
     import torch

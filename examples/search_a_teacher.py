@@ -21,7 +21,7 @@ from scipy import stats
 from teaching_on_a_budget import SETTINGS, Setting
 
 from llf_teacher.gym.lifetime import FIELDS
-from llf_teacher.studies.statistics import Estimate, mean_interval
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
 
 try:
     import cma

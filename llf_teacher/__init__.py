@@ -20,10 +20,10 @@ register_all()
 def __getattr__(name: str) -> object:  # `__init__.pyi` has the types
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    rooms = {"Lesson": "pz_envs.lesson", "OldGym": "worlds.wrapped.old_gym"}
-    rooms |= {"Conversation": "llf_teacher.students.conversation", "chat_student": "llf_teacher.students.chat"}
-    rooms |= {"rollout": "llf_teacher.students.rollout"}
-    return getattr(import_module(rooms.get(name, "llf_teacher.gym")), name)
+    lazy_exports = {"Lesson": "pz_envs.lesson", "OldGym": "worlds.wrapped.old_gym"}
+    lazy_exports |= {"Conversation": "llf_teacher.students.conversation", "chat_student": "llf_teacher.students.chat"}
+    lazy_exports |= {"rollout": "llf_teacher.episodes.rollout"}
+    return getattr(import_module(lazy_exports.get(name, "llf_teacher.gym")), name)
 
 
 def __dir__() -> list[str]:

@@ -5,10 +5,11 @@ import itertools
 import pytest
 
 import llf_teacher
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.episodes.scenes import scenes
 from llf_teacher.registry import entries
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import play, scenes
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.audit import audit
 from teachers.atoms import Label
 from teachers.personality import PERSONALITIES

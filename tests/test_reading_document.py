@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from llf_teacher.studies.episode import EpisodeRow
-from llf_teacher.studies.study import EpisodeSpec, load_study
+from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec
+from llf_teacher.studies.definition.study import load_study
 
 TEXT = (Path(__file__).parents[1] / "docs" / "reading-a-study.md").read_text(encoding="utf-8")
 

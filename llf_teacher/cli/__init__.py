@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from llf_teacher import __version__
-from llf_teacher.visible import visible
+from llf_teacher.escaping import escape_control_chars
 
 app = typer.Typer(
     name="llf",
@@ -88,5 +88,5 @@ def main() -> None:
     try:
         app()
     except (ValueError, ModuleNotFoundError, OSError) as error:
-        errors.print(visible(f"llf: {error}"))
+        errors.print(escape_control_chars(f"llf: {error}"))
         sys.exit(2)

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.text import Text
 
 from llf_teacher.cli import complete_id, complete_student, complete_teacher
-from llf_teacher.visible import visible
+from llf_teacher.escaping import escape_control_chars
 from teachers.atoms import KINDS
 from teachers.feedback import parse_kinds
 
@@ -145,7 +145,7 @@ def _teach(console: Console, id: str, seed: int | None, **settings: Any) -> None
     env = llf_teacher.TeacherEnv(id, until_success=True, render_mode="ansi", privileged_info=True, **settings)
     sitting = _Sitting(env, seed, False)
     _greet(console, sitting)
-    _put(console, Text(visible(env.aec.instruction), "bold"))
+    _put(console, Text(escape_control_chars(env.aec.instruction), "bold"))
     while not sitting.over:
         _show(console, env)
         subset = _choose(console, env.aec.seat)
@@ -153,7 +153,7 @@ def _teach(console: Console, id: str, seed: int | None, **settings: Any) -> None
             _take_back(console, sitting)
             continue
         sitting.move(subset)
-        _put(console, Text(visible(env.aec.feedback), "green"))
+        _put(console, Text(escape_control_chars(env.aec.feedback), "green"))
     _sum_up(console, env.aec.turn, env.aec.moment.success, sitting.total)
 
 
@@ -171,7 +171,7 @@ def _show(console: Console, env: "StudentEnv | TeacherEnv") -> None:
     """The turn, what the student did, and the world."""
     shown = Text()
     for piece, role in env.aec.pieces():
-        shown.append(visible(piece), _STYLES.get(role, ""))
+        shown.append(escape_control_chars(piece), _STYLES.get(role, ""))
     shown.rstrip()
     _put(console, shown, soft_wrap=True)
 
@@ -181,7 +181,7 @@ def _say(console: Console, env: "StudentEnv") -> None:
     for sentence in env.aec.watch.sentences:
         kind = sentence.kind or ""
         style = _STYLES.get(kind, "bold")
-        console.print(Text(f"{kind:2} ", style).append(visible(sentence.text), "" if kind else "bold"))
+        console.print(Text(f"{kind:2} ", style).append(escape_control_chars(sentence.text), "" if kind else "bold"))
     console.print()
 
 
@@ -203,7 +203,8 @@ def _choose(console: Console, seat: "TeacherSeat") -> int | None:
         return None if console.input(spent).strip().lower() == UNDO else 0
     for claim in seat.claims():
         if claim.kind is not None:
-            line = Text("  ").append(f"{claim.kind:2}", _STYLES[claim.kind]).append(f" {visible(_worded(claim, seat))}")
+            said = escape_control_chars(_worded(claim, seat))
+            line = Text("  ").append(f"{claim.kind:2}", _STYLES[claim.kind]).append(f" {said}")
             console.print(line, soft_wrap=True)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
@@ -214,7 +215,7 @@ def _choose(console: Console, seat: "TeacherSeat") -> int | None:
         try:
             kinds = parse_kinds("a" if words == ["a"] else words)
         except ValueError as error:
-            console.print(Text(visible(f"{error}")))
+            console.print(Text(escape_control_chars(f"{error}")))
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 

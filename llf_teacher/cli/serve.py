@@ -45,8 +45,8 @@ def serve(
             f"the page needs {error.name!r}, which is not installed; run: pip install 'llf-teacher[web]'",
             name=error.name,
         ) from error
-    from llf_teacher.studies.alone import alone
     from llf_teacher.studies.store import Store
+    from llf_teacher.studies.store.store_lock import lock_store
     from llf_teacher.web.sessions import Terms
 
     key = "" if host in LOCAL else secrets.token_urlsafe(16)
@@ -54,7 +54,7 @@ def serve(
     text = "" if consent is None else consent.read_text(encoding="utf-8")
     with contextlib.ExitStack() as held:
         if store is not None:
-            held.enter_context(alone(store))
+            held.enter_context(lock_store(store))
             Store(store).close()  # so that it is made, or refused, before anybody has played
         terms = Terms(text, codes, not no_undo, store, sessions, 60 * idle)
         app = make_app(terms, replay or (), names, key)

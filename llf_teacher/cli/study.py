@@ -13,15 +13,15 @@ from rich.progress import Progress
 from typer.core import TyperGroup
 
 from llf_teacher.cli import errors, say_missing
+from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 from llf_teacher.studies import commands
-from llf_teacher.visible import visible
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from llf_teacher.studies.runner import Way
-    from llf_teacher.studies.study import Study
+    from llf_teacher.studies.definition.study import Study
+    from llf_teacher.studies.execution.runner import RunOptions
 
 STORE, REPORT = Path("llf-study.db"), Path("llf-study.html")
 
@@ -65,11 +65,11 @@ def quickstart(
 ) -> None:
     """Run the built-in quickstart study: every family, controls and some personalities."""
     if context.invoked_subcommand is None:
-        from llf_teacher.studies import study
-        from llf_teacher.studies.runner import Way
+        from llf_teacher.studies.definition import study
+        from llf_teacher.studies.execution.runner import RunOptions
 
         say_missing()
-        _run(study.quickstart(), store, report, workers, {}, Way())
+        _run(study.quickstart(), store, report, workers, {}, RunOptions())
 
 
 def run(
@@ -119,15 +119,15 @@ def run(
 
     Episodes that fail are noted, the rest goes on, and the exit status is 3.
     """
-    from llf_teacher.studies.limits import Limits
-    from llf_teacher.studies.runner import Way, parse_shard
-    from llf_teacher.studies.study import load_study
+    from llf_teacher.studies.definition.study import load_study
+    from llf_teacher.studies.execution.limits import Limits
+    from llf_teacher.studies.execution.runner import RunOptions, parse_shard
 
     if os.getcwd() not in sys.path:  # where students `module:factory` are looked for, as with `python -m`
         sys.path.append(os.getcwd())
     limits = Limits(episode_seconds, turn_seconds, memory)
-    way = Way(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
-    _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, way)
+    options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
+    _run(load_study(file), store, report, workers, {} if llm_budget is None else {BUDGET: f"{llm_budget}"}, options)
 
 
 def report(
@@ -138,9 +138,9 @@ def report(
     report: Report_ = REPORT,
 ) -> None:
     """Write the report of what a store has of a study, which may still be running, or have been stopped."""
+    from llf_teacher.studies.definition.study import Study, load_study
     from llf_teacher.studies.report import write_report
     from llf_teacher.studies.store import Store, StoreError
-    from llf_teacher.studies.study import Study, load_study
 
     if not store.is_file():
         raise StoreError(f"there is no file {store}; `llf study run` makes stores, and --store names one")
@@ -158,7 +158,7 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
     with Store(file) as store:
         found = [f"{file}, row {number}: {problem}" for number, problem in store.damage(thorough=True)]
         for line in found:
-            errors.print(visible(line))
+            errors.print(escape_control_chars(line))
         if found:
             raise typer.Exit(1)
         typer.echo(f"{store.count} episodes, all as they were written.")
@@ -169,7 +169,7 @@ def migrate(
     new: Annotated[Path, typer.Argument(help="Store to write.")],
 ) -> None:
     """Write the episodes of an earlier release's store into one of this release."""
-    from llf_teacher.studies import migration
+    from llf_teacher.studies.store import migration
 
     with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
         task = progress.add_task("episodes", total=None)
@@ -192,7 +192,7 @@ def export(
     from llf_teacher.studies import load
 
     if format:
-        from llf_teacher.studies.exports import write_export
+        from llf_teacher.studies.export import write_export
 
         if turns:
             raise typer.BadParameter("--turns is for tables; leave it out, or leave out --format")
@@ -217,9 +217,9 @@ def power(
 ) -> None:
     """Say how many seeds a study needs to find an effect, from a pilot's paired differences."""
     from llf_teacher.studies import load
-    from llf_teacher.studies.design import BASELINE
-    from llf_teacher.studies.outcomes import outcomes
-    from llf_teacher.studies.power import needs
+    from llf_teacher.studies.analysis.outcomes import outcomes
+    from llf_teacher.studies.analysis.power import needs
+    from llf_teacher.studies.definition.design import BASELINE
 
     results = load(pilot)
     against = baseline or results.manifest.get("study", {}).get("baseline", BASELINE)
@@ -257,7 +257,7 @@ def merge(
     parts: Annotated[list[Path], typer.Argument(help="Stores of the parts; they are only read.")],
 ) -> None:
     """Put the stores of a study's shards together into one."""
-    from llf_teacher.studies import merging
+    from llf_teacher.studies.store import merging
 
     with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
         task = progress.add_task("episodes", total=None)
@@ -274,13 +274,18 @@ def _terminate(number: int, frame: FrameType | None) -> None:
 
 
 def _run(
-    study: "Study", path: Path, report: Path, workers: int | None, environment: "Mapping[str, str]", way: "Way"
+    study: "Study",
+    path: Path,
+    report: Path,
+    workers: int | None,
+    environment: "Mapping[str, str]",
+    options: "RunOptions",
 ) -> None:
-    from llf_teacher.studies import costs
-    from llf_teacher.studies.progress import StudyProgress
+    from llf_teacher.studies.analysis import costs
+    from llf_teacher.studies.execution.progress import StudyProgress
+    from llf_teacher.studies.execution.runner import EpisodeError, StudyError
+    from llf_teacher.studies.execution.runner import run as play
     from llf_teacher.studies.report import check_writable, write_report
-    from llf_teacher.studies.runner import EpisodeError, StudyError
-    from llf_teacher.studies.runner import run as play
     from llf_teacher.studies.store import Store
 
     console = Console(stderr=True, markup=False)
@@ -290,25 +295,30 @@ def _run(
     with Store(path) as store:
         try:
             with StudyProgress(console) as progress:
-                played = play(study, store, workers, progress, environment, way, lambda told: console.print(f"{told}"))
+                show = lambda decision: console.print(f"{decision}")  # noqa: E731 (of one call)
+                played = play(study, store, workers, progress, environment, options, show)
         except EpisodeError as error:
-            errors.print(visible(f"{error.trace}llf: {error}"))
-            if isinstance(error, StudyError) or way.fail_fast:
+            errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
+            if isinstance(error, StudyError) or options.fail_fast:
                 if store.count:
                     errors.print(f"What was played is in {path}; the same command goes on from there.")
-                raise typer.Exit(3 if way.fail_fast and not isinstance(error, StudyError) else 1) from None
+                raise typer.Exit(3 if options.fail_fast and not isinstance(error, StudyError) else 1) from None
             errors.print("The same command with --retry-failed plays again what failed.")
             status, played = 3, error.played
         except KeyboardInterrupt as error:
             what, status = ("Terminated", 143) if isinstance(error, _Terminated) else ("Interrupted", 130)
             errors.print(f"{what}. What was played is in {path}; the same command goes on from there.")
             raise typer.Exit(status) from None
-        for line in costs.told(store):
+        for line in costs.cost_lines(store):
             console.print(line)
         console.print(f"Played {played} episodes, stored in {path}.")
         if store.count:
             console.print("Writing the report ...")
             for student in write_report(store, study, report).unreadable:
-                errors.print(visible(f"warning: no answer of {student} could be read as an action; see a transcript"))
+                errors.print(
+                    escape_control_chars(
+                        f"warning: no answer of {student} could be read as an action; see a transcript"
+                    )
+                )
             console.print(f"Report: {report.resolve()}")
     raise typer.Exit(status)

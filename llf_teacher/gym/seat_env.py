@@ -27,8 +27,10 @@ class SeatEnv(gymnasium.Env):
             self.env_id, self.family, options, _ = entry(env_id)
         known = {*settings_of(type(self), TUTORING.raw_env), *self.family.options()}
         allowed = sorted(known - {"env_id", "max_cycles", "subject"})
-        if strange := [name for name in settings if name not in allowed]:
-            raise ValueError(f"{self.env_id} does not take these options: {unknown('option', strange[0], allowed)}")
+        if unknown_names := [name for name in settings if name not in allowed]:
+            raise ValueError(
+                f"{self.env_id} does not take these options: {unknown('option', unknown_names[0], allowed)}"
+            )
         self.aec = TUTORING.raw_env(
             self.family, max_cycles=max_turns, render_mode=render_mode, **{**options, **settings}
         )

@@ -2,11 +2,12 @@
 
 from typing import Any
 
+from llf_teacher.episodes.record import EpisodeRow, TurnRow, summary, turns_as_dicts
+from llf_teacher.episodes.scenes import Scene, turn_row
 from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
 from llf_teacher.students.student import Telling
-from llf_teacher.studies.episode import EpisodeRow, Scene, TurnRow, summary, turn_row, turns_as_dicts
-from llf_teacher.studies.own import parse_teacher
+from llf_teacher.studies.definition.custom_specs import parse_teacher
 from pz_envs.answers import split_thought
 from pz_envs.seats import STUDENT
 from teachers.atoms import KINDS

@@ -59,8 +59,8 @@ def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Address:
         raise ValueError(f"{path}: {error}") from None
     if not isinstance(tables, dict) or not isinstance(table := tables.get(name), dict):
         raise ValueError(f"{path}: {unknown('endpoint', name, sorted(tables) if isinstance(tables, dict) else ())}")
-    if strange := [key for key in table if key not in _KEYS]:
-        raise ValueError(f"{path}: endpoints.{name}: {unknown('key', strange[0], _KEYS)}")
+    if unknown_names := [key for key in table if key not in _KEYS]:
+        raise ValueError(f"{path}: endpoints.{name}: {unknown('key', unknown_names[0], _KEYS)}")
     where = f"{path}: endpoints.{name}.base_url"
     return Address(checked_url(table.get("base_url"), where), f"{table.get('key', settings.KEY)}")
 

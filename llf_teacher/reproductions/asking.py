@@ -9,7 +9,7 @@ import numpy as np
 from llf_teacher.gym import TeacherEnv
 from llf_teacher.gym.lifetime import FIELDS
 from llf_teacher.registry import entry
-from llf_teacher.students.shelf.q_learning import QLearning
+from llf_teacher.students.builtin.q_learning import QLearning
 from llf_teacher.students.student import Policy, frozen, state_of
 
 _LEARNER = QLearning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)

@@ -3,9 +3,9 @@
 import math
 from typing import Any
 
+from llf_teacher.episodes.scenes import scenes
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import scenes
 
 
 def regrets(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.reproductions import rows
-from llf_teacher.studies.statistics import Estimate
+from llf_teacher.studies.analysis.statistics import Estimate
 from teachers.spec import unknown
 
 if TYPE_CHECKING:
@@ -110,6 +110,6 @@ def some_rows(names: Sequence[str]) -> dict[str, Row]:
     return {name: there[name] for name in names or there}
 
 
-def told(estimate: Estimate, digits: int = 2) -> str:
+def describe(estimate: Estimate, digits: int = 2) -> str:
     """An estimate with its interval."""
     return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"

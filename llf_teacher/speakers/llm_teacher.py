@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from llf_teacher.speakers.speaker import Speaker
-from llf_teacher.students.shelf.llm import LLM
+from llf_teacher.students.builtin.llm import LLM
 from teachers.atoms import FN, FP, ParseFailure, Utterance
 from teachers.spec import check_range, unknown
 

@@ -12,7 +12,7 @@ from teachers.spec import Spec, import_call, read_call, read_expression, unknown
 _HOMES = {
     "llm_teacher": "llf_teacher.speakers.llm_teacher:LLMTeacher",
     "voice": "llf_teacher.speakers.voice:Toned",
-    "rewriter": "llf_teacher.models.rewriter:Rewriter",
+    "rewriter": "llf_teacher.speakers.rewriter:Rewriter",
 }
 _NAME = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(|$)")
 _OWN = re.compile(r"\s*[A-Za-z_][\w.]*\s*:")
@@ -52,8 +52,8 @@ def _shelved(name: str, part: str) -> Speaker | Wording:
     module, _, cls = _HOMES[name].partition(":")
     make: Any = getattr(importlib.import_module(module), cls)
     allowed = list(inspect.signature(make).parameters)
-    if strange := [key for key in call[1] if key not in allowed]:
-        raise ValueError(f"teacher {part!r}: {unknown('parameter', strange[0], allowed)}")
+    if unknown_names := [key for key in call[1] if key not in allowed]:
+        raise ValueError(f"teacher {part!r}: {unknown('parameter', unknown_names[0], allowed)}")
     made: Speaker | Wording = make(**call[1])
     return made
 

@@ -77,9 +77,9 @@ class _Policy(Policy["Agent"]):
         if not callable(tell := getattr(self.spec.agent, "record", None)):
             return {}
         said: Telling = tell()
-        if strange := [name for name in said if name not in Telling.__annotations__]:
+        if unknown_names := [name for name in said if name not in Telling.__annotations__]:
             raise ValueError(
-                f"student {self.spec}: {unknown('key of its record', strange[0], Telling.__annotations__)}"
+                f"student {self.spec}: {unknown('key of its record', unknown_names[0], Telling.__annotations__)}"
             )
         return said
 

@@ -125,8 +125,8 @@ def parse_chat(spec: str) -> ChatStudent:
     if parsed is None:
         raise ValueError(f"bad student spec {spec!r}; expected {_FORM}")
     name, options = parsed
-    if strange := [option for option in options if option not in allowed]:
-        raise ValueError(f"student {spec!r}: {unknown('parameter', strange[0], allowed)}")
+    if unknown_names := [option for option in options if option not in allowed]:
+        raise ValueError(f"student {spec!r}: {unknown('parameter', unknown_names[0], allowed)}")
     _check(_found(module or "", name), spec)
     return ChatStudent(module or "", name, **options)
 

@@ -200,7 +200,7 @@ class Tiling:
         return tuple((number, *tile) for number, tile in enumerate(tiles.tolist()))
 
 
-def told_reward(claim: Any) -> float | None:
+def stated_reward(claim: Any) -> float | None:
     """The reward that a claim tells; None if it tells none."""
     return float(claim.reward) if type(claim) is Reward else None
 

@@ -2,14 +2,14 @@
 
 from dataclasses import asdict
 
-from llf_teacher.students import shelf
+from llf_teacher.students import builtin
 from llf_teacher.students.agents import is_agent, parse_agent
 from llf_teacher.students.chat import is_chat, parse_chat
 from llf_teacher.students.student import Student
 from pz_envs.learning import Learning
 from teachers.spec import Shelf
 
-STUDENTS = Shelf[Student]("student", Student, shelf)  # type: ignore[type-abstract]  # the shelf makes none itself
+STUDENTS = Shelf[Student]("student", Student, builtin)  # type: ignore[type-abstract]  # the shelf makes none itself
 """Every student by its name."""
 
 

@@ -1,6 +1,6 @@
 """Students: policies for the student's seat, named by spec strings such as `q_learning(alpha=0.5)`.
 
-A student is a frozen dataclass in a module of its name under `llf_teacher/students/shelf/`; a `Policy` beside it
+A student is a frozen dataclass in a module of its name under `llf_teacher/students/builtin/`; a `Policy` beside it
 plays. A policy knows the rules of the world (spaces, words), never its state, and reads what it says it reads.
 """
 
@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 import numpy as np
 from gymnasium import spaces
 
-from llf_teacher.students import shelf
+from llf_teacher.students import builtin
 from pz_envs.learning import Learning
 from pz_envs.subject import Subject
 from teachers.spec import Spec
@@ -112,7 +112,7 @@ class Policy(ABC, Generic[S_co]):
 class Student(Spec, ABC):
     """Base of all students: a frozen value that makes a `Policy` for a seat."""
 
-    shelf: ClassVar[str] = shelf.__name__
+    shelf: ClassVar[str] = builtin.__name__
     policy: ClassVar[type[Policy[Any]]]
     """What it is in a seat."""
     suits: ClassVar[type[Learning] | None] = None

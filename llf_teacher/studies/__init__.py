@@ -3,7 +3,7 @@
 `load` gives what a store holds, `run` plays a study and gives that.
 """
 
+from llf_teacher.studies.definition.study import Study, load_study
 from llf_teacher.studies.results import Results, load, run
-from llf_teacher.studies.study import Study, load_study
 
 __all__ = ["Results", "Study", "load", "load_study", "run"]

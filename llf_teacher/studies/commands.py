@@ -7,10 +7,10 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from llf_teacher.visible import visible
+from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
-    from llf_teacher.studies.diff import Comparison
+    from llf_teacher.studies.analysis.diff import Comparison
 
 _LISTED = 10  # cells of one store only that are named
 
@@ -30,7 +30,7 @@ def transcript(
     """Print an episode turn by turn: what was seen, said and done; a false claim is marked by `!`."""
     from llf_teacher.studies import load
 
-    typer.echo(visible(load(store).transcript(key)))
+    typer.echo(escape_control_chars(load(store).transcript(key)))
 
 
 def figures(
@@ -55,7 +55,7 @@ def diff(
     html: Annotated[Path | None, typer.Option("--html", help="Write what is printed as a page, too.")] = None,
 ) -> None:
     """Compare two stores: the second one's cumulative regret less the first one's, and what only one has."""
-    from llf_teacher.studies.diff import compare
+    from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
 
     console = Console(record=html is not None, markup=False, highlight=False, soft_wrap=html is not None)
@@ -66,7 +66,7 @@ def diff(
 
 
 def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None:
-    from llf_teacher.studies.diff import FIELDS
+    from llf_teacher.studies.analysis.diff import FIELDS
 
     changed = [change for change in found.changes if not change.equal]
     same = len(found.changes) - len(changed)
@@ -86,7 +86,7 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None
         for change in changed:
             regret = change.regret
             table.add_row(
-                *(visible(f"{change.setting[i]}") for i in shown),
+                *(escape_control_chars(f"{change.setting[i]}") for i in shown),
                 f"{regret.n}{'' if change.paired else '*'}",
                 f"{change.second.regret.mean():.2f}",
                 f"{regret.mean:+.2f}",
@@ -96,6 +96,8 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None
         console.print(table)
     for name, only in zip(names, found.only, strict=True):
         for setting in only[:_LISTED]:
-            console.print(visible(f"only in {name}: {', '.join(f'{each}' for each in setting if each != '')}"))
+            console.print(
+                escape_control_chars(f"only in {name}: {', '.join(f'{each}' for each in setting if each != '')}")
+            )
         if len(only) > _LISTED:
             console.print(f"only in {name}: {len(only) - _LISTED} more cells")

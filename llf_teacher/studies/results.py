@@ -9,10 +9,11 @@ from pathlib import Path
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
-from llf_teacher.studies import runner
-from llf_teacher.studies.episode import EpisodeRow, TurnRow, to_json
+from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
+from llf_teacher.serialization import to_json
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.study import EpisodeSpec, Study
 
 if TYPE_CHECKING:
     from llf_teacher.studies.report import Report
@@ -190,7 +191,7 @@ def run(
     path: Path | str = "llf-study.db",
     workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-    way: runner.Way = runner.Way(),  # noqa: B008 (immutable)
+    options: runner.RunOptions = runner.RunOptions(),  # noqa: B008 (immutable)
 ) -> Results:
     """Play what a store lacks of a study, and give what it holds then; arguments and errors as of `runner.run`.
 
@@ -198,7 +199,7 @@ def run(
     """
     with Store(Path(path)) as store:
         try:
-            runner.run(study, store, workers, progress, way=way)
+            runner.run(study, store, workers, progress, options=options)
         except runner.StudyError:
             raise
         except runner.EpisodeError as error:

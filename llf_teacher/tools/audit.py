@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from llf_teacher.episodes.scenes import scenes
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
-from llf_teacher.studies.episode import scenes
 from pz_envs.subject import Subject
 from teachers.atoms import FP, ActionClaim, Claim, EditClaim, FeedbackType, Label, PlanClaim
 from teachers.personality import Personality, parse_personality

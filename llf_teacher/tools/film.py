@@ -6,9 +6,9 @@ from typing import Any
 
 from PIL import Image
 
+from llf_teacher.episodes.scenes import scenes
 from llf_teacher.gym import StudentEnv
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import scenes
 from worlds.pictures.canvas import Frame
 
 __all__ = ["SUFFIXES", "check_path", "film", "save"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from llf_teacher.gym import make
 from llf_teacher.registry import entries
-from llf_teacher.studies.episode import to_json
+from llf_teacher.serialization import to_json
 from teachers.atoms import Atom, Moment
 from worlds.world import World
 

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable
 
-__all__ = ["table", "told"]
+__all__ = ["escape", "table"]
 
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|])")
 
@@ -15,7 +15,7 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "".join(f"| {' | '.join(_cell(cell) for cell in line)} |\n" for line in lines)
 
 
-def told(text: str) -> str:
+def escape(text: str) -> str:
     """A text whose characters mean nothing, in one line; what it has between backticks stays code."""
     parts = re.split(r"(`[^`]+`)", " ".join(text.split()))
     return "".join(part if part[:1] == "`" and len(part) > 1 else _SPECIAL.sub(r"\\\1", part) for part in parts)

@@ -39,7 +39,7 @@ class Kind(NamedTuple):
     """Options with which no episode ends."""
 
 
-def throughput(rows: int = 4096, horizons: int = _HORIZONS, progress: Callable[[str], Any] = str) -> Table:
+def throughput(rows: int = 4096, horizons: int = _HORIZONS, progress: Callable[[str], Any] | None = None) -> Table:
     """Steps per second of the processor in one run, in millions, with fresh random actions.
 
     Autoresets at the family's own horizon are included, `steps alone` has none, and `resets alone` has nothing else.
@@ -49,7 +49,8 @@ def throughput(rows: int = 4096, horizons: int = _HORIZONS, progress: Callable[[
     names = ("M/s", "steps alone", "resets alone", "anew", "pool s", "kB")
     table = Table("environment", *names, title=f"{rows} rows", title_justify="left", box=None, padding=(0, 2, 0, 0))
     for kind in _kinds(horizons):
-        progress(kind.name)
+        if progress:
+            progress(kind.name)
         env = kind.make(rows)
         env.reset(seed=0)
         begin = time.process_time()

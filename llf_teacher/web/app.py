@@ -15,12 +15,12 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
-from llf_teacher.look import pages, style, told
+from llf_teacher.episodes.record import pack_turns, unpack_turns
+from llf_teacher.escaping import escape_control_chars
 from llf_teacher.registry import entries
 from llf_teacher.studies import load
-from llf_teacher.studies.episode import pack_turns, unpack_turns
 from llf_teacher.studies.store import Store
-from llf_teacher.visible import visible
+from llf_teacher.theme import pages, prepare_turns, style
 from llf_teacher.web.downloads import DOWNLOADS, content
 from llf_teacher.web.guard import LOCAL, Guard
 from llf_teacher.web.plan import MOST_TURNS, SPEECHES, read_plan, students
@@ -76,9 +76,9 @@ class _Pages:
     def __init__(self, terms: Terms, stores: Sequence[Path]) -> None:
         self.sessions = Sessions(terms)
         self._stores = [Store(path) for path in stores]
-        self._desk = ThreadPoolExecutor(1, "lessons")
-        self._waiting, self._calm, self._easel = 0, asyncio.Event(), asyncio.Lock()
-        self._calm.set()
+        self._thread = ThreadPoolExecutor(1, "lessons")
+        self._waiting, self._idle, self._draw_lock = 0, asyncio.Event(), asyncio.Lock()
+        self._idle.set()
         self._pages = pages("llf_teacher.web", "templates")
         self._style = style()
 
@@ -105,25 +105,25 @@ class _Pages:
         return Guard(Starlette(routes=routes, exception_handlers=handlers), names, key)
 
     async def _do(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """Have something done at the desk."""
+        """Call a function in the thread of lessons."""
         self._waiting += 1
-        self._calm.clear()
+        self._idle.clear()
         try:
-            return await asyncio.get_running_loop().run_in_executor(self._desk, lambda: what(*args, **kwargs))
+            return await asyncio.get_running_loop().run_in_executor(self._thread, lambda: what(*args, **kwargs))
         finally:
             self._waiting -= 1
             if not self._waiting:
-                self._calm.set()
+                self._idle.set()
 
     async def _draw(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """The same of a picture, which takes the longest: when nobody waits for a turn, and one at a time."""
-        async with self._easel:
-            await self._calm.wait()
+        async with self._draw_lock:
+            await self._idle.wait()
             return await self._do(what, *args, **kwargs)
 
     def _page(self, name: str, **values: Any) -> Response:
         text = self._pages.get_template(name).render(stores=self._stores, **values)
-        return HTMLResponse(visible(text))
+        return HTMLResponse(escape_control_chars(text))
 
     async def look(self, request: Request) -> Response:
         """The style that reports have, too."""
@@ -203,7 +203,7 @@ class _Pages:
         """The whole episode, with each claim's check, once it is over."""
         session, _ = await self._found(request)
         record = await self._do(self.sessions.record, session)
-        turns = told(unpack_turns(pack_turns(record.turns)), record.episode.family)
+        turns = prepare_turns(unpack_turns(pack_turns(record.turns)), record.episode.family)
         values = {**record.spec._asdict(), **record.episode._asdict()}
         return self._page("episode.html.j2", episode=values, turns=turns, downloads=DOWNLOADS)
 
@@ -244,7 +244,7 @@ class _Pages:
         _, store = self._store(request)
         key = request.path_params["key"]
         row = dict(await self._do(store.episode, key))
-        turns = told(await self._do(store.turns, key), row["family"])
+        turns = prepare_turns(await self._do(store.turns, key), row["family"])
         return self._page("episode.html.j2", episode=row, turns=turns, downloads={})
 
     def _store(self, request: Request) -> tuple[int, Store]:
@@ -312,7 +312,7 @@ async def _refused(request: Request, error: Exception) -> Response:
         status, why = error.status_code, _PHRASES.get(error.detail, error.detail)
     elif isinstance(error, FullError):
         status = 503
-    return _sentence(request, visible(why), status)
+    return _sentence(request, escape_control_chars(why), status)
 
 
 async def _broken(request: Request, error: Exception) -> Response:

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import llf_teacher
+from llf_teacher.episodes.record import Record, pack_turns, unpack_regrets, unpack_turns
+from llf_teacher.serialization import to_json
 from llf_teacher.studies import load
-from llf_teacher.studies.episode import Record, pack_turns, to_json, unpack_regrets, unpack_turns
-from llf_teacher.studies.exports import write_export
+from llf_teacher.studies.export import write_export
 from llf_teacher.studies.store import Store
 from llf_teacher.tools.film import save
 from worlds.pictures.canvas import Frame

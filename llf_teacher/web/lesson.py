@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from typing import Any, cast
 
+from llf_teacher.episodes.record import EpisodeSpec, Record, TurnRow, summary
+from llf_teacher.episodes.scenes import Scene, turn_row
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import Record, Scene, TurnRow, summary, turn_row
-from llf_teacher.studies.study import EpisodeSpec
 from llf_teacher.web.plan import WATCHER, Plan
 from pz_envs.frames import Watch
 from pz_envs.seatings.tutoring import SEATING as TUTORING
@@ -147,8 +147,10 @@ class LiveLesson:
             if isinstance(saying, str):
                 raise ValueError("in this lesson the teacher chooses among claims; give their numbers")
             chosen = range(listed) if saying is None else saying
-            if strange := [i for i in chosen if not 0 <= i < listed]:
-                raise ValueError(f"there is no claim {strange[0]}; there are {listed} to choose from, counted from 0")
+            if unknown_names := [i for i in chosen if not 0 <= i < listed]:
+                raise ValueError(
+                    f"there is no claim {unknown_names[0]}; there are {listed} to choose from, counted from 0"
+                )
             for i in dict.fromkeys(chosen):
                 if aec.agent_selection == TEACHER:
                     aec.teacher_turn(1 + i)

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.people import PersonTeaching
 from llf_teacher.students.parsing import STUDENTS
 from llf_teacher.students.student import Policy
 from llf_teacher.studies import Study
-from llf_teacher.studies.own import teacher_spec
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.studies.definition.custom_specs import teacher_spec
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.teacher_seat import is_count
 from teachers.personality import parse_personality
@@ -87,8 +87,8 @@ def read_plan(given: Mapping[str, Any]) -> Plan:
     Raises:
         ValueError: something is missing or not allowed; the message says what to choose from.
     """
-    if strange := [name for name in given if name not in _FIELDS]:
-        raise ValueError(unknown("choice", strange[0], _FIELDS))
+    if unknown_names := [name for name in given if name not in _FIELDS]:
+        raise ValueError(unknown("choice", unknown_names[0], _FIELDS))
     texts = {name: given.get(name, default) for name, default in _FIELDS.items() if isinstance(default, str)}
     for name, text in texts.items():
         if not isinstance(text, str) or len(text) > LONGEST_SPEC:

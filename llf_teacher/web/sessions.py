@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from llf_teacher.studies.episode import Record
+from llf_teacher.episodes.record import Record
 from llf_teacher.studies.store import Store
 from llf_teacher.web.lesson import LiveLesson
 from llf_teacher.web.plan import Plan

@@ -7,9 +7,9 @@ import jinja2
 import numpy as np
 from PIL import Image
 
-from llf_teacher.look import told
-from llf_teacher.studies.episode import pack_turns, unpack_turns
-from llf_teacher.visible import visible
+from llf_teacher.episodes.record import pack_turns, unpack_turns
+from llf_teacher.escaping import escape_control_chars
+from llf_teacher.theme import prepare_turns
 from llf_teacher.web.lesson import LiveLesson
 from llf_teacher.web.plan import WATCHER
 from llf_teacher.web.sessions import NAMES, Session, Sessions
@@ -57,9 +57,11 @@ def state(
         "consent": terms.consent,
         "codes": terms.codes,
         "kept": session.kept,
-        "now": visible("".join(piece for piece, _ in watch.text(lesson.seen()))),
+        "now": escape_control_chars("".join(piece for piece, _ in watch.text(lesson.seen()))),
         "said": [
-            {"kind": f"{spoken.kind or ''}", "text": visible(spoken.text)} for spoken in watch.sentences if watch.heard
+            {"kind": f"{spoken.kind or ''}", "text": escape_control_chars(spoken.text)}
+            for spoken in watch.sentences
+            if watch.heard
         ],
         "heard": watch.heard,
         "undo": terms.undo and not session.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
@@ -70,21 +72,24 @@ def state(
 
 def _drawn(lesson: LiveLesson, first: int, checked: bool, pages: jinja2.Environment) -> list[str]:
     """Each turn from the first one wanted, as HTML."""
-    macro = pages.get_template("look/episode.html.j2").module.one_turn  # type: ignore[attr-defined]  # a macro of it
-    turns = told(unpack_turns(pack_turns(lesson.rows[first:])), lesson.family.name)
-    return [visible(str(macro(turn, checked))) for turn in turns]
+    macro = pages.get_template("theme/episode.html.j2").module.one_turn  # type: ignore[attr-defined]  # a macro of it
+    turns = prepare_turns(unpack_turns(pack_turns(lesson.rows[first:])), lesson.family.name)
+    return [escape_control_chars(str(macro(turn, checked))) for turn in turns]
 
 
 def _to_teach(lesson: LiveLesson) -> dict[str, Any]:
     """What a person can say."""
     aec = lesson.aec
     if aec.speech == "message":
-        return {"suggestion": visible(aec.infos[TEACHER]["suggestion"])}
+        return {"suggestion": escape_control_chars(aec.infos[TEACHER]["suggestion"])}
     voice, turn = aec.teacher.voice, aec.moment.turn
     return {
         "claims": [
             # In the first of its paraphrases: which one is said is drawn when it is.
-            {"kind": f"{claim.kind}", "text": visible(voice.say((claim,), turn, Draws(np.random.default_rng(0)), 0))}
+            {
+                "kind": f"{claim.kind}",
+                "text": escape_control_chars(voice.say((claim,), turn, Draws(np.random.default_rng(0)), 0)),
+            }
             for claim in aec.seat.listed()
         ]
     }
@@ -96,7 +101,7 @@ def _to_learn(lesson: LiveLesson) -> dict[str, Any]:
     words = list(world.action_words)
     return {
         "words": words if len(words) <= _MANY_WORDS else [],
-        "expected": visible(world.action_syntax),
+        "expected": escape_control_chars(world.action_syntax),
         "lines": world.several_lines,
     }
 

@@ -5,7 +5,7 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
 from llf_teacher.studies import Study
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
 
 

@@ -15,11 +15,11 @@ import pytest
 import ray
 from ray.cluster_utils import Cluster
 
-from llf_teacher.studies import limits as limits_module
-from llf_teacher.studies.limits import Limits
-from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.execution import limits as limits_module
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study, load_study
 
 pytestmark = pytest.mark.filterwarnings("default")
 NODE = {"num_cpus": 1, "object_store_memory": 80_000_000}
@@ -61,7 +61,7 @@ def cluster(folder):
 @pytest.fixture(scope="module")
 def undisturbed(folder):
     with Store(folder / "whole.db") as store:
-        assert run(load_study(folder / "study.toml"), store, way=Way("here")) == 80
+        assert run(load_study(folder / "study.toml"), store, options=RunOptions("here")) == 80
     return content(folder / "whole.db")
 
 
@@ -98,10 +98,10 @@ def test_faults_fail_their_episodes(cluster, folder, monkeypatch):
     monkeypatch.setattr(limits_module, "_GRACE", 0.5)
     students = [f"faulty:Agent(seconds=0.02, fault='{fault}')" for fault in ("raises", "sleeps", "deaf", "exits")]
     study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[*students, "random"], seeds=1)
-    way = Way("ray", address=cluster.address, limits=Limits(episode_seconds=4))
+    options = RunOptions("ray", address=cluster.address, limits=Limits(episode_seconds=4))
     with Store(folder / "faults.db") as store:
         with pytest.raises(EpisodeError, match=r"^4 of 5 episodes failed"):
-            run(study, store, way=way)
+            run(study, store, options=options)
         assert [row["student"] for row in store.episodes()] == ["random"]
         told = {row["student"]: (row["reason"], row["error"]) for row in store.failures()}
     gone = "its process or node was gone 4 times: "
@@ -124,7 +124,12 @@ def test_a_lost_node_loses_no_episode(cluster, folder, undisturbed):
     path = folder / "node.db"
     with Store(path) as store:
         assert (
-            run(load_study(folder / "study.toml"), store, way=Way("ray", address=cluster.address), progress=progress)
+            run(
+                load_study(folder / "study.toml"),
+                store,
+                options=RunOptions("ray", address=cluster.address),
+                progress=progress,
+            )
             == 80
         )
         assert not list(store.failures())
@@ -138,6 +143,6 @@ def test_a_cluster_that_is_not_there_is_told_of_soon(folder, address):
     began = time.monotonic()
     with Store(folder / "nowhere.db") as store:
         with pytest.raises(ConnectionError, match=re.escape(f"no Ray cluster can be reached at {address}: ")):
-            run(study, store, way=Way("ray", address=address))
+            run(study, store, options=RunOptions("ray", address=address))
         assert store.empty
     assert time.monotonic() - began < 30

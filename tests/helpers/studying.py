@@ -3,7 +3,7 @@
 import contextlib
 import sqlite3
 
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
 
 
 def small(**changes):

@@ -11,10 +11,10 @@ from commands import llf
 import llf_teacher
 from llf_teacher.students.agents import GYMNASIUM, LLF, POLICY, as_text, protocol_of
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 from teachers.atoms import Utterance
 
 MODULE = """
@@ -296,7 +296,7 @@ def test_agents_fit_the_other_door(mine):
 def test_what_was_played_before_a_failure_is_stored(mine, tmp_path, student, match):
     with Store(tmp_path / "s.db") as store:
         with pytest.raises(EpisodeError, match=match) as caught:
-            run(study("random", f"{mine}:{student}"), store, workers=1, way=Way("processes"))
+            run(study("random", f"{mine}:{student}"), store, workers=1, options=RunOptions("processes"))
         assert ("raise self.problem()" in caught.value.trace) == (student != "Dies")
         assert [row["student"] for row in store.episodes()] == ["random"]
 
@@ -306,7 +306,7 @@ def test_what_is_being_played_at_a_failure_is_stored_and_no_more_is_begun(mine, 
     with Store(tmp_path / "s.db") as store:
         more = (f"{mine}:Scripted(answer='{n}')" for n in range(20))
         with pytest.raises(EpisodeError, match="KeyError"):
-            run(study(*students, *more), store, workers=2, way=Way(fail_fast=True))
+            run(study(*students, *more), store, workers=2, options=RunOptions(fail_fast=True))
         stored = [row["student"] for row in store.episodes()]
     assert students[0] in stored
     assert len(stored) < 10

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from llf_teacher.studies.ablation import ablations, shapley
-from llf_teacher.studies.attempts import attempts, tries_of
-from llf_teacher.studies.design import SUBSETS
-from llf_teacher.studies.matrix import matrices
-from llf_teacher.studies.outcomes import Endings, outcomes
-from llf_teacher.studies.overall import overall
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.studies.analysis.ablation import ablations, shapley
+from llf_teacher.studies.analysis.matrix import matrices
+from llf_teacher.studies.analysis.outcomes import Endings, outcomes
+from llf_teacher.studies.analysis.overall import overall
+from llf_teacher.studies.analysis.time_to_success import attempts, tries_of
+from llf_teacher.studies.definition.design import SUBSETS
 from teachers.atoms import KINDS
 
 SPEC = EpisodeSpec("a-v0", "silent", "obedient", "b", "a", 10, 0, "1", "2.1")

@@ -10,8 +10,8 @@ import llf_teacher
 from llf_teacher import chat_student
 from llf_teacher.students.chat import takes_messages
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 
 MODULE = """
 import asyncio
@@ -111,9 +111,9 @@ def test_a_coroutine_within_a_running_loop():
 def test_a_function_of_the_main_module_plays_in_processes(tmp_path):
     (tmp_path / "script.py").write_text(
         """
-from llf_teacher.studies.runner import run
+from llf_teacher.studies.execution.runner import run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
 
 def answer(prompt):
     return "Response: west"

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies import transfer
-from llf_teacher.studies.design import SUBSETS
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.lessons import attend
-from llf_teacher.studies.outcomes import outcomes
+from llf_teacher.studies.analysis import transfer
+from llf_teacher.studies.analysis.outcomes import outcomes
+from llf_teacher.studies.definition.design import SUBSETS
+from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.execution.play import attend, play
 from llf_teacher.studies.report import to_toml
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import EpisodeSpec, Study, load_study
 from teachers.atoms import KINDS
 
 ROOMS = "llf-gridworld-v0"

@@ -6,8 +6,8 @@ import pytest
 
 from llf_teacher import chat_student
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 
 ANSWERS = {
     "llf-gridworld-v0": ("Response: west", "I do not know.", "<think>Perhaps.</think>Response: north"),

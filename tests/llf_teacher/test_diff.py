@@ -5,10 +5,10 @@ import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
-from llf_teacher.studies.diff import compare
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.analysis.diff import compare
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 ID = "llf-bandits-BanditTenArmedRandomFixed-v0"
 STUDY = Study(ids=(ID,), teachers=("oracle", "silent"), students=("obedient", "random"), seeds=6, max_turns=4)

@@ -11,13 +11,13 @@ import pytest
 from commands import llf
 
 import llf_teacher
+from llf_teacher.episodes.record import TurnRow, summary
+from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
-from llf_teacher.studies.episode import TurnRow, summary
-from llf_teacher.studies.runner import run
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.runner import run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
-from llf_teacher.visible import visible
 
 STUDY = """
 ids = ["llf-gridworld-v0"]
@@ -148,7 +148,7 @@ def test_what_an_agent_says_does_not_steer_the_terminal(tmp_path):
     ],
 )
 def test_visible(text, shown):
-    assert visible(text) == shown
+    assert escape_control_chars(text) == shown
 
 
 def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monkeypatch):
@@ -208,7 +208,7 @@ def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):
         assert "llf-poem" not in result.stdout
         assert "gridworld" in result.stdout
     code = (
-        "from llf_teacher.studies.study import quickstart\n"
+        "from llf_teacher.studies.definition.study import quickstart\n"
         "from llf_teacher.cli import audit\n"
         "audit._audits = lambda jobs, workers: print(sorted({job[0] for job in jobs})) or iter(())\n"
         "print(quickstart().ids)\n"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from llf_teacher.studies.estimators import (
+from llf_teacher.studies.analysis.estimators import (
     bootstrap_seeds,
     curve_areas,
     interquartile_mean,

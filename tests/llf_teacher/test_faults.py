@@ -17,16 +17,18 @@ import pytest
 from rich.console import Console
 
 from llf_teacher import studies
-from llf_teacher.studies import executors, runner
-from llf_teacher.studies import limits as limits_module
-from llf_teacher.studies import progress as progress_module
-from llf_teacher.studies.attempt import REASONS, Packed, attempt
-from llf_teacher.studies.episode import pack_turns, play, unpack_turns
-from llf_teacher.studies.limits import Limits
-from llf_teacher.studies.progress import StudyProgress
-from llf_teacher.studies.runner import EpisodeError, Way, run
+from llf_teacher.episodes.failure import REASONS
+from llf_teacher.episodes.record import pack_turns, unpack_turns
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution import executors, runner
+from llf_teacher.studies.execution import limits as limits_module
+from llf_teacher.studies.execution import progress as progress_module
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.progress import StudyProgress
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, run
+from llf_teacher.studies.execution.worker import Packed, run_episode
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 FAULTS = {
     "raises": ("raised", r"^KeyError\('no idea'\)$"),
@@ -60,10 +62,10 @@ def test_each_fault_fails_its_episode_and_no_other(folder, monkeypatch):
     faults = [f"faulty:Agent(fault='{fault}')" for fault in FAULTS]
     sound = ["random", "faulty:Agent"]
     whole = study(*faults, *sound, seeds=1)
-    way = Way(limits=Limits(episode_seconds=5, memory=400))
+    options = RunOptions(limits=Limits(episode_seconds=5, memory=400))
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError, match=f"^{len(FAULTS)} of {len(FAULTS) + 2} episodes failed, the first: epis"):
-            run(whole, store, workers=2, way=way)
+            run(whole, store, workers=2, options=options)
         told = {row["student"]: row for row in store.failures()}
         for fault, (reason, error) in FAULTS.items():
             row = told[f"faulty:Agent(fault='{fault}')"]
@@ -98,10 +100,10 @@ def test_failed_episodes_are_played_again_when_asked_for(folder, monkeypatch):
     with Store(folder / "s.db") as store:
         for match in ("no idea", "^1 of 2 episodes failed in an earlier run$"):
             with pytest.raises(EpisodeError, match=match) as caught:
-                run(fails, store, workers=1, way=Way("here"))
+                run(fails, store, workers=1, options=RunOptions("here"))
         assert caught.value.played == 0
         monkeypatch.setattr(faulty.Agent, "raises", faulty.Agent.none)
-        assert run(fails, store, workers=1, way=Way("here", retry_failed=True)) == 1
+        assert run(fails, store, workers=1, options=RunOptions("here", retry_failed=True)) == 1
         assert not list(store.failures())
         assert store.count == 2
         assert run(fails, store, workers=1) == 0
@@ -110,7 +112,7 @@ def test_failed_episodes_are_played_again_when_asked_for(folder, monkeypatch):
 def test_in_python_a_failure_is_a_warning(folder):
     fails = study("faulty:Agent(fault='raises')", "random")
     with pytest.warns(RuntimeWarning, match="failed: KeyError.*`failures` of the results says why"):
-        results = studies.run(fails, folder / "s.db", way=Way("here"))
+        results = studies.run(fails, folder / "s.db", options=RunOptions("here"))
     assert [row["error"] for row in results.failures()] == ["KeyError('no idea')"]
     assert [row["student"] for row in results.rows()] == ["random"]
 
@@ -118,7 +120,7 @@ def test_in_python_a_failure_is_a_warning(folder):
 def test_a_failure_is_covered_by_a_digest(folder):
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError):
-            run(study("faulty:Agent(fault='raises')"), store, way=Way("here"))
+            run(study("faulty:Agent(fault='raises')"), store, options=RunOptions("here"))
         assert not list(store.damage(thorough=True))
         for change in ("seed = 1", "reason = 'died'", "error = ''", "trace = 'x'", "key = x'00'"):
             store._db.execute("SAVEPOINT before")
@@ -132,7 +134,7 @@ def test_nothing_is_begun_after_a_failure_that_matters(folder):
     many = study("faulty:Agent(fault='raises')", "random", seeds=50)
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError, match=r"^episode \{.* failed: KeyError"):
-            run(many, store, way=Way("here", fail_fast=True))
+            run(many, store, options=RunOptions("here", fail_fast=True))
         assert len(list(store.failures())) == 1
         assert store.count == 0
 
@@ -149,7 +151,7 @@ def test_an_answer_that_cannot_be_written_down_is_a_turn(folder, answer):
 @pytest.mark.parametrize("answer", ["circle", "nine", "nan", "unspeakable"])
 def test_a_native_action_that_there_is_not_is_a_turn_too(folder, answer, id):
     (spec,) = study(f"faulty:Native(answer='{answer}')", ids=[id]).episodes()
-    result = attempt(spec)
+    result = run_episode(spec)
     assert isinstance(result, Packed), result
     assert result.episode.parse_failures == result.episode.turns == 3
     told = unpack_turns(result.turns)[1]
@@ -169,7 +171,7 @@ def test_a_native_action_that_there_is_not_is_a_turn_too(folder, answer, id):
 )
 def test_a_way_that_cannot_be_is_refused(tmp_path, changes, match):
     with Store(tmp_path / "s.db") as store, pytest.raises(ValueError, match=match):
-        run(study("random"), store, way=Way(**changes))
+        run(study("random"), store, options=RunOptions(**changes))
 
 
 def test_time_limits_are_for_the_main_thread(tmp_path):
@@ -180,7 +182,7 @@ def test_time_limits_are_for_the_main_thread(tmp_path):
     def play_there():
         with Store(tmp_path / "s.db") as store:
             try:
-                run(study("random"), store, way=Way("here", limits=Limits(turn_seconds=1)))
+                run(study("random"), store, options=RunOptions("here", limits=Limits(turn_seconds=1)))
             except ValueError as error:
                 errors.append(f"{error}")
 
@@ -200,7 +202,7 @@ def test_a_limit_leaves_no_trace_here(folder):
             run(
                 study(*students),
                 store,
-                way=Way("here", limits=Limits(turn_seconds=2, memory=data_of_this_process() + 200)),
+                options=RunOptions("here", limits=Limits(turn_seconds=2, memory=data_of_this_process() + 200)),
             )
         told = {row["reason"]: row["error"] for row in store.failures()}
         assert set(told) == {"time", "memory"}
@@ -288,7 +290,7 @@ def test_the_memory_of_a_run_does_not_grow_with_the_study(tmp_path, monkeypatch)
     """Of a first run and of one that goes on; playing is left out."""
     record = play(next(study("random").episodes()))
     packed = Packed(record.episode, pack_turns(record.turns))
-    monkeypatch.setattr(runner, "attempt", lambda spec, limits: packed)
+    monkeypatch.setattr(runner, "run_episode", lambda spec, limits: packed)
 
     def most(seeds):
         whole = study("random", seeds=seeds)
@@ -296,7 +298,7 @@ def test_the_memory_of_a_run_does_not_grow_with_the_study(tmp_path, monkeypatch)
         with Store(tmp_path / f"{seeds}.db") as store:
             for _ in range(2):
                 tracemalloc.start()
-                run(whole, store, way=Way("here"))
+                run(whole, store, options=RunOptions("here"))
                 peaks.append(tracemalloc.get_traced_memory()[1])
                 tracemalloc.stop()
             assert store.count == seeds

@@ -78,7 +78,7 @@ def test_an_older_name_warns_once_a_process_wherever_it_is_used():
     """Warnings are filtered again and again on the way, which makes Python forget what it has shown."""
     lines = [
         "import llf_teacher, llf_teacher.compat, warnings",
-        "from llf_teacher.studies.study import Study",
+        "from llf_teacher.studies.definition.study import Study",
         "name = 'llf-metaworld-reach-v2'",
         "llf_teacher.compat.make(name, warning=False)",
         "for each in (name, name, 'verbal' + name[3:]):",

@@ -14,10 +14,10 @@ import llf_teacher
 from llf_teacher.models.images import PIXELS, data_url
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import run
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.studies.report.definition import to_toml
-from llf_teacher.studies.runner import Way
-from llf_teacher.studies.study import Study, load_study
 from pz_envs.family import all_families
 
 GRIDWORLD = "llf-gridworld-v0"
@@ -108,7 +108,7 @@ def test_a_model_is_sent_the_latest(tmp_path, images, sent):
     with ScriptedEndpoint(lambda request: "Response: west") as server:
         student = f"llm(model='m', base_url='{server.url}', images={images})"
         study = Study(ids=[GRIDWORLD], teachers=["silent"], students=[student], seeds=1, max_turns=3, options=VISUAL)
-        results = run(study, tmp_path / "s.db", way=Way("here"))
+        results = run(study, tmp_path / "s.db", options=RunOptions("here"))
     assert [len(shown(request)) for request in server.requests] == sent
     env = llf_teacher.make(GRIDWORLD, teacher="silent", text=True, visual=True, max_turns=3)
     seen = [env.reset(seed=0)[0]["image"], *(env.step("west")[0]["image"] for _ in range(2))]
@@ -182,15 +182,15 @@ def test_options_are_part_of_an_episode(tmp_path):
     assert [spec.options for spec in study.episodes()] == ['{"num_rooms": 6}', '{"failure_reward": -1}']
     (tmp_path / "s.toml").write_text(to_toml(study))
     assert load_study(tmp_path / "s.toml") == study
-    results = run(study, tmp_path / "s.db", way=Way("here"))
+    results = run(study, tmp_path / "s.db", options=RunOptions("here"))
     assert {row["options"] for row in results.rows()} == {'{"num_rooms": 6}', '{"failure_reward": -1}'}
     assert results.study == study
 
 
 def test_students_of_numbers_do_without_pictures_of_texts(tmp_path):
     both = {"ids": [GRIDWORLD], "teachers": ["oracle"], "students": ["obedient"], "seeds": 2}
-    plain = run(Study(**both), tmp_path / "a.db", way=Way("here"))
-    seen = run(Study(options=VISUAL, **both), tmp_path / "b.db", way=Way("here"))
+    plain = run(Study(**both), tmp_path / "a.db", options=RunOptions("here"))
+    seen = run(Study(options=VISUAL, **both), tmp_path / "b.db", options=RunOptions("here"))
     one, other = ([row["regret"] for row in each.rows()] for each in (plain, seen))
     assert one == other
 

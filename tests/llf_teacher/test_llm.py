@@ -15,12 +15,12 @@ from llf_teacher.models.cache import Cache, spending
 from llf_teacher.models.retries import asked_for, may_pass, pause
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
+from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.students.shelf.llm import LLM
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.runner import manifest, run
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import manifest, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 pytestmark = pytest.mark.usefixtures("no_settings")
 

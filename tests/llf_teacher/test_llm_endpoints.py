@@ -7,8 +7,8 @@ from llf_teacher.models.endpoints import place_of
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 
 
 @pytest.fixture(autouse=True)

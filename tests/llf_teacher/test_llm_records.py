@@ -5,15 +5,16 @@ import json
 
 import pytest
 
+from llf_teacher.episodes.record import TurnRow, pack_turns
 from llf_teacher.models import LLMError, NoAnswerError
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import Settings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
-from llf_teacher.studies.costs import told
-from llf_teacher.studies.episode import TurnRow, pack_turns, play
+from llf_teacher.studies.analysis.costs import cost_lines
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 PRICES = ", input_price=1.0, output_price=10.0"
 COSTS = ("answers", "truncated", "input_tokens", "output_tokens", "usd", "seconds")
@@ -86,7 +87,7 @@ def test_what_was_cut_and_what_is_of_unknown_price_is_said(tmp_path):
         model = {"model": "m", "requests": 4, "input_tokens": 0, "output_tokens": 6, "usd": 1.5}
         lost = {"unpriced": 0, "sent": 7, "lost": 2}
         store.write_manifest({"llm": [model | {"unpriced": 4}, model | {"unpriced": 1}, model | lost]})
-        lines = list(told(store))
+        lines = list(cost_lines(store))
         (row,) = store.answers()
     assert [line.partition("out, ")[2] for line in lines[:3]] == [
         "at an unknown price",

@@ -13,8 +13,8 @@ from llf_teacher.registry import PREFIX
 from llf_teacher.students.answers import ANSWERS, action_in, example, schema, written
 from llf_teacher.students.conversation import Conversation
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from pz_envs.family import all_families
 from pz_envs.text_mode import parse_action
 from teachers.atoms import ParseFailure

@@ -17,9 +17,9 @@ from endpoints import KEY, MOVES, NORTH, files_with, ledger
 from studying import rows
 
 from llf_teacher.models.testing import Reply, ScriptedEndpoint
-from llf_teacher.studies.runner import run
+from llf_teacher.studies.definition.study import load_study
+from llf_teacher.studies.execution.runner import run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import load_study
 
 pytestmark = pytest.mark.usefixtures("no_settings")
 

@@ -7,7 +7,7 @@ import pytest
 
 import llf_teacher
 from llf_teacher.studies import Study, run
-from llf_teacher.studies.exports import write_export
+from llf_teacher.studies.export import write_export
 
 minari = pytest.importorskip("minari", reason="Minari is not installed; it comes with the extra `data`")
 

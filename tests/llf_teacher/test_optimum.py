@@ -12,7 +12,7 @@ from llf_teacher.registry import entry
 from llf_teacher.reproductions.optimum import Life, Span, least, lived
 from llf_teacher.reproductions.rows import optimum
 from llf_teacher.reproductions.rows.optimum import house_of
-from llf_teacher.students.shelf.q_learning import QLearning
+from llf_teacher.students.builtin.q_learning import QLearning
 from worlds.gridworld import Gridworld
 
 ADVICE = 0b01000

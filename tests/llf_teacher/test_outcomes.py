@@ -6,13 +6,14 @@ from scipy import stats
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
-from llf_teacher.studies.contrasts import can_differ, least_p
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.outcomes import outcomes, paired
-from llf_teacher.studies.power import needs, power, seeds_needed
-from llf_teacher.studies.statistics import paired_difference
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.studies.analysis.contrasts import can_differ, least_p
+from llf_teacher.studies.analysis.outcomes import outcomes, paired
+from llf_teacher.studies.analysis.power import needs, power, seeds_needed
+from llf_teacher.studies.analysis.statistics import paired_difference
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import EpisodeSpec, Study
 
 SPEC = EpisodeSpec("a-v0", "silent", "obedient", "b", "a", 5, 0, "1", "2.1")
 

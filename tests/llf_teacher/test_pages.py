@@ -3,7 +3,7 @@
 import pytest
 
 from llf_teacher.registry import family
-from llf_teacher.tools.markdown import table, told
+from llf_teacher.tools.markdown import escape, table
 from llf_teacher.tools.pages import family_page, gallery_entry, write_film
 from llf_teacher.tools.pages.families import examples
 from pz_envs.family import own_families
@@ -52,5 +52,5 @@ def test_each_personality_differs_from_the_oracle_somewhere(name):
 
 
 def test_text_in_tables_means_nothing():
-    assert told("a|b <c> *d* `e|f`\ng") == "a\\|b \\<c\\> \\*d\\* `e|f` g"
+    assert escape("a|b <c> *d* `e|f`\ng") == "a\\|b \\<c\\> \\*d\\* `e|f` g"
     assert table(("x",), [("`e|f`",)]) == "| x |\n| --- |\n| `e\\|f` |\n"

@@ -9,11 +9,12 @@ from html.parser import HTMLParser
 
 import pytest
 
-from llf_teacher.studies.episode import Record, play
+from llf_teacher.episodes.record import Record
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import manifest
 from llf_teacher.studies.report import check_writable, render, to_toml, write_report
-from llf_teacher.studies.runner import manifest
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 STUDY = Study(
     ids=("llf-gridworld-v0",),
@@ -153,7 +154,7 @@ def test_same_episodes_give_the_same_bytes(html, records, tmp_path):
     (tmp_path / "study.toml").write_text(to_toml(STUDY))
     code = (
         "import sys; from pathlib import Path; from llf_teacher.studies.report import write_report; "
-        "from llf_teacher.studies.store import Store; from llf_teacher.studies.study import load_study; "
+        "from llf_teacher.studies.store import Store; from llf_teacher.studies.definition.study import load_study; "
         "write_report(Store(Path(sys.argv[1])), load_study(Path(sys.argv[2])), Path(sys.argv[3]))"
     )
     report = tmp_path / "r.html"

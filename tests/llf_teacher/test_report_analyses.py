@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from llf_teacher.studies import contrasts, transfer
-from llf_teacher.studies.attempts import attempts
-from llf_teacher.studies.episode import EpisodeRow, Record, play
-from llf_teacher.studies.matrix import Matrix, matrices
-from llf_teacher.studies.outcomes import outcomes
-from llf_teacher.studies.overall import overall
+from llf_teacher.episodes.record import EpisodeRow, Record
+from llf_teacher.studies.analysis import contrasts, transfer
+from llf_teacher.studies.analysis.matrix import Matrix, matrices
+from llf_teacher.studies.analysis.outcomes import outcomes
+from llf_teacher.studies.analysis.overall import overall
+from llf_teacher.studies.analysis.sequential import levels
+from llf_teacher.studies.analysis.statistics import Split
+from llf_teacher.studies.analysis.time_to_success import attempts
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.parts import PARTS
 from llf_teacher.studies.report.parts.matrix import Verdicts, verdicts
-from llf_teacher.studies.sequential import levels
-from llf_teacher.studies.statistics import Split
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 ROOMS = "llf-gridworld-v0"
 STUDY = Study(

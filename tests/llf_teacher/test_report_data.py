@@ -5,12 +5,12 @@ import sqlite3
 import numpy as np
 import pytest
 
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.report import columns, render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.parts.accounting import accounts
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.study import Study
 
 IDS = ("llf-bandits-BanditTwoArmedHighLowFixed-v0", "llf-bandits-BanditTwoArmedDeterministicFixed-v0")
 STUDY = Study(ids=IDS, teachers=("silent", "oracle"), students=("obedient", "random"), seeds=(5, 2, 7), max_turns=4)

@@ -9,15 +9,15 @@ import pytest
 
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
-from llf_teacher.studies.names import short_names
+from llf_teacher.studies.analysis.statistics import Band, Estimate
+from llf_teacher.studies.definition.names import short_names
+from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.execution.runner import RunOptions, run
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.definition import to_toml
 from llf_teacher.studies.report.page import page
 from llf_teacher.studies.report.plots import STYLE, curve_plot, dot_plot
-from llf_teacher.studies.runner import Way, run
-from llf_teacher.studies.statistics import Band, Estimate
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study, load_study
 
 ONE = {"ids": ["llf-gridworld-v0"], "teachers": ["oracle", "silent"], "seeds": 2, "max_turns": 3}
 
@@ -39,7 +39,7 @@ def told(tmp_path_factory):
             names={cheap: "The cheap one"},
             **ONE,
         )
-        run(study, store, way=Way("here"))
+        run(study, store, options=RunOptions("here"))
         rows = list(store.rows())
         return study, rows, page(read(store, study)), path
 

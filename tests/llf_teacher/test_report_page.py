@@ -10,12 +10,12 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.report import page, render, to_toml
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.gains import gains
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study, load_study
 
 STUDY = Study(
     ids=("llf-bandits-BanditTenArmedRandomFixed-v0", "llf-gridworld-v0"),

@@ -7,11 +7,11 @@ import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
-from llf_teacher.studies.attempt import Failure
-from llf_teacher.studies.episode import play
+from llf_teacher.episodes.failure import Failure
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.report import render
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 STUDY = Study(
     ids=("llf-gridworld-v0",), teachers=("oracle", "silent"), students=("random", "obedient"), seeds=3, max_turns=3

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from llf_teacher.studies import statistics
-from llf_teacher.studies.resampling import bca, sign_flips
+from llf_teacher.studies.analysis import statistics
+from llf_teacher.studies.analysis.resampling import bca, sign_flips
 
 
 @pytest.mark.parametrize("n", [30, 200])

@@ -3,9 +3,9 @@
 import pytest
 
 import llf_teacher
-from llf_teacher.models.rewriter import Rewriter
 from llf_teacher.models.settings import CACHE
 from llf_teacher.models.testing import ScriptedEndpoint
+from llf_teacher.speakers.rewriter import Rewriter
 
 
 @pytest.fixture(autouse=True)

@@ -8,8 +8,8 @@ import pytest
 from playing import Counting
 
 from llf_teacher import chat_student, rollout
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from pz_envs.lesson import Lesson
 from worlds.world import World
 

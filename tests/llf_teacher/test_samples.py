@@ -8,14 +8,14 @@ import pytest
 
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import load, run
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.analysis.samples import Sampled, pass_at
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.studies.report.columns import plan
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.page import page
-from llf_teacher.studies.runner import Way
-from llf_teacher.studies.samples import Sampled, pass_at
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 
 ONE = {"ids": ["llf-gridworld-v0"], "teachers": ["silent"], "students": ["random"], "seeds": 2, "max_turns": 6}
 
@@ -49,7 +49,7 @@ def test_the_report_is_of_all_samples(tmp_path):
     study = Study(
         **(ONE | {"seeds": 4, "students": ["random", "obedient"], "teachers": ["oracle", "silent"]}), samples=3
     )
-    results = run(study, tmp_path / "s.db", way=Way("here"))
+    results = run(study, tmp_path / "s.db", options=RunOptions("here"))
     with Store(results.path) as store:
         data = read(store, study)
         html = page(data)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from llf_teacher.studies.design import Looks, check_looks
-from llf_teacher.studies.sequential import levels, levels_of
+from llf_teacher.studies.analysis.sequential import levels, levels_of
+from llf_teacher.studies.definition.design import InterimAnalyses, check_interim_analyses
 
 FIFTHS = (0.2, 0.4, 0.6, 0.8, 1.0)
 
@@ -42,13 +42,13 @@ def test_looking_often_finds_nothing_more_often_than_promised(spending):
     at = (10, 20, 40)
     draws = np.random.default_rng(0).normal(size=(40_000, 40)).cumsum(axis=1)
     crossed = np.zeros(len(draws), bool)
-    for seeds, level in zip(at, levels_of(Looks(at, spending)), strict=True):
+    for seeds, level in zip(at, levels_of(InterimAnalyses(at, spending)), strict=True):
         crossed |= 2 * stats.norm.sf(abs(draws[:, seeds - 1]) / seeds**0.5) <= level
     assert crossed.mean() == pytest.approx(0.05, abs=0.004)
 
 
 def test_a_look_needs_its_seeds():
-    looks = Looks((10, 20, 40))
+    looks = InterimAnalyses((10, 20, 40))
     assert [looks.last(seeds) for seeds in (9, 10, 39, 40)] == [None, 0, 1, 2]
 
 
@@ -68,14 +68,14 @@ def test_a_look_needs_its_seeds():
 )
 def test_a_bad_design_is_refused(table, match):
     problems = []
-    check_looks(table, 40, problems)
+    check_interim_analyses(table, 40, problems)
     with pytest.raises(ValueError, match=match):
         raise ValueError("; ".join(problems))
 
 
 def test_a_good_design():
     problems = []
-    assert check_looks({"at": [10, 40]}, 40, problems) == Looks((10, 40), "obrien_fleming")
-    assert check_looks({"at": [10, 40], "stop": True}, 40, problems) == Looks((10, 40), stop=True)
-    assert check_looks({}, 40, problems) is None
+    assert check_interim_analyses({"at": [10, 40]}, 40, problems) == InterimAnalyses((10, 40), "obrien_fleming")
+    assert check_interim_analyses({"at": [10, 40], "stop": True}, 40, problems) == InterimAnalyses((10, 40), stop=True)
+    assert check_interim_analyses({}, 40, problems) is None
     assert not problems

@@ -6,21 +6,22 @@ import sys
 
 import pytest
 
-from llf_teacher.models.rewriter import Rewriter
+from llf_teacher.episodes.record import unchecked
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.speakers.llm_teacher import LLMTeacher
+from llf_teacher.speakers.rewriter import Rewriter
 from llf_teacher.speakers.speaker import OwnTeacher, Voiced
 from llf_teacher.speakers.voice import Toned
 from llf_teacher.students.chat import chat_student
 from llf_teacher.studies import run
-from llf_teacher.studies.episode import play, unchecked
-from llf_teacher.studies.own import parse_teacher, teacher_spec
+from llf_teacher.studies.definition.custom_specs import parse_teacher, teacher_spec
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import RunOptions
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.page import page
 from llf_teacher.studies.report.parts.accounting import accounts
-from llf_teacher.studies.runner import Way
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
 from teachers.personalities.mistake import mistake
 
 MODULE = '''
@@ -162,7 +163,7 @@ def test_a_rewriting_voices_changes_are_counted(tmp_path):
     with ScriptedEndpoint(rewrite) as server:
         spec = f"oracle | rewriter(tone='a pirate', model='m', base_url='{server.url}')"
         study = Study(teachers=[spec, "silent"], **GRID)
-        results = run(study, tmp_path / "s.db", way=Way("here"))
+        results = run(study, tmp_path / "s.db", options=RunOptions("here"))
     assert study.named[spec] == "oracle | rewriter(m)"
     (row,) = (row for row in results.rows() if row["teacher"] == spec)
     texts = [atom["text"] for turn in results.turns(row["key"]) for atom in turn["atoms"] if atom["kind"]]
@@ -187,8 +188,8 @@ def test_a_model_teaches(tmp_path, knows):
         shown = [{"teacher": "llm_teacher*"}]
         study = Study(teachers=[spec, "oracle"], transcripts=shown, **(GRID | {"students": ["text_only"]}))
         assert study.named[study.teachers[0]] == "llm_teacher(m)"
-        results = run(study, tmp_path / "s.db", way=Way("here"))
-        again = run(study, tmp_path / "again.db", way=Way("here"))
+        results = run(study, tmp_path / "s.db", options=RunOptions("here"))
+        again = run(study, tmp_path / "again.db", options=RunOptions("here"))
     mine, others = sorted(results.rows(), key=lambda row: row["teacher"])
     turns = results.turns(mine["key"])
     assert turns[0]["instruction"] == results.turns(others["key"])[0]["instruction"]
@@ -229,7 +230,7 @@ def test_a_limit_needs_prices_of_teachers_too(tmp_path, monkeypatch):
     monkeypatch.setenv("LLF_LLM_BUDGET", "1")
     for spec, whose in (("llm_teacher(model='m')", "llm_teacher"), ("oracle | rewriter(model='m')", "rewriter")):
         with pytest.raises(ValueError, match=f"a spending limit needs prices.*{whose}|{whose}.*limit needs prices"):
-            run(Study(teachers=[spec], **GRID), tmp_path / "s.db", way=Way("here"))
+            run(Study(teachers=[spec], **GRID), tmp_path / "s.db", options=RunOptions("here"))
 
 
 def test_lessons_have_them_too():

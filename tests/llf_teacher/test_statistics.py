@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from llf_teacher.studies.statistics import (
+from llf_teacher.studies.analysis.statistics import (
     Estimate,
     holm,
     mean_band,

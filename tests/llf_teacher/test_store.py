@@ -14,9 +14,10 @@ from studying import small
 
 from llf_teacher.models.cache import Cache
 from llf_teacher.registry import entry
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.migration import migrate
-from llf_teacher.studies.store import SCHEMA_VERSION, Store, StoreError
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.studies.store.database import SCHEMA_VERSION
+from llf_teacher.studies.store.migration import migrate
 
 
 @pytest.mark.smoke

@@ -14,11 +14,12 @@ from sampling import IDS, fewer, practice
 from shelf import is_complete
 
 import llf_teacher
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.episodes.scenes import scenes
 from llf_teacher.registry import PREFIX, entries, entry
 from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
 from llf_teacher.students.reading import Reader
-from llf_teacher.studies.episode import play, scenes
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.studies.execution.play import play
 from pz_envs.family import all_families
 from pz_envs.learning import KINDS, Learning, NoRewards
 from pz_envs.seats import STUDENT, entitled

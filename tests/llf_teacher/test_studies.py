@@ -10,10 +10,10 @@ import pytest
 from commands import llf
 from studying import rows, small
 
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.runner import manifest, run
+from llf_teacher.studies.definition.study import Study, load_study, quickstart
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import manifest, run
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study, load_study, quickstart
 
 FILE = """
 ids = ["llf-gridworld-v0"]

@@ -9,7 +9,7 @@ from PIL import Image
 from starlette.testclient import TestClient
 
 from llf_teacher.studies import Study, load, run
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
 from llf_teacher.web import sessions as web_sessions
 from llf_teacher.web.app import LARGEST, make_app

@@ -6,7 +6,7 @@ import pytest
 import llf_teacher
 from llf_teacher.people import PersonLearning, PersonTeaching
 from llf_teacher.studies import Study, load
-from llf_teacher.studies.episode import play
+from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
 from llf_teacher.web.lesson import LiveLesson
 from llf_teacher.web.plan import WATCHER, read_plan, students

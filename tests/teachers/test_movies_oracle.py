@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import llf_teacher
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.studies.execution.play import play
 from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.oracles.movies import MoviesOracle
 from teachers.oracles.movies.claims import (

@@ -60,8 +60,8 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self._options = {**own, **options}
         if self.family.world_batch:
             allowed = (*self.family.options(), *self.family.batch_options())
-            if strange := [name for name in options if name not in allowed]:
-                why = unknown("option", strange[0], [*allowed, *settings_of(type(self))])
+            if unknown_names := [name for name in options if name not in allowed]:
+                why = unknown("option", unknown_names[0], [*allowed, *settings_of(type(self))])
                 raise ValueError(f"{env_id} in arrays does not take these options: {why}; mode 'sync' may")
         self.worlds, self.oracle = self.family.make_batch(num_envs, **self._options)
         self._ends = until_success and not self.family.repeated

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llf_teacher.reproductions.asking import Answers, Asks, attended
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,7 +58,7 @@ def read(values: Values) -> Reading:
     """Regret, attention and advice, and what of the gain is kept with how much less attention."""
     table = [["the student", "the teacher advises on", "regret per episode", "turns it looked", "pieces of advice"]]
     for setting in _settings():
-        cells = [told(mean_interval(column)) for column in values(**setting).T[:3]]
+        cells = [describe(mean_interval(column)) for column in values(**setting).T[:3]]
         table.append([setting["asks"], setting["answers"], *cells])
     alone, watched, asked, joint = (values(**_of(way)) for way in (ALONE, WATCHED, ASKED, JOINT))
     worse = paired_difference(joint[:, 0], watched[:, 0]).estimate
@@ -68,10 +68,10 @@ def read(values: Values) -> Reading:
     gain = alone[:, 0].mean() - watched[:, 0].mean()
     kept = (alone[:, 0].mean() - joint[:, 0].mean()) / gain if gain else 0.0
     ours = (
-        f"A teacher who looks always and corrects important mistakes looks in {told(looks[0], 1)} turns; one who does "
-        f"so when an unsure student asks, in {told(looks[1], 1)}, and keeps {kept:.0%} of the gain: the regret is "
-        f"higher by {told(worse)} moves an episode. If all questions are answered it is higher by {told(better)} than "
-        "that."
+        f"A teacher who looks always and corrects important mistakes looks in {describe(looks[0], 1)} turns; one who "
+        f"does so when an unsure student asks, in {describe(looks[1], 1)}, and keeps {kept:.0%} of the gain: the "
+        f"regret is higher by {describe(worse)} moves an episode. If all questions are answered it is higher by "
+        f"{describe(better)} than that."
     )
     same = worse.low <= 0 or kept >= 0.95
     agrees = "yes" if less.low > 0 and same else "in part" if less.low > 0 and kept > 0.5 else "no"

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 from llf_teacher.reproductions.classes import LIFETIMES, Glance, Rule, accompanied
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.batches import Bools
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def read(values: Values) -> Reading:
     """Orders of rules, and what the importance of the paper is worth beside one that has a greatest value."""
     names = [f"{rooms} rooms, {budget} pieces" for rooms, budget in CASES]
     table = [["teacher", *names]]
-    table += [[rule, *(told(each) for each in _regrets(values, rule))] for rule in TAUGHT]
+    table += [[rule, *(describe(each) for each in _regrets(values, rule))] for rule in TAUGHT]
     taught = [rule for rule in TAUGHT if rule not in ("no advice", "random")]
     above = [_less(values, case, rule, "random").low > 0 for case in CASES for rule in taught]
     best = [
@@ -76,7 +76,7 @@ def read(values: Values) -> Reading:
     fine = [_less(values, case, DISCOUNTED, "early") for case in CASES]
     share = mean_interval(values(**_setting(next(iter(CASES)), "no advice"))[:, 2])
     listed = [
-        ", ".join(f"{told(each)} ({name})" for each, name in zip(one, names, strict=True)) for one in (plain, fine)
+        ", ".join(f"{describe(each)} ({name})" for each, name in zip(one, names, strict=True)) for one in (plain, fine)
     ]
     ours = (
         f"Surely better than random advice are {sum(above)} of {len(above)}; correcting announced mistakes is surely "
@@ -86,11 +86,11 @@ def read(values: Values) -> Reading:
     wins = [each.low > 0 for each in plain]
     agrees = "yes" if all((*above, *best, *wins)) else "in part" if all(above) else "no"
     why = (
-        f"Importance saturates: a door changes the distance by one, so that at most 2 moves are at stake, and they are "
-        f"in {told(share)} of the turns of a student without advice. It can leave out the other turns only. In the "
+        "Importance saturates: a door changes the distance by one, so that at most 2 moves are at stake, and they are "
+        f"in {describe(share)} of the turns of a student without advice. It can leave out the other turns only. In the "
         "paper importance comes from discounted values, which tell states near the goal from those far away. With "
-        "such an importance advising is better than early advising where the budget is small; where it is enough "
-        "for the whole way, nothing is gained by keeping it for the end."
+        "such an importance advising is better than early advising where the budget is small; where it is enough for "
+        "the whole way, nothing is gained by keeping it for the end."
     )
     return Reading(agrees, ours, why, table)
 
@@ -108,12 +108,12 @@ ROW = Row(
     claim="Advice on important states and before mistakes is worth more than early advice, and that more than random",
     source="Torrey & Taylor 2013",
     protocol=(
-        f"Houses of 20 rooms, {EPISODES} episodes of at most {MOVES} moves per room from the same room, and "
-        "10 or 30 pieces of advice in all. The student is Q-learning, and takes the advised action for the turn; "
-        f"a seed is a class of {LIFETIMES} lifetimes in houses of their own. Early advises from the first turn on, "
-        "random in a tenth of the turns, importance where 2 moves are at stake, correcting after a mistake in such a "
-        "state, announced mistake before it. Discounted importance is the difference of discounted values, as in "
-        "the paper, with a threshold that was chosen on other seeds: it is reached where 2 moves are at stake at most "
+        f"Houses of 20 rooms, {EPISODES} episodes of at most {MOVES} moves per room from the same room, and 10 or 30 "
+        "pieces of advice in all. The student is Q-learning, and takes the advised action for the turn; a seed is a "
+        f"class of {LIFETIMES} lifetimes in houses of their own. Early advises from the first turn on, random in a "
+        "tenth of the turns, importance where 2 moves are at stake, correcting after a mistake in such a state, "
+        "announced mistake before it. Discounted importance is the difference of discounted values, as in the paper, "
+        "with a threshold that was chosen on other seeds: it is reached where 2 moves are at stake at most "
         f"{' and '.join(map(str, sorted(set(CASES.values()))))} moves from the treasure, by rooms and budget. Figures "
         "are moves wasted per episode. The paper has Pac-Man and StarCraft."
     ),

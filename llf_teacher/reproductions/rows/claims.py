@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.reviews import commented
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,7 +63,7 @@ def read(values: Values) -> Reading:
     better, worse, moved = [], [], 0.0
     for learner in LEARNERS:
         for choice in REVIEWS | AT_ONCE:
-            found = [told(mean_interval(_lost(values, learner, choice, budget))) for budget in BUDGETS]
+            found = [describe(mean_interval(_lost(values, learner, choice, budget))) for budget in BUDGETS]
             table.append([learner, choice, *found])
         for budget in BUDGETS:
             mine = _lost(values, learner, CLAIM, budget)
@@ -75,7 +75,7 @@ def read(values: Values) -> Reading:
             moved = max(moved, float(np.abs(both[0] - both[1]).max()))
     cells = len(LEARNERS) * len(BUDGETS)
     shown = [
-        f"{told(mean_interval(_lost(values, 'obedient, advice', choice, 20)))} ({choice})"
+        f"{describe(mean_interval(_lost(values, 'obedient, advice', choice, 20)))} ({choice})"
         for choice in (CLAIM, "three of a kind", "all of a kind")
     ]
     ours = (

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from llf_teacher.registry import entry
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.students.shelf.q_learning import QLearning
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.students.builtin.q_learning import QLearning
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import TEACHER
 
@@ -91,11 +91,13 @@ def read(values: Values) -> Reading:
     heads = [f"{whose}, attention for {n}" for whose in ("all", "the last of the class") for n in ATTENTION]
     table = [["who is advised", *heads]]
     for rule in RULES:
-        table.append([rule, *(told(mean_interval(each)) for column in (0, 1) for each in _lost(values, rule, column))])
+        table.append(
+            [rule, *(describe(mean_interval(each)) for column in (0, 1) for each in _lost(values, rule, column))]
+        )
 
     def saved(rule: str, than: str, column: int) -> list[str]:
         pairs = zip(_lost(values, than, column), _lost(values, rule, column), strict=True)
-        return [told(paired_difference(other, mine).estimate) for other, mine in pairs]
+        return [describe(paired_difference(other, mine).estimate) for other, mine in pairs]
 
     turns = "who waited longest"
     gains = [
@@ -103,8 +105,8 @@ def read(values: Values) -> Reading:
         for other, mine in zip(_lost(values, turns, 0), _lost(values, "most at stake", 0), strict=True)
     ]
     ours = (
-        f"Attention to whom most is at stake saves {' and '.join(map(told, gains))} moves an episode beside turns in "
-        f"order, with attention for {' and '.join(map(str, ATTENTION))} of {PUPILS}. Attention to who wasted least, "
+        f"Attention to whom most is at stake saves {' and '.join(map(describe, gains))} moves an episode beside turns "
+        f"in order, with attention for {' and '.join(map(str, ATTENTION))} of {PUPILS}. Attention to who wasted least, "
         f"beside who wasted most, saves {' and '.join(saved('who wasted least', 'who wasted most', 0))}; the last of "
         f"the class then wastes {' and '.join(saved('who wasted most', 'who wasted least', 1))} more."
     )

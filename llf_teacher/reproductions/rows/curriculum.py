@@ -7,9 +7,9 @@ import numpy as np
 
 from llf_teacher.registry import entry
 from llf_teacher.reproductions.drawing import spread
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.students.shelf.q_learning import QLearning
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.students.builtin.q_learning import QLearning
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 from pz_envs.seats import STUDENT, entitled
 from worlds.gridworld import Truth, distances_from
 
@@ -75,7 +75,7 @@ def read(values: Values) -> Reading:
     """Regret in the test, and from which practice on a curriculum is surely better."""
     table = [["start of practice", *(f"{moves} moves" for moves in PRACTICE)]]
     for starts in STARTS:
-        table.append([starts, *(told(mean_interval(values(starts=starts, practice=n)[:, 0]), 1) for n in PRACTICE)])
+        table.append([starts, *(describe(mean_interval(values(starts=starts, practice=n)[:, 0]), 1) for n in PRACTICE)])
     beside = {
         other: [
             paired_difference(
@@ -90,7 +90,7 @@ def read(values: Values) -> Reading:
     names = ("the own start", "anywhere")
     parts = [
         f"than practice from {name} with {_listed(better[other])} of these numbers of moves (with {PRACTICE[2]} it "
-        f"saves {told(beside[other][2], 1)} moves an episode)"
+        f"saves {describe(beside[other][2], 1)} moves an episode)"
         for name, other in zip(names, beside, strict=True)
     ]
     ours = (

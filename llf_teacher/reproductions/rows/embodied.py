@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.household import Sentences, blundering, play
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,7 +90,13 @@ def read(values: Values) -> Reading:
     table = [["said in the lessons", "sentences", *(f"{tasks}, {speaks}" for tasks, speaks in CELLS)]]
     for setting in SETTINGS:
         sentences = setting["words"] if setting["kinds"] != "n" else "none"
-        table.append([names[setting["kinds"]], sentences, *(told(mean_interval(each)) for each in values(**setting).T)])
+        table.append(
+            [
+                names[setting["kinds"]],
+                sentences,
+                *(describe(mean_interval(each)) for each in values(**setting).T),
+            ]
+        )
 
     def worth(more: tuple[str, str], less: tuple[str, str]) -> list[Estimate]:
         """How much higher the score is with such kinds and words than with others, by cells in which it is spoken."""
@@ -102,12 +108,12 @@ def read(values: Values) -> Reading:
     every = list(chain.from_iterable(words.values()))
     best = mean_interval(_column(values, "both", "many", NEWS))
     at = SPOKEN.index(NEWS)
-    more = ", ".join(f"{told(gains[at])} beside {name}" for name, gains in kinds.items())
-    many = ", ".join(f"{told(gains[at])} with {name}" for name, gains in words.items())
+    more = ", ".join(f"{describe(gains[at])} beside {name}" for name, gains in kinds.items())
+    many = ", ".join(f"{describe(gains[at])} with {name}" for name, gains in words.items())
     ours = (
         "On new tasks, taught in words that are new, what learned from both kinds in many sentences scores "
-        f"{told(best)}, a difference of {more}. Many sentences instead of one are worth {many}; they are surely better "
-        f"in {sum(each.low > 0 for each in every)} of {len(every)} cells and surely worse in "
+        f"{describe(best)}, a difference of {more}. Many sentences instead of one are worth {many}; they are surely "
+        f"better in {sum(each.low > 0 for each in every)} of {len(every)} cells and surely worse in "
         f"{sum(each.high < 0 for each in every)}."
     )
     informative = [gains[at].low > 0 for gains in kinds.values()]
@@ -135,27 +141,27 @@ def draw(values: Values, figure: "Figure") -> None:
 
 WHY = (
     "The teacher names the very command to give, so that advice leaves little to add. A verdict names the last "
-    "command, and a model that hears both has to learn which of the two is meant; whether it would with more "
-    "lessons was not tried. Verdicts alone, as nothing at all, do not say where things lie, which the student "
-    "of the lessons knew. New sentences may puzzle little because in each of ours the command stands between "
-    "the same signs. The paper's models begin with sentences embedded by a model that was trained on much "
-    "text; ours has met no word before."
+    "command, and a model that hears both has to learn which of the two is meant; whether it would with more lessons "
+    "was not tried. Verdicts alone, as nothing at all, do not say where things lie, which the student of the lessons "
+    "knew. New sentences may puzzle little because in each of ours the command stands between the same signs. The "
+    "paper's models begin with sentences embedded by a model that was trained on much text; ours has met no word "
+    "before."
 )
 ROW = Row(
     claim="Lessons that say more, of the past and of the future, and in many ways, teach a model more",
     source="Xi et al. 2024 (arXiv 2410.24218)",
     protocol=(
-        f"{EPISODES} lessons in ALFWorld's houses on four of its six types of tasks, by a student who in half of "
-        "the turns does anything, and else what is best. The teacher gives hindsight (hp and hn), foresight (fp), "
-        "both or nothing, each claim in one sentence or in many (those of the voices `plain` and `socratic`). A "
-        "small model learns from it: a convolution over the words of the teacher, of which it knows nothing "
-        "before, and a recurrent layer over turns. It is told the return, as a decision transformer is, and "
-        "imitates. Its tests have the same kinds in sentences and a voice (`warm`) that it does not know, in floor "
-        f"plans that it does not know, on tasks of the four types and of the two others, {TESTS} episodes of at "
-        f"most {TURNS} turns for each of four cells: the teacher says each claim always, with probability a half, "
-        "or never. The score is the least number of commands as a share of those given, 0 if the task is not done. "
-        "Each of six seeds is a training with lessons and tests of its own. The paper has a decision transformer, "
-        "sentences that language models paraphrase and embed, and four benchmarks, of which ALFWorld is one."
+        f"{EPISODES} lessons in ALFWorld's houses on four of its six types of tasks, by a student who in half of the "
+        "turns does anything, and else what is best. The teacher gives hindsight (hp and hn), foresight (fp), both or "
+        "nothing, each claim in one sentence or in many (those of the voices `plain` and `socratic`). A small model "
+        "learns from it: a convolution over the words of the teacher, of which it knows nothing before, and a "
+        "recurrent layer over turns. It is told the return, as a decision transformer is, and imitates. Its tests "
+        "have the same kinds in sentences and a voice (`warm`) that it does not know, in floor plans that it does not "
+        f"know, on tasks of the four types and of the two others, {TESTS} episodes of at most {TURNS} turns for each "
+        "of four cells: the teacher says each claim always, with probability a half, or never. The score is the least "
+        "number of commands as a share of those given, 0 if the task is not done. Each of six seeds is a training "
+        "with lessons and tests of its own. The paper has a decision transformer, sentences that language models "
+        "paraphrase and embed, and four benchmarks, of which ALFWorld is one."
     ),
     settings=SETTINGS,
     seeds=6,

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from llf_teacher.reproductions.lessons import regrets, total
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 from worlds.batches import Floats
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def read(values: Values) -> Reading:
     for family, student in _pairs():
         found = {name: values(**_setting(family, student, name)) for name in TEACHERS}
         rates = [_solved(each[:, 1]) for each in found.values()]
-        table.append([family, student, *(told(mean_interval(each[:, 0])) for each in found.values()), *rates])
+        table.append([family, student, *(describe(mean_interval(each[:, 0])) for each in found.values()), *rates])
         retry = found["retry"][:, 0]
         if (family, student) in reading:
             gain = {name: paired_difference(retry, found[name][:, 0]).estimate for name in TEACHERS if name != "retry"}

@@ -9,8 +9,8 @@ from scipy import stats
 
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import RESAMPLES, Estimate, mean_interval
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import RESAMPLES, Estimate, mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -89,9 +89,11 @@ def read(values: Values) -> Reading:
     powers = {}
     for family, sizes in SIZES.items():
         for learns in TEACHERS:
-            ends = [told(mean_interval(values(**_setting(family, n, learns))[:, 0]), 1) for n in (sizes[0], sizes[-1])]
+            ends = [
+                describe(mean_interval(values(**_setting(family, n, learns))[:, 0]), 1) for n in (sizes[0], sizes[-1])
+            ]
             power = exponent(sizes, [values(**_setting(family, size, learns))[:, 0] for size in sizes])
-            powers[family, learns] = "no regret" if power is None else told(power)
+            powers[family, learns] = "no regret" if power is None else describe(power)
             table.append([family, learns, *ends, powers[family, learns]])
     beside = [
         f"in {family} {powers[family, 'rewards']} from rewards, {powers[family, 'verdicts']} from verdicts, "
@@ -108,10 +110,8 @@ def read(values: Values) -> Reading:
     agrees = "in part" if flat and min(less) > 1 else "no"
     why = (
         "The paper's gap is exponential where one sentence rules out a share of all that may be true. Advice that "
-        "names "
-        "the best action leaves nothing to learn, which agrees. Verdicts and warnings rule out one action at a time, "
-        "so "
-        "regret grows with the number of actions or rooms as it does from rewards, by a smaller factor."
+        "names the best action leaves nothing to learn, which agrees. Verdicts and warnings rule out one action at a "
+        "time, so regret grows with the number of actions or rooms as it does from rewards, by a smaller factor."
     )
     return Reading(agrees, ours, why, table)
 
@@ -133,12 +133,9 @@ ROW = Row(
     source="Xu et al. 2025 (HELiX, arXiv 2506.10341)",
     protocol=(
         f"Bandits of 4 to 128 arms that pay 1 with chances drawn uniformly, {PULLS} pulls per arm; houses of 5 to 80 "
-        f"rooms, "
-        f"{EPISODES} episodes of at most {MOVES} moves per room from the same room. From rewards learn UCB1 and "
-        f"Q-learning; "
-        "the others hear one kind of feedback and no rewards: advice (fp), warnings (fn), verdicts (hp and hn, in "
-        "houses by "
-        "`sabl`, which remembers them over episodes). Regret is in expected reward and in moves."
+        f"rooms, {EPISODES} episodes of at most {MOVES} moves per room from the same room. From rewards learn UCB1 and "
+        "Q-learning; the others hear one kind of feedback and no rewards: advice (fp), warnings (fn), verdicts (hp "
+        "and hn, in houses by `sabl`, which remembers them over episodes). Regret is in expected reward and in moves."
     ),
     settings=tuple(_setting(family, size, learns) for family in SIZES for size in SIZES[family] for learns in TEACHERS),
     seeds=20,

@@ -8,8 +8,8 @@ import numpy as np
 from scipy import stats
 
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,18 +62,16 @@ def read(values: Values) -> Reading:
         means = _means(values, teacher)
         first[teacher] = list(LEARNERS)[int(np.argmin(means))]
         taus[teacher] = agreement(values, teacher)
-        cells = [told(mean_interval(values(student=s, teacher=TEACHERS[teacher])[:, 0])) for s in LEARNERS.values()]
+        cells = [describe(mean_interval(values(student=s, teacher=TEACHERS[teacher])[:, 0])) for s in LEARNERS.values()]
         table.append([teacher, *cells, first[teacher], f"{taus[teacher]:.2f}"])
     broken = sorted((teacher for teacher in TEACHERS if teacher != "oracle"), key=taus.__getitem__)
     overturned = _overturned(values)
     ours = (
         f"Kendall's tau with the oracle's order is between {taus[broken[0]]:.2f} ({broken[0]}) and "
-        f"{taus[broken[-1]]:.2f} "
-        f"({broken[-1]}); the best learner is another than under the oracle ({first['oracle']}) with "
-        f"{sum(first[teacher] != first['oracle'] for teacher in broken)} of {len(broken)} teachers. "
-        f"{overturned} of {len(broken) * len(LEARNERS) * (len(LEARNERS) - 1) // 2} orders of two learners are surely "
-        f"the "
-        "other way round."
+        f"{taus[broken[-1]]:.2f} ({broken[-1]}); the best learner is another than under the oracle ({first['oracle']}) "
+        f"with {sum(first[teacher] != first['oracle'] for teacher in broken)} of {len(broken)} teachers. {overturned} "
+        f"of {len(broken) * len(LEARNERS) * (len(LEARNERS) - 1) // 2} orders of two learners are surely the other way "
+        "round."
     )
     return Reading("yes" if overturned else "no", ours, "", table)
 
@@ -109,10 +107,9 @@ ROW = Row(
     source="Lee et al. 2021 (B-Pref)",
     protocol=(
         "Six learners from verdicts in houses of 20 rooms, 30 episodes of at most 40 moves from the same room, under "
-        "the oracle "
-        "and eleven teachers who err, skip, are short-sighted, silent, late or used to good work. Figures are moves "
-        "wasted "
-        "per episode. B-Pref has preferences over segments and deep learners; its question is asked here of verdicts."
+        "the oracle and eleven teachers who err, skip, are short-sighted, silent, late or used to good work. Figures "
+        "are moves wasted per episode. B-Pref has preferences over segments and deep learners; its question is asked "
+        "here of verdicts."
     ),
     settings=tuple({"student": s, "teacher": t} for s in LEARNERS.values() for t in TEACHERS.values()),
     seeds=30,

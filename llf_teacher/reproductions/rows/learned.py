@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from llf_teacher.reproductions.advisers import ROUNDS, ROWS, Choices, Pay, Policy, lived, trained
 from llf_teacher.reproductions.drawing import bars
-from llf_teacher.reproductions.row import FIRST_SEED, Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.reproductions.row import FIRST_SEED, Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.batches import Floats
 
 if TYPE_CHECKING:
@@ -74,9 +74,9 @@ def read(values: Values) -> Reading:
     ]
     for budget in NEAR:
         for teacher in TEACHERS:
-            gains = [told(_less(values, budget, teacher, rule)) for rule in (*RULES, NEARBY)]
+            gains = [describe(_less(values, budget, teacher, rule)) for rule in (*RULES, NEARBY)]
             single = [f"{mean:.2f}" for mean in values(**_setting(teacher, budget)).mean(axis=0)]
-            regret = told(mean_interval(_regret(values, teacher, budget)))
+            regret = describe(mean_interval(_regret(values, teacher, budget)))
             table.append([str(budget), teacher, regret, *gains, ", ".join(single) if teacher in PAID else ""])
     parts, wins = list[str](), list[int]()
     for teacher in PAID:
@@ -85,7 +85,7 @@ def read(values: Values) -> Reading:
         below = {rule: sum(each.high < 0 for each in found) for rule, found in beside.items()}
         wins.append(above[next(iter(RULES))])
         counts = ", ".join(f"{rule} at {above[rule]} and worse at {below[rule]}" for rule in beside)
-        saved = ", ".join(told(each) for each in beside[next(iter(RULES))])
+        saved = ", ".join(describe(each) for each in beside[next(iter(RULES))])
         parts.append(
             f"Taught by {SAID[teacher]}, a teacher is surely better than {counts} of {len(NEAR)} budgets; beside "
             f"announced mistake it saves {saved} moves an episode with budgets of {', '.join(map(str, NEAR))}."

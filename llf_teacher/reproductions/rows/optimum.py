@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.optimum import Life, Rooms, Span, least, lived
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import Estimate, mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.gridworld import DIRECTIONS, NO_DOOR, Gridworld, Truth, distances_from
 
 if TYPE_CHECKING:
@@ -107,13 +107,13 @@ def read(values: Values) -> Reading:
             gap = paired_difference(columns[rule], columns[BEST]).estimate
             taught = _column(values, case, budget, TAUGHT)
             more.append(paired_difference(taught, way).estimate.low > 0)
-            cells = [told(mean_interval(columns[teacher])) for teacher in TEACHERS]
-            table.append([name, str(budget), *cells, f"{told(gap)} ({rule})" if budget else "", _few(taught)])
+            cells = [describe(mean_interval(columns[teacher])) for teacher in TEACHERS]
+            table.append([name, str(budget), *cells, f"{describe(gap)} ({rule})" if budget else "", _few(taught)])
             if budget:
                 gaps.append(gap)
                 shares.append(f"{(alone - columns[rule].mean()) / (alone - columns[BEST].mean()):.0%}")
         widest = max(gaps, key=lambda gap: gap.mean)
-        parts.append(f"{', '.join(shares)} ({name}; it leaves at most {told(widest)} moves an episode)")
+        parts.append(f"{', '.join(shares)} ({name}; it leaves at most {describe(widest)} moves an episode)")
         moves, advice = (_few(_column(values, case, 0, each)) for each in (MOVES, ADVICE))
         needs.append(f"{moves} moves and {advice} pieces for {_few(way)} rooms ({name})")
     ours = (
@@ -133,7 +133,7 @@ def read(values: Values) -> Reading:
 
 
 def _few(numbers: Any) -> str:
-    return told(mean_interval(numbers), 1)
+    return describe(mean_interval(numbers), 1)
 
 
 def draw(values: Values, figure: "Figure") -> None:

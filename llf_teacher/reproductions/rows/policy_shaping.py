@@ -7,8 +7,8 @@ import numpy as np
 
 from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,17 +39,16 @@ def read(values: Values) -> Reading:
             for consistency in CONSISTENCY:
                 found = values(student=student, likelihood=likelihood, consistency=consistency)[:, 0]
                 gain = gains[name, likelihood, consistency] = paired_difference(alone, found).estimate
-                cells.append(told(gain, 1))
+                cells.append(describe(gain, 1))
             table.append([name, f"{likelihood:g}", *cells])
     harmed = {name: [gain for (who, *_), gain in gains.items() if who == name and gain.high < 0] for name in LEARNERS}
     helped = [gain for (who, *_), gain in gains.items() if who == "advise" and gain.low > 0]
     rare, poor = gains["advise", 0.1, 1.0], gains["advise", 1.0, 0.55]
     ours = (
-        f"From rewards alone the regret is {told(mean_interval(alone), 1)} moves an episode. Advise gains "
-        f"{told(rare, 1)} of it from a tenth of right labels, and {told(poor, 1)} from labels of which 55 % are "
-        f"right; it is "
-        f"better than rewards alone in {len(helped)} of {len(LIKELIHOOD) * len(CONSISTENCY)} cells and surely worse in "
-        f"{len(harmed['advise'])}, TAMER surely worse in {len(harmed['tamer'])}."
+        f"From rewards alone the regret is {describe(mean_interval(alone), 1)} moves an episode. Advise gains "
+        f"{describe(rare, 1)} of it from a tenth of right labels, and {describe(poor, 1)} from labels of which 55 % "
+        f"are right; it is better than rewards alone in {len(helped)} of {len(LIKELIHOOD) * len(CONSISTENCY)} cells "
+        f"and surely worse in {len(harmed['advise'])}, TAMER surely worse in {len(harmed['tamer'])}."
     )
     if harmed["advise"]:
         why = "Advise believes labels with C = 0.8; where they are right less often, it trusts them too much."
@@ -80,14 +79,10 @@ ROW = Row(
     source="Griffith et al. 2013",
     protocol=(
         "Houses of 20 rooms, 40 episodes of at most 40 moves, always from the same room. The teacher labels the last "
-        "move "
-        "right or wrong with probability *likelihood*, and truly with probability *consistency*. Advise (C = 0.8, "
-        "Q-learning "
-        "with Boltzmann exploration) is put beside itself without labels, and beside TAMER, which takes labels at "
-        "their "
-        "word and hears no rewards. The paper has Pac-Man and Frogger and Bayesian Q-learning. Cells are moves saved "
-        "per "
-        "episode against rewards alone, paired by seed."
+        "move right or wrong with probability *likelihood*, and truly with probability *consistency*. Advise (C = "
+        "0.8, Q-learning with Boltzmann exploration) is put beside itself without labels, and beside TAMER, which "
+        "takes labels at their word and hears no rewards. The paper has Pac-Man and Frogger and Bayesian Q-learning. "
+        "Cells are moves saved per episode against rewards alone, paired by seed."
     ),
     settings=(
         NEVER,

@@ -7,8 +7,8 @@ import numpy as np
 
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import mean_interval
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,22 +58,20 @@ def read(values: Values) -> Reading:
     for learner in LEARNERS:
         for scheme in SCHEMES:
             last[learner, scheme] = mean_interval(values(**_setting(learner, scheme))[:, 0])
-        table.append([learner, *(told(last[learner, scheme]) for scheme in SCHEMES)])
+        table.append([learner, *(describe(last[learner, scheme]) for scheme in SCHEMES)])
     good = [scheme for scheme in SCHEMES if last["E-COACH", scheme].high < LEARNED]
     poor = [scheme for scheme in SCHEMES if last["COACH", scheme].low > LEARNED]
     ours = (
-        f"At the end E-COACH wastes {', '.join(told(last['E-COACH', scheme]) for scheme in SCHEMES)} moves an episode "
-        f"under {', '.join(SCHEMES)} feedback, COACH {', '.join(told(last['COACH', scheme]) for scheme in SCHEMES)}. "
-        f"Surely below {LEARNED:g} is E-COACH in {len(good)} of {len(SCHEMES)} cases, surely above it COACH in "
-        f"{len(poor)}."
+        f"At the end E-COACH wastes {', '.join(describe(last['E-COACH', scheme]) for scheme in SCHEMES)} moves an "
+        f"episode under {', '.join(SCHEMES)} feedback, COACH "
+        f"{', '.join(describe(last['COACH', scheme]) for scheme in SCHEMES)}. Surely below {LEARNED:g} is E-COACH in "
+        f"{len(good)} of {len(SCHEMES)} cases, surely above it COACH in {len(poor)}."
     )
     agrees = "yes" if len(good) == len(SCHEMES) and poor else "in part" if poor else "no"
     why = (
         "E-COACH pays for its guarantee with time: it learns when an episode ends, in small steps (0.1; with 0.5 it "
-        "settles "
-        "on poor policies), and a label counts for every move before it. Where labels are verdicts on single moves, "
-        "COACH "
-        "and TAMER learn sooner. Under rewards COACH without a trace learns the last move only."
+        "settles on poor policies), and a label counts for every move before it. Where labels are verdicts on single "
+        "moves, COACH and TAMER learn sooner. Under rewards COACH without a trace learns the last move only."
     )
     return Reading(agrees, ours, why, table)
 
@@ -95,15 +93,11 @@ ROW = Row(
     source="MacGlashan et al. 2017, Shah et al. 2021",
     protocol=(
         f"Houses of {ROOMS} rooms with the treasure at least 3 moves away, {EPISODES} episodes of at most {TURNS} "
-        f"moves "
-        f"from the "
-        "same room. A label says whether the move was right (policy), whether it was better or worse than the "
-        "student's "
-        "habit (advantage, the personality `policy_dependent`), or what it was paid (reward: 1 at the treasure, else "
-        "0). "
-        f"Figures are moves wasted in each of the last {LAST} episodes. TAMER hears verdicts only, and nothing of "
-        f"rewards; "
-        "Q-learning always learns from rewards and hears no labels. The paper has proofs and gridworlds of its own."
+        "moves from the same room. A label says whether the move was right (policy), whether it was better or worse "
+        "than the student's habit (advantage, the personality `policy_dependent`), or what it was paid (reward: 1 at "
+        f"the treasure, else 0). Figures are moves wasted in each of the last {LAST} episodes. TAMER hears verdicts "
+        "only, and nothing of rewards; Q-learning always learns from rewards and hears no labels. The paper has "
+        "proofs and gridworlds of its own."
     ),
     settings=tuple(_setting(learner, scheme) for learner in LEARNERS for scheme in SCHEMES),
     seeds=30,

@@ -7,8 +7,8 @@ import numpy as np
 
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.lifetimes import live
-from llf_teacher.reproductions.row import Reading, Row, Values, told
-from llf_teacher.studies.statistics import mean_interval, paired_difference
+from llf_teacher.reproductions.row import Reading, Row, Values, describe
+from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +51,7 @@ def read(values: Values) -> Reading:
     for trainer in TRAINERS:
         for learner in LEARNERS:
             regret, labels = values(**_setting(learner, trainer)).T
-            table.append([trainer, learner, told(mean_interval(regret)), told(mean_interval(labels), 1)])
+            table.append([trainer, learner, describe(mean_interval(regret)), describe(mean_interval(labels), 1)])
     fewer, less = [], []
     for trainer in TRAINERS:
         hears, deaf = (values(**_setting(learner, trainer)) for learner in ("I-SABL", "silence unheard"))
@@ -59,21 +59,17 @@ def read(values: Values) -> Reading:
         fewer.append(paired_difference(deaf[:, 1], hears[:, 1]).estimate)
     blames = list(TRAINERS).index("blames")
     ours = (
-        f"With a trainer who blames and seldom praises, I-SABL has {told(less[blames])} moves an episode less regret "
-        f"and "
-        f"needs {told(fewer[blames], 1)} labels less than a learner of the same kind who takes silence for nothing; "
-        f"its "
-        f"regret is surely less with {sum(each.low > 0 for each in less)} of {len(TRAINERS)} trainers, surely more "
-        f"with "
-        f"{sum(each.high < 0 for each in less)}."
+        f"With a trainer who blames and seldom praises, I-SABL has {describe(less[blames])} moves an episode less "
+        f"regret and needs {describe(fewer[blames], 1)} labels less than a learner of the same kind who takes silence "
+        f"for nothing; its regret is surely less with {sum(each.low > 0 for each in less)} of {len(TRAINERS)} "
+        f"trainers, surely more with {sum(each.high < 0 for each in less)}."
     )
     agrees = "yes" if all(each.low > 0 for each in (less[blames], fewer[blames])) else "in part"
     if not any(each.low > 0 for each in (*less, *fewer)):
         agrees = "no"
     why = (
         "The papers find the strategy by expectation maximisation, ours sums its posterior over a grid. Where a "
-        "trainer "
-        "says most of what it thinks, there is little that silence could add."
+        "trainer says most of what it thinks, there is little that silence could add."
     )
     return Reading(agrees, ours, why, table)
 
@@ -95,14 +91,11 @@ ROW = Row(
     claim="Silence is information: a learner who infers when a trainer keeps silent needs fewer labels",
     source="Loftin et al. 2014",
     protocol=(
-        f"Houses of 20 rooms, {EPISODES} episodes of at most 40 moves from the same room. Trainers know what is "
-        f"right and "
-        "keep silent on what is right and on what is wrong with probabilities (0.1, 0.1), (0.1, 0.9), (0.9, 0.1) and "
-        "(0.9, 0.9). I-SABL infers these, SABL is told them, *silence unheard* is SABL with equal ones, for whom "
-        "silence "
-        "means nothing. Learned is what is played without regret until the end. The papers have a contextual bandit, "
-        "a maze "
-        "and people as trainers."
+        f"Houses of 20 rooms, {EPISODES} episodes of at most 40 moves from the same room. Trainers know what is right "
+        "and keep silent on what is right and on what is wrong with probabilities (0.1, 0.1), (0.1, 0.9), (0.9, 0.1) "
+        "and (0.9, 0.9). I-SABL infers these, SABL is told them, *silence unheard* is SABL with equal ones, for whom "
+        "silence means nothing. Learned is what is played without regret until the end. The papers have a contextual "
+        "bandit, a maze and people as trainers."
     ),
     settings=tuple(_setting(learner, trainer) for trainer in TRAINERS for learner in LEARNERS),
     seeds=40,

@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from llf_teacher.episodes.record import EpisodeSpec, unpack_regrets
 from llf_teacher.registry import entry
-from llf_teacher.studies.episode import unpack_regrets
-from llf_teacher.studies.outcomes import SETTING, Column, Outcomes, gathered
+from llf_teacher.studies.analysis.outcomes import SETTING, Column, Outcomes, gathered
+from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import EpisodeSpec, Study
 from teachers.atoms import KINDS, Label
 
 CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
@@ -150,7 +150,7 @@ class Columns:
         return found
 
     def sampled(self) -> Iterator[dict[str, Any]]:
-        """The episodes of a study of several samples, as `llf_teacher.studies.samples` takes them."""
+        """The episodes of a study of several samples, as `llf_teacher.studies.analysis.samples` takes them."""
         rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
         for setting, seed, first in rows:
             yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}

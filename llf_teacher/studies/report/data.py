@@ -7,15 +7,16 @@ from functools import cached_property
 from itertools import groupby, product
 from typing import Any
 
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import entry
-from llf_teacher.studies.contrasts import Test, test_of
-from llf_teacher.studies.design import main_types
-from llf_teacher.studies.outcomes import Outcomes
+from llf_teacher.studies.analysis.contrasts import Test, test_of
+from llf_teacher.studies.analysis.outcomes import Outcomes
+from llf_teacher.studies.definition.design import main_types
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.definition.transcript_filter import PATTERNS
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
 from llf_teacher.studies.report.section import Cell, Section, cell
-from llf_teacher.studies.shown import PATTERNS
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import EpisodeSpec, Study
 from pz_envs.family import all_families
 
 

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 

@@ -16,8 +16,8 @@ from urllib.parse import quote
 import matplotlib.style
 from matplotlib.figure import Figure
 
-from llf_teacher.look import SHADES
 from llf_teacher.studies.report.plots import STYLE
+from llf_teacher.theme import SHADES
 
 _LOOKS: list[str | Path | dict[str, Any]] = ["default", STYLE]
 _PLAIN = "!$&'()*+,-./:;=?@[]_~ "  # stands in a data URI as it is

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from llf_teacher.studies.analysis.resampling import bootstrap_means
+from llf_teacher.studies.analysis.statistics import LEVEL, Estimate
 from llf_teacher.studies.report.section import Section
-from llf_teacher.studies.resampling import bootstrap_means
-from llf_teacher.studies.statistics import LEVEL, Estimate
 
 _RESAMPLES = 1999
 

@@ -9,18 +9,18 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from llf_teacher.look import pages, style
+from llf_teacher.escaping import escape_control_chars
+from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
 from llf_teacher.studies.report.section import reads
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.study import Study
-from llf_teacher.visible import visible
+from llf_teacher.theme import pages, style
 
 _FIGURES, _SHOWN = 3_000_000, 1_000_000  # bytes of figures with their data, and of transcripts: what a browser bears
 
 
-class Room:
+class ByteBudget:
     """Place in the page for what may be left out.
 
     Args:
@@ -30,7 +30,7 @@ class Room:
     def __init__(self, left: int) -> None:
         self._left = left
 
-    def has(self, text: str) -> bool:
+    def take(self, text: str) -> bool:
         """Whether there is place for a text, which takes it then."""
         fits = len(text) <= self._left
         self._left -= len(text) if fits else 0
@@ -133,7 +133,7 @@ def page(data: Data) -> str:
     allowed = f"style-src {_hash(look)}; script-src {_hash(script)}"
     policy = Markup(f"default-src 'none'; {allowed}; base-uri 'none'; form-action 'none'")  # noqa: S704 (as above)
     frame = environment.get_template("page.html.j2")
-    return visible(frame.render(parts=parts, style=look, script=script, policy=policy))
+    return escape_control_chars(frame.render(parts=parts, style=look, script=script, policy=policy))
 
 
 def _hash(text: str) -> str:
@@ -143,6 +143,6 @@ def _hash(text: str) -> str:
 
 def _environment() -> jinja2.Environment:
     environment = pages("llf_teacher.studies.report")
-    environment.globals |= {"figures": Room(_FIGURES), "shown": Room(_SHOWN)}
+    environment.globals |= {"figures": ByteBudget(_FIGURES), "shown": ByteBudget(_SHOWN)}
     environment.filters |= {"reads": reads}
     return environment

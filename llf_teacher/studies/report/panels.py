@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from llf_teacher.look import SHADES
+from llf_teacher.studies.analysis.statistics import Band, Estimate
 from llf_teacher.studies.report.plots import MARKERS, SERIES, WIDTH, folded, legend, named, tallest, ticks
-from llf_teacher.studies.statistics import Band, Estimate
+from llf_teacher.theme import SHADES
 
 _BESIDE = 2  # panels in a row
 

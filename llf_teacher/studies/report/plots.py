@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from llf_teacher.look import SHADES
-from llf_teacher.studies.statistics import Band, Estimate
+from llf_teacher.studies.analysis.statistics import Band, Estimate
+from llf_teacher.theme import SHADES
 
 SERIES = [shade.light for name, shade in SHADES.items() if name.startswith("series")]
 """The colours of series."""

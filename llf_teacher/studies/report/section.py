@@ -9,16 +9,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
-from llf_teacher.studies import statistics
-from llf_teacher.studies.contrasts import Test, can_differ, least_p
-from llf_teacher.studies.estimators import curve_areas
+from llf_teacher.studies.analysis import statistics
+from llf_teacher.studies.analysis.contrasts import Test, can_differ, least_p
+from llf_teacher.studies.analysis.estimators import curve_areas
+from llf_teacher.studies.analysis.statistics import Band, Difference, Estimate, Split, variance_split
+from llf_teacher.studies.definition.study import Grid
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.plots import curve_plot, dot_plot
-from llf_teacher.studies.statistics import Band, Difference, Estimate, Split, variance_split
-from llf_teacher.studies.study import EpisodeSpec, Grid
 from pz_envs.family import Family
 
 _CURVES = 8

@@ -3,9 +3,9 @@
 import sqlite3
 from typing import Any, NamedTuple
 
-from llf_teacher.look import told
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.study import EpisodeSpec
+from llf_teacher.theme import prepare_turns
 
 
 class Transcript(NamedTuple):
@@ -26,4 +26,4 @@ def transcript(store: Store, spec: EpisodeSpec) -> Transcript:
     episode, turns = store.episode(spec.key), store.turns(spec.key)
     if len(turns) != episode["turns"] + 1:
         raise StoreError(f"{store.path}: the turns of the episode {spec.key} are not all there; see `llf study check`")
-    return Transcript(episode, told(turns, episode["family"]))
+    return Transcript(episode, prepare_turns(turns, episode["family"]))

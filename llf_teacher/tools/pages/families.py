@@ -5,12 +5,12 @@ import re
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.episodes.scenes import scenes
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
-from llf_teacher.studies.episode import scenes
 from llf_teacher.tools.film import film, save
-from llf_teacher.tools.markdown import table, told
+from llf_teacher.tools.markdown import escape, table
 from pz_envs.family import Family
 from teachers.atoms import ActionClaim, Claim, EditClaim, PlanClaim
 from teachers.oracle import claims_of
@@ -129,8 +129,8 @@ def _claims(family: Family) -> str:
     for cls in claims_of(family.oracle_class().__module__):
         kind = cls.kind if isinstance(cls.kind, str) else ("as its fields say" if cls.kind else "instruction")
         role = next((name for base, name in _ROLES.items() if issubclass(cls, base)), "")
-        sentence = told(made.get(cls, book.templates(cls)[0]))
-        rows.append((f"`{cls.__name__}`", f"{kind}", role, told(_meaning(cls)), sentence))
+        sentence = escape(made.get(cls, book.templates(cls)[0]))
+        rows.append((f"`{cls.__name__}`", f"{kind}", role, escape(_meaning(cls)), sentence))
     return table(("claim", "kind", "about", "is true if", "for example"), rows)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import PREFIX
-from llf_teacher.tools.markdown import table, told
+from llf_teacher.tools.markdown import escape, table
 from pz_envs.family import Family, own_families
 from pz_envs.learning import StateValues
 from teachers.personality import PERSONALITIES
@@ -52,7 +52,7 @@ def gallery_entry(name: str) -> str:
     _, _, definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")
     honest = "honest" if cls().honest else "not honest"
     head = f"## {name}\n\n`{name}({parameters})`" if parameters else f"## {name}\n\n`{name}`"
-    return f"{head}: {told(definition)} Source: {told(cls.source)}; {honest}.\n\n{_difference(spec)}"
+    return f"{head}: {escape(definition)} Source: {escape(cls.source)}; {honest}.\n\n{_difference(spec)}"
 
 
 def _difference(spec: str) -> str:
@@ -67,7 +67,12 @@ def _difference(spec: str) -> str:
         first = next((i for i, (plain, own) in enumerate(turns) if plain.text != own.text), None)
         if first is not None:
             rows = [
-                (f"{i}", f"`{plain.action}`" if plain.action else "", told(plain.text), told(own.text) or "(nothing)")
+                (
+                    f"{i}",
+                    f"`{plain.action}`" if plain.action else "",
+                    escape(plain.text),
+                    escape(own.text) or "(nothing)",
+                )
                 for i, (plain, own) in list(enumerate(turns))[first : first + _SHOWN]
             ]
             shown = table(("turn", "action", "`oracle`", f"`{spec}`"), rows)

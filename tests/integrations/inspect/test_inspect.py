@@ -17,8 +17,8 @@ from llf_teacher.integrations.dialogue import SCORES
 from llf_teacher.integrations.inspect import STORED, TASKS
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.registry import family
-from llf_teacher.studies.episode import play
-from llf_teacher.studies.study import Study
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
 from pz_envs.family import all_families
 
 

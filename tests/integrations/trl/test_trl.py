@@ -20,7 +20,7 @@ from trl.experimental.sdpo import SDPOConfig, SDPOTrainer
 from llf_teacher import rollout
 from llf_teacher.integrations.trl import FeedbackEnvironment
 from llf_teacher.studies import Study, run
-from llf_teacher.studies.exports import write_export
+from llf_teacher.studies.export import write_export
 
 GRID = "llf-gridworld-v0"
 WAYS = ("north", "east", "south", "west")

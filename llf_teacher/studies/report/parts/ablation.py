@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from llf_teacher.studies.ablation import Ablation, ablations
+from llf_teacher.studies.analysis.ablation import Ablation, ablations
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.panels import Pane, panel_plot

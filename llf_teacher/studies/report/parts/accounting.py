@@ -5,7 +5,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from llf_teacher.students.student import TAUGHT
-from llf_teacher.studies.design import main_types
+from llf_teacher.studies.definition.design import main_types
 from llf_teacher.studies.report.columns import CHECKED, Sums
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part

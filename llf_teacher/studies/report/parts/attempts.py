@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
-from llf_teacher.studies.attempts import CONTROL, Attempts, attempts
-from llf_teacher.studies.outcomes import Group
+from llf_teacher.studies.analysis.outcomes import Group
+from llf_teacher.studies.analysis.time_to_success import CONTROL, Attempts, attempts
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
 

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from llf_teacher.studies.attempts import CONTROL
-from llf_teacher.studies.matrix import Matrix, matrices
+from llf_teacher.studies.analysis.matrix import Matrix, matrices
+from llf_teacher.studies.analysis.time_to_success import CONTROL
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.panels import Pane, panel_plot

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from llf_teacher.studies.costs import MANY
+from llf_teacher.studies.analysis.costs import MANY
 from llf_teacher.studies.report.columns import columns
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.studies.overall import THRESHOLDS, Overall, overall
+from llf_teacher.studies.analysis.overall import THRESHOLDS, Overall, overall
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.panels import profile_plot

@@ -4,10 +4,10 @@ from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
+from llf_teacher.studies.analysis.samples import Sampled, pass_at
 from llf_teacher.studies.report.columns import columns
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.samples import Sampled, pass_at
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from llf_teacher.studies.outcomes import Group
+from llf_teacher.studies.analysis.outcomes import Group
+from llf_teacher.studies.analysis.transfer import AfterLessons, tested
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.panels import Pane, panel_plot
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.transfer import AfterLessons, tested
 from pz_envs.family import all_families
 
 

@@ -1,0 +1,275 @@
+"""The record of an episode: what determines it, its turns, what they sum up to, and both as JSON and as bytes."""
+
+import dataclasses
+import hashlib
+import json
+import math
+import re
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher.models.replies import LENGTH
+from teachers import common
+from teachers.atoms import FP, KINDS, Atom, Label, action_of
+
+
+class EpisodeSpec(NamedTuple):
+    """All that determines an episode."""
+
+    id: str
+    teacher: str
+    student: str
+    instruction_type: str
+    feedback_type: str
+    max_turns: int
+    seed: int
+    version: str
+    """Version of this package, and of the one that brings the family along: another version may play otherwise."""
+    rules: str = ""
+    """Versions of the tree of seeds and of the family's rules, as in `2.1`: what differs in it is not comparable."""
+    lessons: int = 0
+    """Episodes that the teacher taught before this one, which then is a test: nobody teaches, no feedback is given."""
+    taught: str = ""
+    """Id of the environment of the lessons; empty without lessons."""
+    worlds: str = ""
+    """Whose worlds the lessons have, of `llf_teacher.studies.execution.play.WORLDS`; empty without lessons."""
+    sample: int = 0
+    """Which of the episodes that differ in what the student draws only."""
+    options: str = ""
+    """Options of the environment, JSON, beside those that its id stands for; empty: none."""
+
+    @property
+    def key(self) -> str:
+        """A digest that identifies the episode in a store."""
+        told = self._asdict()
+        for name in (*(() if self.lessons else _OF_LESSONS), *(each for each in _LATER if not told[each])):
+            del told[name]
+        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
+
+
+_OF_LESSONS = ("lessons", "taught", "worlds")
+_LATER = ("sample", "options")  # which do not tell an episode from those that were played before there were any
+
+
+class TurnRow(NamedTuple):
+    """One turn as it is stored; turn 0 is the opening."""
+
+    turn: int
+    observation: str
+    """The world as text, as the student saw it after this turn."""
+    action: str | None
+    """JSON, in the form that `World.step` takes; null at the opening and for a text that was no action."""
+    action_words: str | None
+    """The action in words, where it is not itself a text."""
+    reward: float
+    regret: float
+    success: bool
+    parse_failure: str | None
+    """What was received instead of an action."""
+    instruction: str | None
+    feedback: str
+    atoms: str
+    """JSON: what was said, a list of objects as `as_dict` makes them."""
+    answer: str | None = None
+    """What a model answered, without thoughts; this and the rest is null of students that ask none."""
+    thought: str | None = None
+    """What it thought before, where that was marked or given apart."""
+    finish: str | None = None
+    """Why it ended; `length` if it was cut."""
+    input_tokens: int | None = None
+    """Null if the endpoint does not say, as is the next."""
+    output_tokens: int | None = None
+    usd: float | None = None
+    """Null if tokens or prices are unknown."""
+    seconds: float | None = None
+    """From asking to having the answer, when it was paid for."""
+    unchecked: int | None = None
+    """Sentences of feedback that no claim vouches for; null if there are none, as is the next."""
+    changes: int | None = None
+    """Sentences in which a rewriting voice changed numbers or names."""
+
+
+class EpisodeRow(NamedTuple):
+    """One episode as it is stored."""
+
+    family: str
+    reads: str
+    """What the student learns from."""
+    turns: int
+    success: bool
+    """Success at the last turn."""
+    first_success: int | None
+    """The turn of the first success."""
+    total_reward: float
+    regret: float
+    """Sum over the turns, in the family's unit."""
+    parse_failures: int
+    claims: int
+    """Atoms of some kind of feedback; with `p` the instruction has some, too."""
+    claims_held: int
+    words: int
+    """Words of feedback."""
+    said_r: int
+    """Claims by kind."""
+    said_hp: int
+    said_hn: int
+    said_fp: int
+    said_fn: int
+    truthful: int
+    """Claims by label."""
+    late: int
+    placebo: int
+    distorted: int
+    unchecked: int
+    """Sentences of feedback without a claim, of models, persons and policies of one's own."""
+    changes: int
+    """Sentences in which a rewriting voice changed numbers or names."""
+    advised: int
+    """Turns before which the teacher advised actions."""
+    followed: int
+    """Those of them in which the student took one."""
+    answers: int | None
+    """Answers of a model; this and the rest is null of students that ask none."""
+    truncated: int | None
+    """Those of them that were cut for their length."""
+    input_tokens: int | None
+    """Sum over the answers, as are the next; null if one is unknown."""
+    output_tokens: int | None
+    usd: float | None
+    seconds: float | None
+    regrets: bytes
+    """Of each turn, as `pack_regrets` makes them."""
+
+
+class Record(NamedTuple):
+    """A played episode."""
+
+    spec: EpisodeSpec
+    episode: EpisodeRow
+    turns: tuple[TurnRow, ...]
+
+
+def unchecked(feedback: str, texts: Iterable[str]) -> int:
+    """The number of sentences of what was said that are not among those of claims."""
+    for text in texts:
+        feedback = feedback.replace(text, "", 1)
+    return sum(any(map(str.isalnum, sentence)) for sentence in _SENTENCES.split(feedback))
+
+
+_SENTENCES = re.compile(r"(?<=[.!?])[\"')\]]*\s+|\n+")
+
+
+def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
+    """An atom as JSON values.
+
+    `claim` names the claim's class with its family, or with `common` if any teacher makes such claims; `action` is the
+    action that it is about, of a plan the first one, null if it is about none.
+    """
+    claim = atom.claim
+    home = "common" if type(claim).__module__ == common.__name__ else family
+    fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+    return {
+        "kind": atom.kind,
+        "claim": f"{home}.{type(claim).__name__}",
+        "fields": fields,
+        "action": action_of(claim),
+        "text": atom.text,
+        "about_turn": atom.about_turn,
+        "holds": label is not Label.DISTORTED,
+        "label": label,
+    }
+
+
+def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
+    """What is told of an episode as a whole."""
+    heard = [[atom for atom in json.loads(row.atoms) if atom["kind"] is not None] for row in rows]
+    said = [atom for atoms in heard for atom in atoms]
+    kinds, labels = (Counter(atom[name] for atom in said) for name in ("kind", "label"))
+    advice = [
+        [atom["action"] for atom in atoms if _advises(atom, row.turn)] for row, atoms in zip(rows, heard, strict=True)
+    ]
+    taken = [None if row.action is None else json.loads(row.action) for row in rows[1:]]
+    return EpisodeRow(
+        family=family,
+        reads=reads,
+        turns=len(rows) - 1,
+        success=rows[-1].success,
+        first_success=next((row.turn for row in rows if row.success), None),
+        total_reward=math.fsum(row.reward for row in rows),
+        regret=math.fsum(row.regret for row in rows),
+        parse_failures=sum(row.parse_failure is not None for row in rows),
+        claims=len(said),
+        claims_held=sum(atom["holds"] for atom in said),
+        words=sum(len(row.feedback.split()) for row in rows),
+        **{f"said_{kind}": kinds[kind] for kind in KINDS},
+        truthful=labels[Label.TRUTHFUL],
+        late=labels[Label.LATE],
+        placebo=labels[Label.PLACEBO],
+        distorted=labels[Label.DISTORTED],
+        unchecked=sum(row.unchecked or 0 for row in rows),
+        changes=sum(row.changes or 0 for row in rows),
+        advised=sum(map(bool, advice[:-1])),
+        followed=sum(action in actions for actions, action in zip(advice[:-1], taken, strict=True)),
+        **_costs([row for row in rows if row.answer is not None]),
+        regrets=pack_regrets([row.regret for row in rows[1:]]),
+    )
+
+
+def _costs(rows: Sequence[TurnRow]) -> dict[str, Any]:
+    """What the answers of a model cost in all."""
+    sums: dict[str, Any] = dict.fromkeys(("answers", "truncated", *_SUMMED))
+    if rows:
+        sums |= {"answers": len(rows), "truncated": sum(row.finish == LENGTH for row in rows)}
+        for name, add in _SUMMED.items():
+            values = [getattr(row, name) for row in rows]
+            sums[name] = None if None in values else add(values)
+    return sums
+
+
+_SUMMED: dict[str, Callable[[list[Any]], float]] = {
+    "input_tokens": sum,
+    "output_tokens": sum,
+    "usd": math.fsum,
+    "seconds": math.fsum,
+}
+
+
+def _advises(atom: Mapping[str, Any], turn: int) -> bool:
+    """Whether an atom that is said at a turn advises an action for the next one."""
+    return atom["kind"] == FP and atom["about_turn"] == turn and atom["action"] is not None
+
+
+def pack_regrets(regrets: Sequence[float]) -> bytes:
+    """Doubles of the regret of each turn, compressed."""
+    return zlib.compress(np.array(regrets, "<f8").tobytes())
+
+
+def unpack_regrets(packed: bytes) -> NDArray[np.float64]:
+    """The regret of each turn, the opening not included; shape (turns,)."""
+    return np.frombuffer(zlib.decompress(packed), "<f8")
+
+
+def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:
+    """Turns as JSON values, without what is null."""
+    turns = [{name: value for name, value in row._asdict().items() if value is not None} for row in rows]
+    for turn in turns:
+        turn["atoms"] = json.loads(turn["atoms"])
+    return turns
+
+
+def pack_turns(rows: Iterable[TurnRow]) -> bytes:
+    """Turns as JSON, without what is null, compressed."""
+    return zlib.compress(json.dumps(turns_as_dicts(rows), ensure_ascii=False, separators=(",", ":")).encode(), 9)
+
+
+def unpack_turns(packed: bytes) -> list[dict[str, Any]]:
+    """The turns, with all fields of `TurnRow`, `action` and `atoms` decoded."""
+    turns = [dict.fromkeys(TurnRow._fields) | turn for turn in json.loads(zlib.decompress(packed))]
+    for turn in turns:
+        turn["action"] = None if turn["action"] is None else json.loads(turn["action"])
+    return turns

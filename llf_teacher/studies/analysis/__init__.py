@@ -1,0 +1,1 @@
+"""What episodes of a store show: outcomes, their statistics, and comparisons."""

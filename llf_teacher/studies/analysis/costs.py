@@ -1,0 +1,28 @@
+"""What the models of a study cost, and what has to be mended before it is believed, in lines for the command line."""
+
+from collections.abc import Iterator
+
+from llf_teacher.studies.store import Store
+
+MANY = 0.05
+"""A share of answers above which one hears of it."""
+
+
+def cost_lines(store: Store) -> Iterator[str]:
+    """Lines on each model that was paid for, and on each student whose answers were cut or were no actions."""
+    for spent in store.manifest().get("llm", ()):
+        unpriced = spent.get("unpriced", 0)
+        price = f"{spent['usd']:.4f} USD" if unpriced < spent["requests"] else "at an unknown price"
+        rest = f", without {unpriced} of unknown price" if 0 < unpriced < spent["requests"] else ""
+        yield (
+            f"{spent['model']}: {spent['requests']} answers paid so far, {spent['input_tokens']} tokens in, "
+            f"{spent['output_tokens']} out, {price}{rest}"
+        )
+        if lost := spent.get("lost"):
+            yield f"{spent['model']}: no reply to {lost} of {spent['sent']} requests, which may be charged all the same"
+    for row in store.answers():
+        student, answers, failures = row["student"], row["answers"], row["parse_failures"]
+        if row["truncated"]:
+            yield f"{student}: {row['truncated']} of {answers} answers were cut for their length; raise max_tokens"
+        if failures > MANY * answers:
+            yield f"{student}: {failures} of {answers} answers were no actions; see the transcripts"

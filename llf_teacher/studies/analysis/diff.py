@@ -1,0 +1,117 @@
+"""Two stores compared: what differs in the cells that both have, and what only one has."""
+
+import sqlite3
+from array import array
+from collections.abc import Sequence
+from contextlib import closing
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.studies.analysis.resampling import bootstrap_means
+from llf_teacher.studies.analysis.statistics import LEVEL, Estimate, mean_intervals
+from llf_teacher.studies.store import Store
+
+_RESAMPLES = 9999
+FIELDS = tuple(name for name in EpisodeSpec._fields if name not in ("seed", "version", "rules"))
+"""What determines a cell: all of an episode but the seed and versions."""
+Setting = tuple[str | int, ...]
+"""The values of `FIELDS`."""
+
+
+class Episodes(NamedTuple):
+    """The episodes of a cell in one store, by seed."""
+
+    rules: str
+    seeds: NDArray[np.int64]
+    """Ascending, shape (seeds,)."""
+    regret: NDArray[np.float64]
+    success: NDArray[np.float64]
+
+
+class Contrast(NamedTuple):
+    """A cell that both stores have."""
+
+    setting: Setting
+    first: Episodes
+    second: Episodes
+    paired: bool
+    """Whether the same seeds give the same worlds, so that episodes are compared one by one."""
+    regret: Estimate
+    """Mean of the second less that of the first; n counts pairs, or else the seeds of the smaller cell."""
+    success: float
+    """Share of successes in the second less that in the first, of what is compared."""
+
+    @property
+    def equal(self) -> bool:
+        """Whether the same seeds ended in the same way."""
+        return self.paired and all(
+            np.array_equal(one, other) for one, other in zip(self.first[1:], self.second[1:], strict=True)
+        )
+
+
+class Comparison(NamedTuple):
+    """Two stores."""
+
+    changes: Sequence[Contrast]
+    """Cells that both have, in the first one's order."""
+    only: tuple[Sequence[Setting], Sequence[Setting]]
+    """Cells that only the first, and only the second, has."""
+
+
+def compare(first: Store, second: Store) -> Comparison:
+    """Compare the episodes of two stores. Of several rules in a cell, the last is taken."""
+    one, other = _cells(first), _cells(second)
+    both = [(setting, one[setting], other[setting]) for setting in one if setting in other]
+    pairs = {
+        i: found for i, (_, a, b) in enumerate(both) if a.rules == b.rules and (found := _paired(a, b)) is not None
+    }
+    estimates = dict(zip(pairs, mean_intervals([b.regret - a.regret for a, b in pairs.values()]), strict=True))
+    changes = []
+    for i, (setting, a, b) in enumerate(both):
+        like = pairs.get(i, (a, b))
+        success = float(like[1].success.mean() - like[0].success.mean())
+        changes.append(Contrast(setting, a, b, i in pairs, estimates[i] if i in pairs else _apart(a, b), success))
+    return Comparison(changes, ([s for s in one if s not in other], [s for s in other if s not in one]))
+
+
+def _cells(store: Store) -> dict[Setting, Episodes]:
+    names = ", ".join(FIELDS)
+    query = f"SELECT {names}, rules, seed, regret, success FROM result JOIN setting USING (setting) ORDER BY rules"  # noqa: S608
+    found: dict[Setting, tuple[str, array[float]]] = {}
+    with closing(sqlite3.connect(f"{store.path.absolute().as_uri()}?mode=ro", uri=True)) as db:
+        for *setting, rules, seed, regret, success in db.execute(query):
+            if found.get(tuple(setting), ("",))[0] != rules:
+                found[tuple(setting)] = rules, array("d")
+            found[tuple(setting)][1].extend((seed, regret, success))
+    cells = {}
+    for key, (rules, values) in found.items():
+        table = np.array(values).reshape(-1, 3)
+        table = table[np.argsort(table[:, 0], kind="stable")]
+        cells[key] = Episodes(rules, table[:, 0].astype(np.int64), table[:, 1], table[:, 2])
+    return cells
+
+
+def _paired(one: Episodes, other: Episodes) -> tuple[Episodes, Episodes] | None:
+    """Both at the seeds that they share; None if there are none."""
+    seeds, *rows = np.intersect1d(one.seeds, other.seeds, return_indices=True)
+    if not len(seeds):
+        return None
+    first, second = (
+        Episodes(each.rules, seeds, each.regret[row], each.success[row])
+        for each, row in zip((one, other), rows, strict=True)
+    )
+    return first, second
+
+
+def _apart(one: Episodes, other: Episodes) -> Estimate:
+    """Difference of the means of regrets that are not paired, with the percentile interval of the bootstrap."""
+    count = min(len(one.seeds), len(other.seeds))
+    mean = float(other.regret.mean() - one.regret.mean())
+    if count == 1:
+        return Estimate(mean, np.nan, np.nan, count)
+    drawn = [bootstrap_means(each.regret[:, None], _RESAMPLES, i) for i, each in enumerate((one, other), start=1)]
+    low, high = np.quantile(drawn[1] - drawn[0], ((1 - LEVEL) / 2, (1 + LEVEL) / 2)).tolist()
+    return Estimate(mean, low, high, count)

@@ -1,0 +1,128 @@
+"""How many seeds a study needs, from a pilot's paired differences.
+
+A comparison of a teacher with the baseline is a test of paired differences. Its power is taken to be that of the
+paired t-test, by the noncentral t distribution (Cohen 1988), which the sign-flip test approaches (Hoeffding 1952), at
+the level that Holm's method leaves the least favoured comparison. A pilot's standard deviation is uncertain itself: the
+number is given for it, and, to be safe, for the upper end of its one-sided 80 % interval (Browne 1995).
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from llf_teacher.studies.analysis.contrasts import can_differ
+from llf_teacher.studies.analysis.outcomes import Outcomes, paired
+from teachers.spec import unknown
+
+ALPHA, POWER = 0.05, 0.8
+MOST = 1_000_000
+"""Seeds beyond which nobody goes."""
+_SURE = 0.8
+MEASURES = ("gain", "success")
+"""What an effect is: a share of the baseline's mean regret, or of successes; both go from 0 to 1."""
+
+
+class Need(NamedTuple):
+    """What one comparison needs."""
+
+    family: str
+    ids: tuple[str, ...]
+    instruction_type: str
+    feedback_type: str
+    teacher: str
+    student: str
+    pairs: int
+    """Seeds of the pilot."""
+    spread: float
+    """Standard deviation of the paired differences."""
+    seeds: int
+    """Seeds that find the effect with the power that is wanted, if this is the true spread."""
+    safe: int
+    """The same if the true spread is as great as the pilot leaves likely."""
+
+
+def power(seeds: int, effect: float, spread: float, alpha: float = ALPHA) -> float:
+    """Chance that a two-sided paired t-test finds a mean difference.
+
+    Args:
+        seeds: number of pairs, at least 2.
+        effect: the true mean difference.
+        spread: the true standard deviation of the differences, above 0.
+        alpha: level of the test.
+    """
+    shift, bound = abs(effect) / spread * math.sqrt(seeds), stats.t.isf(alpha / 2, seeds - 1)
+    return float(stats.nct.sf(bound, seeds - 1, shift) + stats.nct.cdf(-bound, seeds - 1, shift))
+
+
+def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> int:
+    """The least number of seeds with such a power and with p-values that can be as small as alpha; at most `MOST`.
+
+    Arguments as of `power`; without spread any seeds do whose p-values can be so small.
+    """
+    low = max(2, math.ceil(math.log2(2 / alpha)))  # of 2**n ways to flip signs two are as extreme as any can be
+    if spread <= 0:
+        return low
+
+    def enough(seeds: int) -> bool:
+        found = power(seeds, effect, spread, alpha)
+        return not found < wanted  # where the distribution is not known, far out, the power is 1
+
+    high = low
+    while high < MOST and not enough(high):
+        low, high = high, 2 * high
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if enough(middle) else (middle, high)
+    return min(high, MOST)
+
+
+def needs(
+    pilot: Outcomes, baseline: str, effect: float, measure: str = "gain", wanted: float = POWER
+) -> Iterator[Need]:
+    """What every comparison of a pilot needs; those that cannot differ, or have a single seed, are left out.
+
+    Args:
+        pilot: what came of its episodes.
+        baseline: the teacher to compare with.
+        effect: the least difference that matters, in the measure's unit.
+        measure: one of `MEASURES`.
+        wanted: power, 0 to 1.
+
+    Raises:
+        ValueError: there is no such measure.
+    """
+    if measure not in MEASURES:
+        raise ValueError(unknown("measure", measure, MEASURES))
+    for group, cells in pilot.items():
+        pairs = [
+            (teacher, student)
+            for teacher, student in cells
+            if (baseline, student) in cells and can_differ(teacher, baseline, student, group.feedback_type)
+        ]
+        for teacher, student in pairs:
+            cell, other = paired(cells[teacher, student], cells[baseline, student])
+            n = len(cell.seeds)
+            if n < 2:
+                continue
+            unit = other.regret.mean() if measure == "gain" else 1.0
+            if unit <= 0:  # the baseline leaves nothing to gain
+                continue
+            differences = (other.regret - cell.regret if measure == "gain" else cell.success - other.success) / unit
+            spread = float(np.std(differences, ddof=1))
+            above = spread * math.sqrt((n - 1) / stats.chi2.ppf(1 - _SURE, n - 1))
+            seeds, safe = (seeds_needed(effect, each, ALPHA / len(pairs), wanted) for each in (spread, above))
+            yield Need(
+                group.family,
+                group.ids,
+                group.instruction_type,
+                group.feedback_type,
+                teacher,
+                student,
+                n,
+                spread,
+                seeds,
+                safe,
+            )

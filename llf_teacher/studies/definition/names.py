@@ -1,0 +1,65 @@
+"""Short names of teachers and students, for reports: those that a study gives them, else what tells them apart."""
+
+import contextlib
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from typing import Any
+
+from llf_teacher.speakers.speaker import Voiced
+from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
+from teachers.spec import unknown
+
+LONGEST = 60
+"""Characters of a name."""
+_ALWAYS, _WHERE = ("model",), ("base_url", "endpoint")
+
+
+def check_names(given: Any, known: Iterable[str], problems: list[str]) -> dict[str, str]:
+    """The table `names`, of names by spec, in canonical form; what is wrong with it is added to the problems."""
+    known = dict.fromkeys(known)
+    if not isinstance(given, Mapping):
+        problems.append(f"names must be a table of specs with their names, got {given!r}")
+        return {}
+    names = {_canonical(spec, known): name for spec, name in given.items()}
+    problems += [f"names: {unknown('teacher or student', spec, known)}" for spec in names if spec not in known]
+    for name in names.values():
+        if not isinstance(name, str) or not name.strip() or len(name) > LONGEST or not name.isprintable():
+            problems.append(f"names: a name must be a text of 1 to {LONGEST} printable characters, got {name!r}")
+    taken = Counter([*map(str, names.values()), *(spec for spec in known if spec not in names)])
+    problems += [f"names: {name!r} stands for several" for name, count in taken.items() if count > 1]
+    return names
+
+
+def _canonical(spec: str, known: Iterable[str]) -> str:
+    """A spec as the study has it, however it is written."""
+    for canonical in (teacher_spec, student_spec):
+        with contextlib.suppress(ValueError, TypeError):
+            if (found := canonical(spec)) in known:
+                return found
+    return spec
+
+
+def short_names(specs: Mapping[str, Any], given: Mapping[str, str]) -> dict[str, str]:
+    """A name for each spec: the one that it is given; `llm(gpt-4o)` for who asks a model, with what tells it from
+    others of the same model; else the spec itself.
+
+    Args:
+        specs: what the specs describe.
+        given: names by spec.
+    """  # noqa: D205
+    models: dict[str, dict[str, Any]] = {}
+    for spec, value in specs.items():
+        asks: Any = value.wording if isinstance(value, Voiced) else value
+        if spec not in given and getattr(asks, "model", None):
+            before = f"{value.personality} | " if isinstance(value, Voiced) else ""
+            models.setdefault(f"{before}{asks.name}({asks.model}", {})[spec] = asks
+    found = {spec: spec for spec in specs} | dict(given)
+    for head, alike in models.items():
+        names = [field.name for field in fields(next(iter(alike.values()))) if field.name not in _ALWAYS]
+        apart = [name for name in names if len({repr(getattr(value, name)) for value in alike.values()}) > 1]
+        shown = [name for name in apart if name not in _WHERE] or apart
+        for spec, value in alike.items():
+            found[spec] = ", ".join([head, *(f"{name}={getattr(value, name)!r}" for name in shown)]) + ")"
+    taken = Counter(found.values())
+    return {spec: name if taken[name] == 1 else spec for spec, name in found.items()}

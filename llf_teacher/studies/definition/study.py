@@ -1,0 +1,339 @@
+"""A study: which students meet which teachers in which environments, as a value that files hold."""
+
+import itertools
+import json
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+import llf_teacher
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.registry import PREFIX, entry, supported_types
+from llf_teacher.speakers.parsing import needed_of
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
+from llf_teacher.studies.definition.names import check_names, short_names
+from llf_teacher.studies.definition.options import check_options, options_of
+from llf_teacher.studies.definition.transcript_filter import check_transcripts
+from pz_envs.family import all_families
+from pz_envs.teacher_seat import is_count
+from teachers.feedback import format_kinds
+from teachers.seeds import TREE
+from teachers.spec import unknown
+
+
+class Grid(NamedTuple):
+    """What is crossed with one another for an id."""
+
+    teachers: tuple[str, ...]
+    students: tuple[str, ...]
+    seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """The full cross of its lists, but for the ids that have `fewer`. Lists are kept as tuples, in canonical form.
+
+    Raises:
+        ValueError: one error that lists all that is not allowed.
+    """
+
+    ids: Sequence[str]
+    teachers: Sequence[Any]
+    """Spec strings, or objects, which are kept as such: personalities, also with a voice, as in
+    `oracle | voice(tone='curt')`; `llm_teacher(...)`; `module:factory` of your own.
+    """
+    students: Sequence[Any]
+    """Spec strings, or factories of agents of your own, kept as `module:factory`."""
+    instruction_types: Sequence[str] = ("b",)
+    feedback_types: Sequence[str] = ("a",)
+    """What may be said; `"subsets"` stands for every subset of the five kinds, for an ablation."""
+    seeds: int | Sequence[int] = 10
+    """The seeds, each at least 0; a number n stands for 0 to n - 1."""
+    max_turns: int | None = None
+    """Turns after which episodes are truncated; None: each family's."""
+    samples: int = 1
+    """How often each episode is played, by students that draw otherwise each time, in the same world with the same
+    teacher. The report averages them within a seed; see `llf_teacher.studies.analysis.samples`. Tests behind lessons
+    are played once.
+    """
+    fewer: Mapping[str, Mapping[str, Sequence[str] | Sequence[int] | int]] = field(default_factory=dict)
+    """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
+    are slow. Where several patterns fit an id, the first counts.
+    """
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Per pattern of ids, as in `llf-metaworld-*`, options of the environment: those of its world, `visual` and
+    `failure_reward`. Where several patterns fit an id, the first counts. They are part of an episode's identity.
+    """
+    baseline: str = BASELINE
+    """The teacher that the others are compared with, one of `teachers`; without `silent` among them, and unless another
+    is named, there is no comparison.
+    """
+    looks: Mapping[str, Any] = field(default_factory=dict)
+    """A sequential design: after how many seeds (`at`) p-values may be looked at, how the error is spent (`spending`),
+    and whether the study ends when all is found (`stop`). See
+    `llf_teacher.studies.definition.design.InterimAnalyses`. Episodes are played in that order.
+    """
+    transfer: Mapping[str, Any] = field(default_factory=dict)
+    """Tests without a teacher after so many `lessons`, beside the other episodes. See
+    `llf_teacher.studies.definition.design.Transfer`. Whom `fewer` leaves out of an environment is left out there, too.
+    """
+    names: Mapping[str, str] = field(default_factory=dict)
+    """What the report calls teachers and students, by their specs; without one, who asks a model is `llm(model)`, and
+    others are their specs.
+    """
+    transcripts: Sequence[Mapping[str, Any]] = ()
+    """The episodes that the report shows turn by turn: tables of patterns of `id`, `teacher` and `student`, and of
+    `seeds`, a list; without seeds, the first. Without any table, a few of each family.
+    """
+
+    def __post_init__(self) -> None:
+        problems: list[str] = []
+        set_ = object.__setattr__
+        if self.feedback_types == "subsets":
+            set_(self, "feedback_types", SUBSETS)
+        for name, check in _CHECKS.items():
+            set_(self, name, _listed(name, getattr(self, name), check, problems))
+        if self.max_turns is not None and not is_count(self.max_turns):
+            problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
+        if not is_count(self.samples):
+            problems.append(f"samples must be an integer of at least 1, got {self.samples!r}")
+        set_(self, "fewer", self._shortened(problems))
+        set_(self, "options", check_options(self.options, self.ids, problems))
+        set_(self, "baseline", self._compared(problems))
+        looks = check_interim_analyses(self.looks, len(self._seeds), problems)
+        set_(self, "looks", looks._asdict() if looks else {})
+        if not problems:
+            set_(self, "transfer", check_transfer(self.transfer, self, problems))
+        set_(self, "names", check_names(self.names, self._specs("teachers") + self._specs("students"), problems))
+        set_(self, "transcripts", check_transcripts(self.transcripts, problems))
+        if not problems:
+            unsupported: dict[tuple[str, tuple[str, ...]], list[str]] = {}
+            for id, type_ in itertools.product(self.ids, self.instruction_types):
+                if type_ not in (allowed := supported_types(id)[0]):
+                    unsupported.setdefault((type_, allowed), []).append(id)
+            problems += [
+                f"instruction_types: {', '.join(unable)} cannot have {type_!r}; allowed: {', '.join(allowed)}"
+                for (type_, allowed), unable in unsupported.items()
+            ]
+            heard = {id: {*self.grid(id).teachers, *self.tests(id).teachers} for id in self.ids}
+            for spec in self._specs("teachers"):
+                asked = {id: entry(id).family for id in self.ids if spec in heard[id]}
+                served = {family.name: family.serves(needed_of(parse_teacher(spec))) for family in asked.values()}
+                if unable := [id for id, family in asked.items() if not served[family.name]]:
+                    problems.append(
+                        f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle does not give what that "
+                        "needs; see docs/personalities.md, or leave it out there by `fewer`"
+                    )
+        if problems:
+            raise ValueError("; ".join(dict.fromkeys(problems)))
+
+    @property
+    def named(self) -> dict[str, str]:
+        """What the report calls each teacher and student."""
+        asks = {spec: parse_teacher(spec) for spec in self._specs("teachers")}
+        return short_names(asks | {spec: parse_student(spec) for spec in self._specs("students")}, self.names)
+
+    def _specs(self, name: str) -> tuple[str, ...]:
+        """All `teachers` or all `students`, of tests too."""
+        return tuple(dict.fromkeys((*getattr(self, name), *self.transfer.get(name, ()))))
+
+    @property
+    def _seeds(self) -> Sequence[int]:
+        return cast(Sequence[int], self.seeds)
+
+    def _compared(self, problems: list[str]) -> str:
+        """`baseline` in canonical form; what is wrong with it is added to the problems."""
+        try:
+            baseline = teacher_spec(self.baseline)
+        except ValueError as error:
+            problems.append(f"baseline: {error}")
+            return BASELINE
+        if baseline not in self.teachers and baseline != BASELINE:
+            problems.append(f"baseline: {unknown('teacher', baseline, self.teachers)}")
+        return baseline
+
+    def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
+        """`fewer` in canonical form; what is wrong with it is added to the problems."""
+        if not isinstance(self.fewer, Mapping) or not all(isinstance(v, Mapping) for v in self.fewer.values()):
+            problems.append(f"fewer must be a table of tables, got {self.fewer!r}")
+            return {}
+        shortened = {}
+        for pattern, lists in self.fewer.items():
+            where = f"fewer.{json.dumps(pattern)}"
+            if not any(fnmatchcase(id, pattern) for id in self.ids):
+                problems.append(f"{where} fits none of the ids")
+            problems += [f"{where}: {unknown('key', name, Grid._fields)}" for name in lists if name not in Grid._fields]
+            shortened[pattern] = {
+                name: _listed(f"{where}: {name}", lists[name], _CHECKS[name], problems)
+                for name in Grid._fields
+                if name in lists
+            }
+            for name, values in shortened[pattern].items():
+                extra = [value for value in values if value not in getattr(self, name)]
+                if extra:
+                    problems.append(f"{where}: {name} must be some of the study's, got also {extra}")
+        return shortened
+
+    def grid(self, id: str) -> "Grid":
+        """The lists that are crossed for an id of the study."""
+        lists = next((lists for pattern, lists in self.fewer.items() if fnmatchcase(id, pattern)), {})
+        return Grid(**{name: lists.get(name, getattr(self, name)) for name in Grid._fields})
+
+    def tests(self, id: str) -> Transfer:
+        """What is crossed with one another and with the seeds for the tests in an environment; empty without tests."""
+        if not self.transfer:
+            return Transfer((), (), (), ())
+        plan, grid, family = Transfer(**self.transfer), self.grid(id), entry(id).family
+        return plan._replace(
+            taught=tuple(each for each in plan.taught if entry(each).family is family) if plan.taught else (id,),
+            teachers=tuple(each for each in plan.teachers if each in grid.teachers or each not in self.teachers),
+            students=tuple(each for each in plan.students if each in grid.students or each not in self.students),
+        )
+
+    def episodes(self) -> Iterator[EpisodeSpec]:
+        """Every episode, seeds innermost; with `looks`, those of a look before those of the next, and with `transfer`,
+        the tests behind the others.
+        """  # noqa: D205
+        bounds = [0, *self.looks["at"]] if self.looks else [0, len(self._seeds)]
+        for first, last in itertools.pairwise(bounds):
+            wave = frozenset(self._seeds[first:last])
+            for id, instruction_type in itertools.product(self.ids, self.instruction_types):
+                grid = self.grid(id)
+                grid = grid._replace(seeds=tuple(seed for seed in grid.seeds if seed in wave))
+                yield from self._of(id, instruction_type, grid)
+
+    def _of(self, id: str, instruction_type: str, grid: "Grid") -> Iterator[EpisodeSpec]:
+        """The episodes of an environment."""
+        family = entry(id).family
+        max_turns = self.max_turns or family.max_turns
+        version, rules = llf_teacher.__version__, f"{TREE}.{family.rules}"
+        options = options_of(self.options, id)
+        if family.version:
+            version = f"{version}+{family.distribution}-{family.version}"
+        for sample, feedback_type, teacher, student, seed in itertools.product(
+            range(self.samples), self.feedback_types, *grid
+        ):
+            spec = EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
+            yield spec._replace(sample=sample, options=options)
+        plan = self.tests(id)
+        for taught, worlds, number, feedback_type, teacher, student, seed in itertools.product(
+            plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
+        ):
+            yield EpisodeSpec(
+                id,
+                teacher,
+                student,
+                instruction_type,
+                feedback_type,
+                max_turns,
+                seed,
+                version,
+                rules,
+                number,
+                taught,
+                worlds,
+                options=options,
+            )
+
+    def as_dict(self) -> dict[str, Any]:
+        """The study as JSON values."""
+        values: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        return values
+
+
+def _seed(value: Any) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+        raise ValueError(f"a seed must be an integer of at least 0, got {value!r}")
+    return value
+
+
+def _type(value: Any) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"an instruction type must be a string, got {value!r}")
+    return value
+
+
+_CHECKS: dict[str, Callable[[Any], Any]] = {
+    "ids": lambda id: entry(id).id,
+    "teachers": teacher_spec,
+    "students": student_spec,
+    "feedback_types": format_kinds,
+    "instruction_types": _type,
+    "seeds": _seed,
+}
+
+
+def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[str]) -> tuple[Any, ...]:
+    """The values in canonical form, without repetitions; what is wrong with them is added to the problems."""
+    given = values
+    if check is _seed and isinstance(values, int) and not isinstance(values, bool):
+        values = tuple(range(values))
+    if not isinstance(values, Sequence) or isinstance(values, str | bytes) or not values:
+        number = " or a number of at least 1" if check is _seed else ""
+        problems.append(f"{name} must be a non-empty list{number}, got {given!r}")
+        return ()
+    canonical = []
+    for value in values:
+        try:
+            canonical.append(check(value))
+        except ValueError as error:
+            problems.append(f"{name}: {error}")
+    return tuple(dict.fromkeys(canonical))
+
+
+def load_study(path: Path) -> Study:
+    """The study that a TOML file describes; its keys are the fields of `Study`.
+
+    Raises:
+        ValueError: the file cannot be read, or describes no study; the message names the file.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ValueError(f"{path}: {error}") from None
+    allowed = {field.name: field for field in fields(Study)}
+    problems = [unknown("key", key, allowed) for key in table if key not in allowed]
+    problems += [f"{key} is missing" for key in ("ids", "teachers", "students") if key not in table]
+    if problems:
+        raise ValueError(f"{path}: {'; '.join(problems)}")
+    try:
+        return Study(**table)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def quickstart() -> Study:
+    """The built-in study: every family that is installed, controls and some personalities, students who read different
+    things.
+    """  # noqa: D205
+    families = [family for family in all_families() if not family.missing()]
+    return Study(
+        ids=tuple(PREFIX + name for family in families for name in family.showcase),
+        teachers=(
+            "oracle",
+            "only(kinds='r+hp+hn')",
+            "mix",
+            "mistake(eps=0.3)",
+            "delayed(turns=2)",
+            "placebo",
+            "retry_only",
+            "silent",
+        ),
+        students=("random", "reward_only", "text_only", "obedient", "oracle"),
+        seeds=tuple(range(10)),
+        fewer={
+            PREFIX + name: {
+                "teachers": ("oracle", "placebo", "silent"),
+                "students": ("random", "obedient"),
+                "seeds": tuple(range(3)),
+            }
+            for family in families
+            if family.slow
+            for name in family.showcase
+        },
+    )

@@ -1,0 +1,1 @@
+"""How a study is played: runner, executors, limits, and what plays an episode in a worker."""

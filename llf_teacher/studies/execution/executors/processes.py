@@ -1,0 +1,171 @@
+"""`processes`: the processes of this machine. One that dies, or is ended, takes only its own task with it."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
+from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.synchronize import Event
+from types import TracebackType
+from typing import Any, Generic, Self
+
+from pebble import ProcessExpired, ProcessPool
+
+from llf_teacher.studies.execution.executors import AHEAD, SPOILED, Executor, ExecutorError, Lost, Process, R, T, Work
+from llf_teacher.studies.execution.executors.batches import Batches, in_batches
+
+_LEFT = 78  # instead of 0: of a worker that should not have ended
+_BROKEN = 3  # times that no process could begin, one after the other
+
+
+class _Worker(SpawnProcess):
+    """A process that plays."""
+
+    def start(self) -> None:
+        """Begin, deaf to Ctrl-C, which is for the parent."""
+        if not hasattr(signal, "pthread_sigmask"):
+            return super().start()
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return super().start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    @property
+    def exitcode(self) -> int | None:
+        """Never 0, which the pool would take for an end that somebody wanted."""
+        return super().exitcode if super().exitcode != 0 else _LEFT
+
+
+class _Context(SpawnContext):
+    """Spawned processes start from a clean interpreter, the same on every platform."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.processes: list[_Worker] = []
+
+    def Process(self, *args: Any, **options: Any) -> _Worker:  # type: ignore[override]  # noqa: N802 (both as there)
+        self.processes = [process for process in self.processes if process.is_alive()]
+        self.processes.append(_Worker(*args, **options))
+        return self.processes[-1]
+
+
+class _Processes(Generic[T, R]):
+    def __init__(self, work: Work[T, R], workers: int) -> None:
+        self._work, self._workers = work, workers
+        self.room = workers * AHEAD
+        self._tasks: dict[Future[R | None], T] = {}
+        self._broken = 0
+        self._over = _Context().Event()
+        self._begin()
+
+    def _begin(self) -> None:
+        self._context = _Context()
+        given = (self._work.begin, self._over)
+        self._pool = ProcessPool(self._workers, initializer=_begin, initargs=given, context=self._context)
+
+    def submit(self, task: T) -> None:
+        future = self._pool.schedule(partial(_unless_over, self._work.call), args=(task,), timeout=self._work.seconds)
+        self._tasks[future] = task
+
+    def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
+        results: list[tuple[T, R | Lost | None]] = []
+        for future in wait(self._tasks, seconds, FIRST_COMPLETED).done:
+            task = self._tasks.pop(future)
+            try:
+                results.append((task, future.result()))
+                self._broken = 0
+            except TimeoutError:
+                error = f"not over {self._work.seconds:g} seconds after its beginning, and did not end by itself"
+                results.append((task, Lost("time", error)))
+            except ProcessExpired as error:
+                if error.exitcode == SPOILED:
+                    self.submit(task)
+                else:
+                    results.append((task, Lost("died", _how(error.exitcode))))
+            except BrokenProcessPool as error:
+                self._again([task, *self._tasks.values()], error)
+                break
+        return results
+
+    def _again(self, tasks: list[T], error: BrokenProcessPool) -> None:
+        """Begin with new processes."""
+        self._broken += 1
+        self._end()
+        if self._broken == _BROKEN:
+            raise ExecutorError(f"the processes that play end as soon as they begin: {error}")
+        self._tasks.clear()
+        self._begin()
+        for task in tasks:
+            self.submit(task)
+
+    def cancel(self) -> list[T]:
+        """Which tasks have begun only their processes know: a future's `cancel` might end one in the middle."""
+        self._over.set()
+        return []
+
+    def _end(self) -> None:
+        self._pool.stop()  # type: ignore[no-untyped-call]  # the package has types but for a few
+        for process in self._context.processes:
+            if process.is_alive():  # as pool.stop would do in turn, after seconds for each
+                process.kill()
+        self._pool.join()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end()
+
+
+_over: Event
+"""In a process that plays: whether no more tasks should begin."""
+
+
+def _unless_over(call: Callable[[T], R], task: T) -> R | None:
+    """Play a task, in a process of the engine's."""
+    return None if _over.is_set() else call(task)
+
+
+def _begin(begin: Callable[[], object], over: Event) -> None:
+    """Set up a process. It ends when its parent is gone, even if that was killed."""
+    global _over
+    _over = over
+    Process.owned = True
+    begin()
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _how(code: int) -> str:
+    """How a process has ended."""
+    if code < 0:
+        try:
+            return f"its process was ended by {signal.Signals(-code).name}"
+        except ValueError:
+            pass
+    return f"its process ended with exit status {0 if code == _LEFT else code}"
+
+
+def start(work: Work[T, R], workers: int | None, address: str | None) -> Executor[T, R]:
+    """See `executors.start`.
+
+    Raises:
+        ValueError: an address.
+    """
+    if address is not None:
+        raise ValueError(f"the executor 'processes' plays on this machine and has no address, got {address!r}")
+    engine = _Processes(in_batches(work), min(workers or os.cpu_count() or 1, work.tasks))
+    return Batches(engine, work.tasks, single=work.seconds is not None)

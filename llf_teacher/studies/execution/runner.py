@@ -1,0 +1,342 @@
+"""The runner: plays what a store lacks of a study, by whatever executor, in memory that does not grow with it."""
+
+import contextlib
+import itertools
+import os
+import platform
+import re
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from importlib import metadata
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
+
+from llf_teacher.episodes.failure import Failure, failure
+from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.models.cache import spending
+from llf_teacher.models.settings import CACHE
+from llf_teacher.speakers.speaker import Speaker
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution import executors
+from llf_teacher.studies.execution.executors import Executor, Lost, Work
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.worker import Packed, Stop, describe_episode, run_episode, set_up
+from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.studies.store.store_lock import lock_store
+
+if TYPE_CHECKING:
+    from llf_teacher.studies.execution.interim import Decision
+
+_PATIENCE = 1.0  # seconds without news, after which progress is told all the same
+
+
+class EpisodeError(RuntimeError):
+    """Episodes failed. What was played is stored, and so is why these were not."""
+
+    trace: str = ""
+    """The traceback of the first in the process that played it, if it tells more than the message."""
+    played: int = 0
+    """The number of episodes that were played."""
+
+
+class StudyError(EpisodeError):
+    """The study cannot go on. What was played is stored."""
+
+
+class Shard(NamedTuple):
+    """A part of a study's episodes: every `of`-th, from the `number`-th on."""
+
+    number: int
+    of: int
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+
+def parse_shard(text: str) -> Shard:
+    """A shard as it is written on the command line, as in `3/8`.
+
+    Raises:
+        ValueError: bad syntax, or there is no such part.
+    """
+    match = re.fullmatch(r"(\d+)/(\d+)", text)
+    shard = Shard(*map(int, match.groups())) if match else Shard(0, 0)
+    if not 1 <= shard.number <= shard.of:
+        raise ValueError(f"shard must be i/n with 1 <= i <= n, as in 3/8, got {text!r}")
+    return shard
+
+
+class RunOptions(NamedTuple):
+    """How a study is played; what is played does not depend on it."""
+
+    executor: str | None = None
+    """What plays the episodes: a name of `executors.NAMES`.
+
+    None: `processes`, but `here` for one worker without limits, which are sure to be kept only where a process can be
+    ended.
+    """
+    address: str | None = None
+    """Where the executor's cluster is."""
+    limits: Limits = Limits()
+    shard: Shard = Shard(1, 1)
+    retry_failed: bool = False
+    """Play episodes again that failed in an earlier run."""
+    fail_fast: bool = False
+    """Begin no more episodes after one that failed."""
+
+    def engine(self, workers: int | None) -> str:
+        """The executor for so many workers."""
+        return self.executor or ("here" if workers == 1 and self.limits == Limits() else "processes")
+
+
+class _Tally(NamedTuple):
+    """What a store has of a study, and what is to be played."""
+
+    there: int
+    lost: int
+    """Those that failed earlier and are not played again."""
+    todo: int
+    students: tuple[str, ...]
+    """Of the episodes to be played."""
+    turns: int
+    """The most turns that one of these may have."""
+
+    @property
+    def done(self) -> int:
+        return self.there + self.lost
+
+    @property
+    def total(self) -> int:
+        return self.done + self.todo
+
+
+def run(
+    study: Study,
+    store: Store,
+    workers: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    environment: Mapping[str, str] | None = None,
+    options: RunOptions = RunOptions(),  # noqa: B008 (immutable)
+    on_interim: "Callable[[Decision], None] | None" = None,
+) -> int:
+    """Play and store every episode of the study that the store lacks.
+
+    A study with looks is played look by look. One that declares to stop ends where it may; its shards are refused.
+
+    Args:
+        study: what to play.
+        store: where episodes go, each as it ends.
+        workers: how many episodes are played at once; None: one a core. One plays in this process, unless `way` says
+            otherwise.
+        progress: called with the number of episodes that are done, and of all.
+        environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
+        options: how to play.
+        on_interim: called with what is decided at each look that this run reaches.
+
+    Returns:
+        The number of episodes that were played.
+
+    Raises:
+        EpisodeError: episodes failed, now or earlier; all others are stored.
+        StudyError: the study cannot go on, as when a spending limit is reached; what was played is stored.
+        ValueError, ModuleNotFoundError: a student cannot play here, or the store is damaged; nothing was played. Or the
+            store can no longer be written; what was played before is in it.
+    """
+    options.limits.check()
+    with lock_store(store.path):
+        store.check()
+        silent: Callable[..., None] = lambda *_: None  # noqa: E731 (of two callbacks)
+        return _Run(study, store, options, progress or silent, environment or {}, on_interim or silent).play(workers)
+
+
+class _Run:
+    """One run of a study."""
+
+    def __init__(
+        self,
+        study: Study,
+        store: Store,
+        options: RunOptions,
+        progress: Callable[[int, int], None],
+        environment: Mapping[str, str],
+        on_interim: "Callable[[Decision], None]",
+    ) -> None:
+        self._study, self._store, self._options, self._progress = study, store, options, progress
+        self._on_interim = on_interim
+        self._cache = os.environ.get(CACHE) or f"{store.path.absolute().with_suffix('.llm.db')}"
+        self._environment = {CACHE: self._cache, **environment}
+        self._fresh = store.empty
+        self._played = self._failed = 0
+        self._first: EpisodeError | None = None
+        """The first episode that failed."""
+        self._error: EpisodeError | None = None
+        """Why no more episodes are begun."""
+
+    def play(self, workers: int | None) -> int:
+        """See `run`."""
+        store, options = self._store, self._options
+        if options.shard.of > 1 and self._study.looks.get("stop"):
+            raise ValueError(
+                f"a shard ({options.shard}) does not know what the others found, so that a study of looks with `stop` "
+                "cannot be played in shards; play it whole, or leave out `stop`"
+            )
+        tally = self._count()
+        for student in tally.students:
+            parse_student(student).check(os.environ | self._environment)
+        for teacher in speakers(self._study) if tally.todo else ():
+            teacher.check(os.environ | self._environment)
+        executor = options.engine(workers)
+        if tally.todo and executor not in executors.HERE:
+            check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
+        self._progress(tally.done, tally.total)
+        store.write_manifest(manifest(self._study))
+        if tally.todo and not self._ends(0):
+            call = partial(run_episode, limits=options.limits)
+            work = Work(partial(set_up, self._environment), call, tally.todo, options.limits.hard_seconds(tally.turns))
+            try:
+                with executors.start(executor, work, workers, options.address) as engine:
+                    self._play(engine, tally)
+            finally:
+                with contextlib.suppress(StoreError):  # of which the user hears, or which costs no episode
+                    if spent := spending(self._cache):
+                        store.write_manifest({"llm": spent})
+        if error := self._error or self._failures(tally):
+            error.played = self._played
+            raise error
+        return self._played
+
+    def _specs(self) -> Iterator[EpisodeSpec]:
+        shard = self._options.shard
+        return itertools.islice(self._study.episodes(), shard.number - 1, None, shard.of)
+
+    def _is_there(self, spec: EpisodeSpec) -> bool:
+        return not self._fresh and self._store.has(spec.key)
+
+    def _is_lost(self, spec: EpisodeSpec) -> bool:
+        """Whether the episode failed earlier and is not played again."""
+        return not self._fresh and not self._options.retry_failed and self._store.has_failed(spec.key)
+
+    def _count(self) -> _Tally:
+        there = lost = todo = turns = 0
+        students: dict[str, None] = {}
+        for spec in self._specs():
+            if self._is_there(spec):
+                there += 1
+            elif self._is_lost(spec):
+                lost += 1
+            else:
+                todo += 1
+                students[spec.student] = None
+                turns = max(turns, spec.max_turns * (spec.lessons + 1))
+        return _Tally(there, lost, todo, tuple(students), turns)
+
+    def _ends(self, look: int) -> bool:
+        """Whether the design ends the study at the last look that is whole, of which is told from `look` on."""
+        if not self._study.looks or self._options.shard.of > 1:
+            return False
+        from llf_teacher.studies.execution.interim import decide  # which draws, too: not needed without looks
+
+        decision = decide(self._store, self._study)
+        if decision and decision.look >= max(look, 1):
+            self._on_interim(decision)
+        return decision is not None and decision.stops
+
+    def _play(self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], tally: _Tally) -> None:
+        todo = (spec for spec in self._specs() if not self._is_there(spec) and not self._is_lost(spec))
+        if not self._study.looks:
+            self._play_these(engine, todo, tally)
+            return
+        looks = {
+            seed: 1 + bisect_right(self._study.looks["at"], i)
+            for i, seed in enumerate(cast(Sequence[int], self._study.seeds))
+        }
+        for look, specs in itertools.groupby(todo, lambda spec: looks[spec.seed]):
+            self._play_these(engine, specs, tally)
+            if self._error or self._ends(look):
+                return
+
+    def _play_these(
+        self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], todo: Iterator[EpisodeSpec], tally: _Tally
+    ) -> None:
+        under_way = 0
+        while True:
+            if self._error is None:
+                for spec in itertools.islice(todo, max(0, engine.room - under_way)):
+                    engine.submit(spec)
+                    under_way += 1
+            if not under_way:
+                return
+            running = self._error is None
+            ended = engine.wait(_PATIENCE)
+            under_way -= len(ended)
+            with self._store.together():
+                for spec, result in ended:
+                    self._take(spec, result)
+            self._progress(tally.done + self._played + self._failed, tally.total)
+            if running and self._error is not None:  # play no more, but keep what is being played
+                under_way -= len(engine.cancel())
+
+    def _take(self, spec: EpisodeSpec, result: Packed | Failure | Stop | Lost | None) -> None:
+        """Store what came of an episode."""
+        if result is None:
+            return
+        if isinstance(result, Lost):
+            result = failure(*result)
+        if isinstance(result, Packed):
+            self._store.add_packed(spec, *result)
+            self._played += 1
+        elif isinstance(result, Stop):
+            self._error = self._error or StudyError(result.error)
+        else:
+            self._store.add_failure(spec, result)
+            self._failed += 1
+            if self._first is None:
+                self._first = EpisodeError(f"{describe_episode(spec)} failed: {result.error}")
+                self._first.trace = result.trace
+            if self._options.fail_fast:
+                self._error = self._error or self._first
+
+    def _failures(self, tally: _Tally) -> EpisodeError | None:
+        """What to say of episodes that failed, if any did."""
+        first = self._first
+        if first is None:
+            lost = f"{tally.lost} of {tally.total} episodes failed in an earlier run"
+            return EpisodeError(lost) if tally.lost else None
+        if self._failed == 1:
+            return first
+        error = EpisodeError(f"{self._failed} of {tally.total} episodes failed, the first: {first}")
+        error.trace = first.trace
+        return error
+
+
+def speakers(study: Study) -> Iterator[Speaker]:
+    """The teachers of a study that are no personalities alone."""
+    for spec in dict.fromkeys((*study.teachers, *study.transfer.get("teachers", ()))):
+        if isinstance(teacher := parse_teacher(spec), Speaker):
+            yield teacher
+
+
+def manifest(study: Study) -> dict[str, Any]:
+    """What is needed to repeat a study: its definition, and versions of what it ran on."""
+    return {
+        "study": study.as_dict(),
+        "students": {spec: facts for spec in study.students if (facts := parse_student(spec).facts())},
+        "teachers": {f"{teacher}": facts for teacher in speakers(study) if (facts := teacher.facts())},
+        "versions": _versions(),
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+    }
+
+
+def _versions() -> dict[str, str]:
+    """Of this package and of what it asks for, tests aside, as far as it is installed."""
+    own = "llf-teacher"
+    asked = [each for each in metadata.requires(own) or () if "test" not in each.partition(";")[2]]
+    names = sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in asked} - {own})
+    versions = {}
+    for name in (own, *names):
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            versions[name] = metadata.version(name)
+    return versions

@@ -1,0 +1,76 @@
+"""One attempt at an episode, in the process that plays it: whatever the agent does, what came of it is a value."""
+
+import os
+import random
+import traceback
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from llf_teacher.episodes.failure import Failure, failure
+from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, pack_turns
+from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
+from llf_teacher.studies.execution.executors import Process
+from llf_teacher.studies.execution.limits import Clock, Limits, TimeIsUp, within_memory
+from llf_teacher.studies.execution.play import play
+
+
+class Stop(NamedTuple):
+    """Why the study cannot go on, with this episode or another."""
+
+    error: str
+
+
+class Packed(NamedTuple):
+    """An episode, ready for the store."""
+
+    episode: EpisodeRow
+    turns: bytes
+
+
+def set_up(environment: Mapping[str, str]) -> None:
+    """Set up a process that plays."""
+    os.environ.update(environment)
+
+
+def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
+    """Play an episode and pack its turns; global generators are seeded for agents that use them."""
+    clock = Clock(limits)
+    seed = int(spec.key, 16)
+    random.seed(seed)
+    np.random.seed(seed % 2**32)  # noqa: NPY002 (agents of the user's own may use it)
+    try:
+        with within_memory(limits.memory), clock.running():
+            record = play(spec, clock.turn)
+        return Packed(record.episode, pack_turns(record.turns))
+    except NoAnswerError as error:
+        return failure("raised", f"{error}")
+    except LLMError as error:
+        return Stop(
+            f"{error}" if isinstance(error, SpendingLimitError) else f"{describe_episode(spec)} failed: {error}"
+        )
+    except TimeIsUp as error:
+        clock.stop()
+        Process.spoiled = True
+        return failure("time", f"{error}", traceback.format_exc())
+    except MemoryError as error:
+        Process.spoiled = True
+        most = "" if limits.memory is None else f"of {limits.memory} MB "
+        return failure("memory", f"no memory {most}is left: {_shown(error)}", traceback.format_exc())
+    except BaseException as error:  # an agent may raise anything
+        if isinstance(error, KeyboardInterrupt) and not Process.owned:
+            raise
+        return failure("raised", _shown(error), traceback.format_exc())
+
+
+def describe_episode(spec: EpisodeSpec) -> str:
+    """An episode in words."""
+    return f"episode {spec._asdict()}"
+
+
+def _shown(error: BaseException) -> str:
+    try:
+        return repr(error)
+    except Exception:  # of its own making, too
+        return type(error).__name__

@@ -1,0 +1,46 @@
+"""chat: an episode a line, as messages, with the facts of each turn."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from llf_teacher.studies.export.dialogue import exchanges, facts, write_lines
+from llf_teacher.studies.results import Results
+
+
+def write(results: Results, path: Path) -> int:
+    """Write the file; the number of episodes."""
+    return write_lines(path, _rows(results))
+
+
+def _rows(results: Results) -> Iterator[dict[str, Any]]:
+    for episode in results.rows():
+        messages: list[dict[str, Any]] = []
+        turns = []
+        closing = ""
+        for exchange in exchanges(results, episode):
+            row, told = exchange.row, exchange.told
+            messages = [*exchange.prompt, {"role": "assistant", "content": exchange.answer}]
+            closing = row["feedback"]
+            turns.append(
+                {
+                    "action": exchange.action,
+                    "thought": exchange.thought,
+                    "reward": row["reward"],
+                    "regret": row["regret"],
+                    "success": row["success"],
+                    "parse_failure": row["parse_failure"] is not None,
+                    "heard": [
+                        {"kind": f"{atom['kind'] or 'brief'}", "label": f"{atom['label']}"} for atom in told["atoms"]
+                    ],
+                }
+            )
+        yield {
+            **facts(episode),
+            "messages": messages,
+            "turns": turns,
+            "last_feedback": closing,
+            "success": episode["success"],
+            "total_reward": episode["total_reward"],
+            "regret": episode["regret"],
+        }

@@ -1,0 +1,159 @@
+"""minari: data sets of Minari, one for each environment, teacher and kind of feedback, in a folder."""
+
+import os
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from llf_teacher.gym import StudentEnv, make
+from llf_teacher.studies.definition.custom_specs import parse_teacher
+from llf_teacher.studies.definition.options import read_options
+from llf_teacher.studies.export.dialogue import written
+from llf_teacher.studies.results import Results
+from teachers.personality import Personality
+from worlds.actions import native
+
+_FOLDER = "MINARI_DATASETS_PATH"
+_SETTING = ("id", "teacher", "instruction_type", "feedback_type", "max_turns", "options")
+
+
+def write(results: Results, path: Path, *, text: bool = False, author: str = "unknown", email: str = "unknown") -> int:
+    """Write the data sets; the number of them. With the folder as `MINARI_DATASETS_PATH` Minari loads them.
+
+    A store has no observations in numbers: episodes are played again, with the seed and the actions that it has, and
+    must give the rewards that it has. `recover_environment` gives the environment with its teacher.
+
+    Args:
+        results: the store.
+        path: the folder.
+        text: texts in, texts out; else the world's own spaces, without episodes in which a text was no action.
+        author: for the data sets' metadata, as `email` is.
+        email: of the author.
+
+    Raises:
+        ModuleNotFoundError: Minari is not installed.
+        ValueError: an episode cannot be played again as it was.
+    """
+    try:
+        import minari
+        from minari.data_collector import EpisodeBuffer
+    except ModuleNotFoundError:
+        raise ModuleNotFoundError("the format needs Minari: pip install 'llf-teacher[data]'") from None
+    if not isinstance(text, bool):
+        raise ValueError(f"text must be True or False, got {text!r}")
+    settings = dict.fromkeys(_setting(row) for row in results.rows() if _fits(row, text))
+    path.mkdir(parents=True, exist_ok=True)
+    with _folder(path.resolve()), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of Minari's, on links to code and the like
+        for setting in settings:
+            id, teacher, instruction_type, feedback_type, max_turns, options = setting
+            env = make(
+                id,
+                teacher=teacher,
+                instruction_type=instruction_type,
+                feedback_type=feedback_type,
+                max_turns=max_turns,
+                text=text,
+                **{name: value for name, value in read_options(options, id, text).items() if name != "visual"},
+            )
+            students = {row["student"] for row in _rows(results, setting, text)}
+            episodes = (EpisodeBuffer(**_played(results, row, env, text)) for row in _rows(results, setting, text))
+            minari.create_dataset_from_buffers(
+                dataset_id=_name(setting, text),
+                buffer=episodes,
+                env=env,
+                algorithm_name=", ".join(sorted(students)),
+                author=author,
+                author_email=email,
+                code_permalink="unknown",
+                description=f"{id}, taught by {teacher}: instruction {instruction_type}, feedback {feedback_type}",
+            )
+            env.close()
+    return len(settings)
+
+
+def _fits(row: dict[str, Any], text: bool) -> bool:
+    """Whether an episode can be played again: it is no test after lessons, and its teacher has a name of ours."""
+    again = ":" not in row["teacher"] and isinstance(parse_teacher(row["teacher"]), Personality)
+    return not row["lessons"] and again and (text or not row["parse_failures"])
+
+
+def _setting(row: dict[str, Any]) -> tuple[Any, ...]:
+    return tuple(row[name] for name in _SETTING)
+
+
+def _rows(results: Results, setting: tuple[Any, ...], text: bool) -> Iterator[dict[str, Any]]:
+    """The episodes of a data set."""
+    return (row for row in results.rows() if _setting(row) == setting and _fits(row, text))
+
+
+def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) -> dict[str, Any]:
+    """The fields of an episode, which is played again."""
+    observation, _ = env.reset(seed=row["seed"])
+    seen, did, rewards, ends = [observation], [], [], []
+    for turn in results.turns(row["key"])[1:]:
+        action = (turn.get("answer") or written(row["id"], turn)) if text else _native(env.action_space, turn["action"])
+        observation, reward, terminated, truncated, _ = env.step(action)
+        if not np.isclose(reward, turn["reward"]):
+            raise ValueError(
+                f"the episode {row['key']} does not play as it did: turn {turn['turn']} pays {reward:g}, not "
+                f"{turn['reward']:g}; use the release that played it, {row['version']}"
+            )
+        seen.append(observation)
+        did.append(action)
+        rewards.append(float(reward))
+        ends.append((terminated, truncated))
+    ends[-1] = ends[-1][0], not ends[-1][0]  # a study ends an episode when it is solved
+    return {
+        "seed": row["seed"],
+        "observations": _columns(seen),
+        "actions": _columns(did),
+        "rewards": rewards,
+        "terminations": [terminated for terminated, _ in ends],
+        "truncations": [truncated for _, truncated in ends],
+        "infos": {},
+    }
+
+
+def _columns(values: list[Any]) -> Any:
+    """Dicts and tuples of lists in place of a list of dicts and tuples."""
+    if isinstance(values[0], dict):
+        return {name: _columns([value[name] for value in values]) for name in values[0]}
+    if isinstance(values[0], tuple):
+        return tuple(_columns(list(parts)) for parts in zip(*values, strict=True))
+    return values
+
+
+def _native(space: spaces.Space[Any], action: Any) -> Any:
+    """An action, decoded from JSON, in the form that the space has."""
+    if isinstance(space, spaces.Discrete):
+        return np.int64(action)
+    return native(space, action)
+
+
+def _name(setting: tuple[Any, ...], text: bool) -> str:
+    """The id of a data set, such as `llf/gridworld-oracle-b-a-20-native-v0`."""
+    id, *told = setting
+    name, _, version = id.removeprefix("llf-").rpartition("-v")
+    words = filter(None, [name, *told, "text" if text else "native"])
+    return f"llf/{'-'.join(re.sub(r'[^A-Za-z0-9]+', '_', f'{word}').strip('_') for word in words)}-v{version}"
+
+
+@contextmanager
+def _folder(path: Path) -> Iterator[None]:
+    """Have Minari write into a folder."""
+    before = os.environ.get(_FOLDER)
+    os.environ[_FOLDER] = f"{path}"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_FOLDER]
+        else:
+            os.environ[_FOLDER] = before

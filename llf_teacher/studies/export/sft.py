@@ -1,0 +1,59 @@
+"""sft: a turn a line, as prompt and completion, for supervised fine-tuning."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from llf_teacher.studies.export.dialogue import advised, exchanges, facts, said, spelt, write_lines
+from llf_teacher.studies.results import Results
+from teachers.spec import check_range
+
+
+def write(
+    results: Results,
+    path: Path,
+    *,
+    success: bool = False,
+    regret_below: float | None = None,
+    hindsight: bool = False,
+) -> int:
+    """Write the file; the number of turns.
+
+    Args:
+        results: the store.
+        path: the file.
+        success: only episodes that end in success.
+        regret_below: only turns of less regret than this; what is put in place of an action is not asked for its own.
+        hindsight: where the student was truly advised one action, that is the completion, and `hindsight` is true.
+    """
+    if regret_below is not None:
+        check_range("regret_below", regret_below, 0, 1e9)
+    for name, value in (("success", success), ("hindsight", hindsight)):
+        if not isinstance(value, bool):
+            raise ValueError(f"{name} must be True or False, got {value!r}")
+    return write_lines(path, _rows(results, success, regret_below, hindsight))
+
+
+def _rows(results: Results, success: bool, regret_below: float | None, hindsight: bool) -> Iterator[dict[str, Any]]:
+    for episode in results.rows():
+        if success and not episode["success"]:
+            continue
+        for exchange in exchanges(results, episode):
+            row = exchange.row
+            better = advised(exchange.told) if hindsight else None
+            if better is None and (
+                row["parse_failure"] is not None or (regret_below is not None and row["regret"] >= regret_below)
+            ):
+                continue
+            answer = exchange.answer if better is None else said(spelt(episode["id"], better))
+            yield {
+                **facts(episode),
+                "turn": row["turn"],
+                "prompt": exchange.prompt,
+                "completion": [{"role": "assistant", "content": answer}],
+                "hindsight": better is not None,
+                "taken": exchange.action,
+                "thought": exchange.thought if better is None else "",
+                "regret": row["regret"],
+                "reward": row["reward"],
+            }

@@ -1,0 +1,389 @@
+"""The store: a study's episodes in one SQLite file, each written whole as it ends.
+
+What tables and curves need of an episode is in columns of `result`, its turns are one compressed value in `story`, and
+what many episodes share is a row of `setting`. The view `episode` joins the first and the last. An episode that failed
+is a row of `failure`, until it is played after all.
+"""
+
+import contextlib
+import hashlib
+import json
+import os
+import sqlite3
+import weakref
+import zlib
+from collections.abc import Iterable, Iterator
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+from llf_teacher.episodes.failure import Failure
+from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, pack_turns, unpack_regrets, unpack_turns
+
+SCHEMA_VERSION = 4
+_APPLICATION_ID = 0x4C4C4654  # "LLFT"
+_TYPES = {
+    str: "TEXT NOT NULL",
+    int: "INTEGER NOT NULL",
+    float: "REAL NOT NULL",
+    bool: "INTEGER NOT NULL",
+    bytes: "BLOB NOT NULL",
+    int | None: "INTEGER",
+    float | None: "REAL",
+}
+_FIELDS = EpisodeSpec.__annotations__ | EpisodeRow.__annotations__
+_KINDS = _FIELDS | Failure.__annotations__
+_ONES_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))
+_SHARED = tuple(name for name in _FIELDS if name not in _ONES_OWN)
+_FLAGS = tuple(i for i, kind in enumerate(_FIELDS.values()) if kind is bool)
+_of_shared, _of_ones_own = (itemgetter(*map(list(_FIELDS).index, names)) for names in (_SHARED, _ONES_OWN))
+
+
+def _columns(names: Iterable[str]) -> str:
+    return ", ".join(f"{name} {_TYPES[_KINDS[name]]}" for name in names)
+
+
+_TABLES = {
+    "manifest": ("name", "value"),
+    "setting": ("setting", *_SHARED),
+    "result": ("number", "key", "setting", *_ONES_OWN, "digest"),
+    "story": ("number", "packed"),
+    "failure": ("number", "key", *EpisodeSpec._fields, *Failure._fields, "digest"),
+    "episode": ("key", *_FIELDS),
+}
+_FAILED = ", ".join((*EpisodeSpec._fields, *Failure._fields))
+_EPISODE = f"lower(hex(key)) AS key, {', '.join(_FIELDS)}"
+_JOINED = "result JOIN setting USING (setting)"
+_SCHEMA = f"""
+CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE setting (setting INTEGER PRIMARY KEY, {_columns(_SHARED)}, UNIQUE ({", ".join(_SHARED)}));
+CREATE TABLE result (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE,
+setting INTEGER NOT NULL REFERENCES setting (setting), {_columns(_ONES_OWN)}, digest BLOB NOT NULL);
+CREATE TABLE story (number INTEGER PRIMARY KEY REFERENCES result (number), packed BLOB NOT NULL);
+CREATE TABLE failure (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE, {_columns(EpisodeSpec._fields)},
+{_columns(Failure._fields)}, digest BLOB NOT NULL);
+CREATE VIEW episode AS SELECT {_EPISODE} FROM {_JOINED};
+PRAGMA application_id = {_APPLICATION_ID};
+PRAGMA user_version = {SCHEMA_VERSION};
+"""  # noqa: S608
+_PAGE = 16_384  # bytes; of smaller pages much would be empty, since few turns fill one
+_ORDER = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version, rules"
+
+
+class StoreError(ValueError):
+    """A file that cannot serve as a store; nothing in it was changed."""
+
+
+class Store:
+    """Episodes on disk. One process writes; others may read meanwhile.
+
+    As a context, it removes a file that it has made if an error leaves it without episodes.
+
+    Args:
+        path: the file; it is made if there is none.
+
+    Raises:
+        StoreError: the file is of another schema version, incomplete or no store, or cannot be written.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = path = Path(path)
+        self._made = not path.exists()
+        try:
+            # A store that nobody uses any more may be collected, and closed, in any thread.
+            self._db = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+            weakref.finalize(self, self._db.close)
+            self._db.row_factory = sqlite3.Row
+            self._settings: dict[tuple[Any, ...], int] = {}
+            self._prepare()
+            self._place = place(path)
+        except sqlite3.DatabaseError as error:
+            raise StoreError(f"cannot use {path} as a store: {error}; give another file by --store") from None
+
+    def _prepare(self) -> None:
+        application, version = (
+            self._db.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")
+        )
+        empty = not self._db.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
+        if not empty and application != _APPLICATION_ID:
+            raise StoreError(f"{self.path} is a database of something else; give another file by --store")
+        if not empty and version != SCHEMA_VERSION:
+            raise StoreError(
+                f"{self.path} has schema version {version}, this release reads version {SCHEMA_VERSION}; give another "
+                "file by --store, write its episodes into one by `llf study migrate`, or use the release that wrote it"
+            )
+        for table, columns in () if empty else _TABLES.items():
+            there = {row["name"] for row in self._db.execute(f"PRAGMA table_info({table})")}
+            if lacking := [name for name in columns if name not in there]:
+                raise self._incomplete(f"the table {table} lacks {', '.join(lacking)}")
+        if empty:
+            self._db.execute(f"PRAGMA page_size = {_PAGE}")
+        self._db.execute("PRAGMA journal_mode = WAL")
+        self._db.execute("PRAGMA synchronous = NORMAL")
+        if empty:
+            self._db.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
+
+    def _incomplete(self, what: str) -> StoreError:
+        return StoreError(f"{self.path} is no complete store: {what}; give another file by --store")
+
+    def check(self) -> None:
+        """Check that of each episode all is there, as it was written.
+
+        Raises:
+            StoreError: it is not so.
+        """
+        for number, problem in self.damage():
+            raise self._incomplete(f"{problem} (row {number})")
+
+    def damage(self, *, thorough: bool = False) -> Iterator[tuple[int, str]]:
+        """What is not as it was written: the number of a row of `result` or `story`, and what is wrong with it.
+
+        Args:
+            thorough: read all that is stored, where otherwise it is only looked at what is missing.
+        """
+        for here, there in (("result", "story"), ("story", "result")):
+            query = f"SELECT number FROM {here} WHERE number NOT IN (SELECT number FROM {there})"  # noqa: S608
+            for (number,) in self._db.execute(query):
+                yield number, "of an episode only parts are there"
+        if thorough:
+            for (message,) in self._db.execute("PRAGMA integrity_check"):
+                if message != "ok":
+                    yield 0, message
+            query = f"SELECT number, digest, {_EPISODE}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
+            for number, digest, key, *values, packed in self._db.execute(query):
+                if _digest(key, values, packed) != digest:
+                    yield number, f"the episode {key} is not as it was written"
+            query = f"SELECT number, digest, lower(hex(key)), {_FAILED} FROM failure"  # noqa: S608
+            for number, digest, key, *values in self._db.execute(query):
+                if _digest(key, values) != digest:
+                    yield number, f"the failure of the episode {key} is not as it was written"
+
+    def add(self, record: Record) -> None:
+        """Write an episode and its turns, all or nothing; one that is there already stays as it is."""
+        self.add_packed(record.spec, record.episode, pack_turns(record.turns))
+
+    def add_packed(self, spec: EpisodeSpec, episode: EpisodeRow, turns: bytes) -> None:
+        """The same, of turns as `pack_turns` makes them."""
+        values: list[Any] = [*spec, *episode]
+        for i in _FLAGS:
+            values[i] = int(values[i])
+        key = spec.key
+        with self._writing() as db:
+            setting = self._setting(_of_shared(values))
+            row = (bytes.fromhex(key), setting, *_of_ones_own(values), _digest(key, values, turns))
+            added = db.execute(f"INSERT OR IGNORE INTO result VALUES (NULL, {_marks(row)})", row)  # noqa: S608
+            if added.rowcount:
+                db.execute("INSERT INTO story VALUES (?, ?)", (added.lastrowid, turns))
+                db.execute("DELETE FROM failure WHERE key = ?", row[:1])
+
+    def add_failure(self, spec: EpisodeSpec, failure: Failure) -> None:
+        """Write why an episode failed; what an earlier attempt left is replaced."""
+        row = (bytes.fromhex(spec.key), *spec, *failure, _digest(spec.key, (*spec, *failure)))
+        with self._writing() as db:
+            db.execute(f"INSERT OR REPLACE INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
+
+    def packed(self) -> Iterator[tuple[EpisodeSpec, EpisodeRow, bytes]]:
+        """All episodes, as `add_packed` takes them."""
+        query = f"SELECT {', '.join(_FIELDS)}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
+        size = len(EpisodeSpec._fields)
+        for *values, turns in self._db.execute(query):
+            yield EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
+
+    def failed(self) -> Iterator[tuple[EpisodeSpec, Failure]]:
+        """All that failed, as `add_failure` takes them."""
+        size = len(EpisodeSpec._fields)
+        for values in self._db.execute(f"SELECT {_FAILED} FROM failure"):  # noqa: S608
+            yield EpisodeSpec(*values[:size]), Failure(*values[size:])
+
+    def failures(self) -> Iterator[dict[str, Any]]:
+        """The episodes that failed: `key`, the fields of `EpisodeSpec`, and those of `Failure`."""
+        query = f"SELECT lower(hex(key)) AS key, {_FAILED} FROM failure ORDER BY {_ORDER}"  # noqa: S608
+        yield from map(dict, self._db.execute(query))
+
+    @contextlib.contextmanager
+    def together(self) -> Iterator[None]:
+        """Write all that is added within, or nothing of it; once for many episodes costs less than for each."""
+        with self._writing():
+            yield
+
+    @contextlib.contextmanager
+    def _writing(self) -> Iterator[sqlite3.Connection]:
+        """Write all or nothing; within another, with that.
+
+        Raises:
+            StoreError: the file is gone, or nothing can be written to it.
+        """
+        db = self._db
+        if db.in_transaction:
+            yield db
+            return
+        self.check_place()
+        try:
+            db.execute("BEGIN IMMEDIATE")
+            yield db
+            db.execute("COMMIT")
+        except BaseException as error:
+            self._settings.clear()
+            with contextlib.suppress(sqlite3.Error):
+                if db.in_transaction:  # SQLite itself may have ended it
+                    db.execute("ROLLBACK")
+            if isinstance(error, sqlite3.OperationalError):
+                raise StoreError(
+                    f"cannot write to {self.path}: {error}; what was written before is in it. Mend this, and the same "
+                    "command goes on from there"
+                ) from None
+            raise
+
+    def check_place(self) -> None:
+        """Check that the file is still where it was.
+
+        Raises:
+            StoreError: it was deleted, moved or replaced since it was opened.
+        """
+        if place(self.path) != self._place:
+            raise StoreError(
+                f"{self.path} was deleted, moved or replaced while it was in use; what is written from here on is "
+                "lost. If it was moved, put it back, and the same command goes on from there"
+            )
+
+    def _setting(self, shared: tuple[Any, ...]) -> int:
+        if shared not in self._settings:
+            same = " AND ".join(f"{name} = ?" for name in _SHARED)
+            self._db.execute(f"INSERT OR IGNORE INTO setting VALUES (NULL, {_marks(shared)})", shared)  # noqa: S608
+            found = self._db.execute(f"SELECT setting FROM setting WHERE {same}", shared).fetchone()  # noqa: S608
+            self._settings[shared] = found[0]
+        return self._settings[shared]
+
+    @property
+    def count(self) -> int:
+        """How many episodes are there."""
+        (count,) = self._db.execute("SELECT count(*) FROM result").fetchone()
+        return int(count)
+
+    def keys(self) -> set[str]:
+        """The keys of the episodes that are there."""
+        return {row[0] for row in self._db.execute("SELECT key FROM episode")}
+
+    def has(self, key: str) -> bool:
+        """Whether an episode is there."""
+        return self._found("SELECT 1 FROM result WHERE key = ?", bytes.fromhex(key))
+
+    def has_failed(self, key: str) -> bool:
+        """Whether an episode has failed, and was not played since."""
+        return self._found("SELECT 1 FROM failure WHERE key = ?", bytes.fromhex(key))
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is no episode, and none that failed."""
+        return not self._found("SELECT 1 FROM result LIMIT 1") and not self._found("SELECT 1 FROM failure LIMIT 1")
+
+    def _found(self, query: str, *values: Any) -> bool:
+        return self._db.execute(query, values).fetchone() is not None
+
+    def episodes(self, keys: set[str] | None = None) -> list[sqlite3.Row]:
+        """Episodes in a fixed order: all, or those of the given keys."""
+        rows = self._db.execute(f"SELECT * FROM episode ORDER BY {_ORDER}")  # noqa: S608
+        return [row for row in rows if keys is None or row["key"] in keys]
+
+    def episode(self, key: str) -> sqlite3.Row:
+        """An episode.
+
+        Raises:
+            StoreError: it is not there.
+        """
+        query = f"SELECT {_EPISODE} FROM {_JOINED} WHERE key = ?"  # noqa: S608
+        row: sqlite3.Row | None = self._db.execute(query, (_packed(key),)).fetchone()
+        if row is None:
+            raise StoreError(f"{self.path} has no episode {key!r}; `llf study export` writes the keys of all")
+        return row
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """All episodes one by one, in the order in which they were written, as they are after decoding."""
+        for row in map(dict, self._db.execute("SELECT * FROM episode")):
+            yield {**row, "success": bool(row["success"]), "regrets": unpack_regrets(row["regrets"]).tolist()}
+
+    def turns(self, key: str) -> list[dict[str, Any]]:
+        """The turns of an episode, with `action` and `atoms` decoded.
+
+        Raises:
+            StoreError: they cannot be read.
+        """
+        query = "SELECT number, packed FROM story JOIN result USING (number) WHERE key = ?"
+        row = self._db.execute(query, (_packed(key),)).fetchone()
+        try:
+            return unpack_turns(row["packed"]) if row else []
+        except (zlib.error, ValueError) as error:
+            raise self._incomplete(
+                f"the turns of the episode {key} (row {row['number']}) cannot be read: {error}"
+            ) from None
+
+    def regrets(self, key: str) -> list[float]:
+        """The regret of each turn of an episode, the opening not included."""
+        query = "SELECT regrets FROM result WHERE key = ?"
+        return [each for row in self._db.execute(query, (_packed(key),)) for each in unpack_regrets(row[0]).tolist()]
+
+    def answers(self) -> list[sqlite3.Row]:
+        """Per student that asks a model: its episodes, and the sums of `answers` and of what they cost; null if one is
+        unknown.
+        """  # noqa: D205
+        sums = ", ".join(f"sum({name}) AS {name}" for name in ("answers", "truncated", "parse_failures"))
+        known = ", ".join(
+            f"CASE WHEN count({name}) = count(*) THEN total({name}) END AS {name}"
+            for name in ("input_tokens", "output_tokens", "usd", "seconds")
+        )
+        return self._db.execute(
+            f"SELECT student, count(*) AS episodes, {sums}, {known} FROM episode WHERE answers IS NOT NULL "  # noqa: S608
+            "GROUP BY student ORDER BY student"
+        ).fetchall()
+
+    def write_manifest(self, values: dict[str, Any]) -> None:
+        """Keep facts about the study and its surroundings."""
+        rows = [(name, json.dumps(value, ensure_ascii=False)) for name, value in values.items()]
+        with self._writing() as db:
+            db.executemany("INSERT OR REPLACE INTO manifest VALUES (?, ?)", rows)
+
+    def manifest(self) -> dict[str, Any]:
+        """What `write_manifest` kept."""
+        rows = self._db.execute("SELECT name, value FROM manifest ORDER BY name")
+        return {row["name"]: json.loads(row["value"]) for row in rows}
+
+    def close(self) -> None:
+        """Close the file."""
+        self._db.close()
+
+    def __enter__(self) -> "Store":
+        return self
+
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
+        vain = error is not None and self._made and self.empty and place(self.path) == self._place
+        self.close()
+        if vain:
+            self.path.unlink(missing_ok=True)
+
+
+def _marks(values: tuple[Any, ...]) -> str:
+    return ", ".join("?" * len(values))
+
+
+def _packed(key: str) -> bytes:
+    """A key as the store has it; of what is none, nothing."""
+    try:
+        return bytes.fromhex(key)
+    except ValueError:
+        return b""
+
+
+def place(path: Path | int) -> tuple[int, int] | None:
+    """Which file is at a path, if any, or open under a number."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _digest(key: str, values: Iterable[Any], turns: bytes = b"") -> bytes:
+    """Of all that is written of an episode."""
+    digest = hashlib.blake2b(repr((key, *values)).encode(), digest_size=8)
+    digest.update(turns)
+    return digest.digest()

@@ -1,0 +1,47 @@
+"""The turns of an episode, prepared to be drawn."""
+
+import json
+from typing import Any
+
+from teachers.atoms import KINDS, Label
+
+KIND_NAMES = {
+    "r": "reward",
+    "hp": "hindsight positive: what was good",
+    "hn": "hindsight negative: what was bad",
+    "fp": "future positive: what to do",
+    "fn": "future negative: what to avoid",
+    None: "instruction or notice",
+}
+MARKS = {
+    Label.TRUTHFUL: "✓ true",
+    Label.LATE: "✓ true, late",
+    Label.PLACEBO: "✓ true, placebo",
+    Label.DISTORTED: "✗ false",
+}
+
+
+def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:
+    """Turns, as a store gives them, with what drawing them needs.
+
+    That is `said`, atoms by kind, each with its claim as `code`; `spelled_out`, whether these make up all of the text;
+    and `did`, the action in words.
+
+    Args:
+        turns: is changed.
+        family: its name is left out of the names of its claims.
+    """
+    for turn in turns:
+        atoms = turn["atoms"]
+        for atom in atoms:
+            fields = ", ".join(f"{name}={_plain(value)}" for name, value in atom["fields"].items())
+            atom["code"] = f"{atom['claim'].removeprefix(f'{family}.')}({fields})"
+        text = " ".join(filter(None, (turn["instruction"], turn["feedback"])))
+        turn["said"] = {kind: said for kind in (None, *KINDS) if (said := [a for a in atoms if a["kind"] == kind])}
+        turn["spelled_out"] = text == " ".join(atom["text"] for atom in atoms)
+        turn["did"] = turn["action_words"] or turn["action"]
+    return turns
+
+
+def _plain(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,216 @@
+"""Teachers and students of one's own in studies."""
+
+import os
+import sys
+from dataclasses import dataclass
+
+import pytest
+
+from llf_teacher.studies import run
+from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher, student_spec, teacher_spec
+from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.limits import Limits
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.runner import RunOptions
+from teachers.personalities.delayed import Delayed
+from teachers.personality import Personality, Pipeline, Stage, parse_personality
+
+MODULE = '''
+from dataclasses import dataclass
+from teachers.personality import Personality, Stage, personality
+
+
+class _Naps(Stage):
+    def begin(self):
+        self.turn = 0
+
+    def speak(self, claims, view):
+        self.turn += 1
+        return () if self.turn % self.spec.naps == 0 else claims
+
+
+@dataclass(frozen=True)
+class Sleepy(Personality):
+    naps: int = 2
+    who: object = "me"
+    stage = _Naps
+
+    def __post_init__(self):
+        if self.naps < 1:
+            raise ValueError(f"naps must be at least 1, got {self.naps}")
+
+
+@personality()
+def terse(claims, view, *, n: int = 1):
+    """Says n things."""
+    return claims[:n]
+
+
+class Counted:
+    made = 0
+
+    def __init__(self):
+        Counted.made += 1
+
+    def act(self, observation):
+        return "0"
+
+
+class Fixed:
+    def act(self, observation):
+        return "0"
+
+
+def outer():
+    @personality()
+    def inner(claims, view):
+        """Says all."""
+        return claims
+
+    return inner()
+'''
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    (tmp_path / "sleepers.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield __import__("sleepers")
+    del sys.modules["sleepers"]
+
+
+def test_an_object_is_kept_as_text_that_finds_it(mine):
+    assert teacher_spec(mine.Sleepy()) == "sleepers:Sleepy"
+    assert teacher_spec(mine.Sleepy(naps=3)) == "sleepers:Sleepy(naps=3)" == teacher_spec("sleepers: Sleepy( naps=3 )")
+    assert parse_teacher("sleepers:Sleepy(naps=3)") == mine.Sleepy(naps=3)
+    assert parse_teacher("sleepers:terse(n=2)") == mine.terse(n=2)
+
+
+def test_it_stands_in_a_row_with_others(mine):
+    text = "sleepers:Sleepy(who='a | b') | delayed(turns=2) | sleepers:terse"
+    row = mine.Sleepy(who="a | b") | Delayed(turns=2) | mine.terse()
+    assert parse_teacher(text) == row == Pipeline((mine.Sleepy(who="a | b"), Delayed(turns=2), mine.terse()))
+    assert teacher_spec(row) == text
+
+
+@pytest.mark.parametrize("spec", ["mistake( eps = 0.5 )", "vague | delayed(turns=2)"])
+def test_names_of_the_shelf_are_read_as_ever(spec):
+    assert parse_teacher(spec) == parse_personality(spec)
+    assert teacher_spec(spec) == str(parse_personality(spec))
+
+
+def test_they_teach_in_a_study(mine):
+    study = Study(
+        ids=["llf-gridworld-v0"],
+        teachers=[mine.Sleepy(naps=1), "sleepers:terse", "silent"],
+        students=[mine.Fixed, "obedient"],
+        baseline=mine.Sleepy(naps=1),
+        seeds=1,
+    )
+    assert study.teachers == ("sleepers:Sleepy(naps=1)", "sleepers:terse", "silent")
+    assert study.students == ("sleepers:Fixed", "obedient")
+    assert study.baseline == "sleepers:Sleepy(naps=1)"
+    said = {(record.spec.teacher, record.spec.student): record.episode.claims for record in map(play, study.episodes())}
+    assert said["sleepers:Sleepy(naps=1)", "obedient"] == 0 < said["sleepers:terse", "obedient"]
+    assert said["sleepers:terse", "sleepers:Fixed"] > 0
+
+
+@pytest.mark.parametrize(
+    ("spec", "match"),
+    [
+        ("nowhere:Sleepy", "teacher 'nowhere:Sleepy': cannot import the module 'nowhere': ModuleNotFoundError"),
+        ("sleepers:Sleeper", "unknown personality in sleepers 'Sleeper'; did you mean Sleepy"),
+        ("sleepers:Fixed", "unknown personality in sleepers 'Fixed'"),
+        ("sleepers:Sleepy(", "bad teacher spec 'sleepers:Sleepy\\('"),
+        ("sleepers:Sleepy(1)", "expected `package.module:Class`"),
+        ("sleepers:Sleepy(nap=1)", "unexpected keyword argument 'nap'"),
+        ("sleepers:Sleepy(naps=0)", "naps must be at least 1, got 0"),
+        ("oracle:", "bad teacher spec 'oracle:'"),
+        (3, "bad personality spec 3"),
+    ],
+)
+def test_a_bad_one_is_refused(mine, spec, match):
+    with pytest.raises(ValueError, match=match):
+        Study(ids=["llf-gridworld-v0"], teachers=[spec], students=["random"])
+
+
+def test_what_no_text_finds_is_refused(mine):
+    with pytest.raises(ValueError, match="cannot be found by its name; define it in a module, outside of functions"):
+        teacher_spec(mine.outer())
+    with pytest.raises(ValueError, match="cannot be found by"):
+        teacher_spec(mine.Sleepy(who=object()))
+    with pytest.raises(ValueError, match="cannot be found by its name"):
+        student_spec(lambda: None)
+
+
+def test_a_name_alone_imports_nothing(mine):
+    del sys.modules["sleepers"]
+    with pytest.raises(ValueError, match="bad personality spec"):
+        parse_personality("sleepers:Sleepy")
+    assert "sleepers" not in sys.modules
+    sys.modules["sleepers"] = mine
+
+
+class _Mute(Stage["Shy"]):
+    def speak(self, claims, view):
+        return ()
+
+
+@dataclass(frozen=True)
+class Shy(Personality):
+    """Says nothing."""
+
+    stage = _Mute
+
+
+def test_a_notebooks_own_is_for_this_process_alone(monkeypatch):
+    monkeypatch.setattr(sys.modules["__main__"], "Shy", Shy, raising=False)
+    monkeypatch.setattr(Shy, "__module__", "__main__")
+    study = Study(ids=["llf-gridworld-v0"], teachers=[Shy(), "oracle"], students=["obedient"], seeds=1)
+    assert study.teachers[0] == "__main__:Shy"
+    assert [play(spec).episode.claims > 0 for spec in study.episodes()] == [False, True]
+    with pytest.raises(
+        ValueError, match=r"^vague \| __main__:Shy, __main__:f\(\): what a program .* in this process, by workers=1"
+    ):
+        check_portable([*study.teachers[1:], "vague | __main__:Shy", "__main__:f()", "random"])
+    check_portable(["oracle", "llf_teacher.__main__:x", "drifting(to='__main__:x')"])
+
+
+def test_it_is_refused_before_anything_runs_and_played_here(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys.modules["__main__"], "Shy", Shy, raising=False)
+    monkeypatch.setattr(Shy, "__module__", "__main__")
+    study = Study(ids=["llf-gridworld-v0"], teachers=[Shy()], students=["obedient"], seeds=1, max_turns=2)
+    for workers, options in (
+        (2, RunOptions()),
+        (None, RunOptions()),
+        (1, RunOptions("processes")),
+        (1, RunOptions(limits=Limits(turn_seconds=9))),
+    ):
+        with pytest.raises(
+            ValueError, match=r"__main__:Shy: what a program .* by workers=1 without limits, or by RunOptions"
+        ):
+            run(study, tmp_path / "s.db", workers, options=options)
+        assert not (tmp_path / "s.db").exists()
+    for number, (workers, options) in enumerate(
+        [(1, RunOptions()), (None, RunOptions("here")), (1, RunOptions("threads"))]
+    ):
+        results = run(study, tmp_path / f"{number}.db", workers, options=options)
+        assert [(row["teacher"], row["claims"]) for row in results.rows()] == [("__main__:Shy", 0)]
+
+
+def test_one_worker_plays_here_and_leaves_everything_as_it_was(mine, tmp_path):
+    import random
+
+    import numpy as np
+
+    study = Study(ids=["llf-gridworld-v0"], teachers=["silent"], students=[mine.Counted], seeds=2, max_turns=2)
+
+    def everything():
+        return random.getstate(), np.random.get_state()[2:], dict(os.environ)  # noqa: NPY002 (whether it is left alone)
+
+    before = everything()
+    run(study, tmp_path / "s.db", workers=1)
+    assert mine.Counted.made == 2, "in this process"
+    assert everything() == before
+    run(study, tmp_path / "t.db", workers=1, options=RunOptions("processes"))
+    assert mine.Counted.made == 2
