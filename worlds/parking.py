@@ -234,15 +234,19 @@ def _place(car: Vehicle, state: Car) -> None:
 class _Car(Vehicle):
     """highway-env's car without a lane."""
 
+    position: npt.NDArray[np.float64]
+    heading: float
+    speed: float
     impact: npt.NDArray[np.float64] | None
 
     def step(self, dt: float) -> None:
         """As in highway-env, without the update of the lane."""
         self.clip_actions()
         slip = np.arctan(1 / 2 * np.tan(self.action["steering"]))
-        course, gain = self.heading + slip, self.action["acceleration"] * dt
-        pose = *self.position, self.heading, self.speed
-        x, y, self.heading, self.speed = step_car(*pose, np.cos(course), np.sin(course), float(np.sin(slip)), gain)
+        (x, y), course, gain = self.position, self.heading + slip, self.action["acceleration"] * dt
+        x, y, self.heading, self.speed = step_car(
+            x, y, self.heading, self.speed, np.cos(course), np.sin(course), float(np.sin(slip)), gain
+        )
         self.position = np.array([x, y])
         if self.impact is not None:
             self.position += self.impact

@@ -193,7 +193,7 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
     def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
         """Random options of a world with the same task; by default its own.
 
-        Audits use such worlds: what teachers say has to hold in each of them.
+        Audits use such worlds, in each of which claims have to hold.
         """
         return self.options
 

@@ -195,6 +195,7 @@ class _ProbeEnv(_FastEnv):
     These are the positions of hand and objects, and contacts; the rotations of objects matter for rewards only.
     """
 
+    tcp_center: FloatArray
     _nearness: Nearness | None
     _target_pos: FloatArray
 

@@ -9,7 +9,7 @@ from math import atan2, ceil, cos, inf, pi, sin, sqrt
 from typing import NamedTuple
 
 from teachers.compiled import compiled
-from teachers.oracles.parking.model import DT, HALF, STEPS, Car, Ground, has_room
+from teachers.oracles.parking.model import HALF, STEPS, Car, Ground, has_room
 from teachers.oracles.parking.reeds_shepp import (
     NEAR,
     PIECES,
@@ -21,6 +21,7 @@ from teachers.oracles.parking.reeds_shepp import (
     two_cusps,
     wrapped,
 )
+from worlds.parking import DT
 
 SPACING = 0.5
 """Distance between the points of a path, in m."""
