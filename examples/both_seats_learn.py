@@ -83,7 +83,7 @@ def main() -> None:
                 numbers = np.concatenate((seen["available"], seen["features"]))
                 env.step(teacher.act(numbers, seen["action_mask"]))
             else:
-                atoms += sum(atom.kind is not None for atom in env.unwrapped.said)
+                atoms += sum(atom.kind is not None for atom in env.unwrapped.session.atoms)
                 env.step(student.act(seen, np.ones(4)))
         found.append(success)
         said.append(atoms / len(student.gradients))

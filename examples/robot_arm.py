@@ -11,20 +11,19 @@ import numpy as np
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
-from pz_envs.seats import STUDENT, entitled
 
 
 def solved(id: str, control: str, seeds: range) -> list[int | None]:
     """Per seed the turn in which the task was solved, or None."""
     env = llf_teacher.make(id, feedback_type="fp", control=control)
-    student = parse_student("obedient").seat(env.family, env.aec.world)
+    student = parse_student("obedient").seat(env.family, env.session.world)
     turns = []
     for seed in seeds:
         student.reset(np.random.default_rng(seed))
         env.reset(seed=seed)
-        while not env.aec.moment.success and not env.aec.moment.over:
-            env.step(student.act(env.aec.observe(STUDENT), entitled(student, env.aec)))
-        turns.append(env.aec.moment.turn if env.aec.moment.success else None)
+        while not env.session.moment.success and not env.session.moment.over:
+            env.step(student.act(env.student_view.observe(), env.student_view.info_for(student)))
+        turns.append(env.session.moment.turn if env.session.moment.success else None)
     return turns
 
 

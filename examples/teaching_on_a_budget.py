@@ -93,7 +93,7 @@ def lifetime(setting: Setting, teacher: str, seed: int) -> list[float]:
         **setting.world,
     )
     spec = TEACHERS[teacher].format(budget=setting.budget, threshold=setting.threshold)
-    policy = env.family.make_teacher(env.aec.world, spec, feedback_type="fp")
+    policy = env.family.make_teacher(env.session.world, spec, feedback_type="fp")
     if teacher == "announced mistake":
         policy = Announced(policy, setting.threshold)
     policy.reset(np.random.default_rng(seed))  # once: its budget is that of the lifetime

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from pz_envs.seats import SPEECHES
+from pz_envs.settings import SPEECHES
 from teachers.personality import Claims, Personality, Stage, View, parse_personality
 
 __all__ = ["PersonLearning", "PersonTeaching"]

@@ -166,12 +166,12 @@ class Family(Subject):
         picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
         return picture
 
-    def label(self, seating: str, settings: Mapping[str, Any]) -> str:
-        """The PettingZoo id of what was made with an environment's options, whatever else was chosen."""
-        own = {name for options in self.environments.values() for name in options}
-        given = {name: value for name, value in settings.items() if name in own}
-        for environment, options in self.environments.items():
-            if options == given:
+    def label(self, seating: str, options: Mapping[str, Any]) -> str:
+        """The PettingZoo id of an environment with these options, whatever else was chosen."""
+        own = {name for each in self.environments.values() for name in each}
+        given = {name: value for name, value in options.items() if name in own}
+        for environment, declared in self.environments.items():
+            if declared == given:
                 return f"llf/{_seated(environment, seating)}"
         return self.name
 

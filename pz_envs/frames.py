@@ -9,6 +9,7 @@ from PIL import Image
 
 from teachers.atoms import FN, FP, HN, HP, Atom, FeedbackType, Label, Moment, ParseFailure, R, Utterance
 from teachers.oracle import Oracle
+from teachers.session import Turn
 from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import THEMES, Canvas, Frame, Theme, height_of
 from worlds.world import World
@@ -96,9 +97,10 @@ class Watch:
         self.turns.append(Step(action, moment.reward, moment.after, moment.success))
         self.heard = False
 
-    def said(self, words: str, atoms: Sequence[Atom]) -> None:
-        """The teacher has spoken: `atoms` is all that the student has heard in this turn."""
+    def said(self, words: str, turn: Turn) -> None:
+        """The student has heard these words, which complete a turn."""
         own = words.atoms if isinstance(words, Utterance) else ()
+        atoms = turn.atoms
         self.sentences, self.heard = self._checked(atoms), True
         if words and words != Utterance.of(own):  # words that nothing vouches for
             self.sentences = (*self._checked(atoms[: len(atoms) - len(own)]), Spoken(words, None, Label.UNCHECKED))

@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from pz_envs.seats import TEACHER, SeatsEnv, role_of, told
+from pz_envs.seats import TEACHER, SeatsEnv, role_of
+from pz_envs.student_view import info_for
 from teachers.atoms import Moment
 
 __all__ = ["Ending", "LifetimeEnv"]
@@ -24,9 +25,9 @@ class Ending(NamedTuple):
     """Privileged."""
     terminated: bool
 
-    def told(self, policy: Any) -> dict[str, Any]:
+    def info_for(self, policy: Any) -> dict[str, Any]:
         """The info that a policy in the student's seat may see."""
-        return told(policy, self.info, self.turns_left, self.moment)
+        return info_for(policy, self.info, self.turns_left, self.moment)
 
 
 class LifetimeEnv(SeatsEnv):
@@ -69,9 +70,9 @@ class LifetimeEnv(SeatsEnv):
         self.seats.reset(seed, options)
         self._begin(options)
 
-    def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+    def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
         """Begin another lifetime: the streams go on, and what was spent of budgets stays spent."""
-        self.seats.go_on(start, options)
+        self.seats.start_next_episode(start, options)
         self._begin(options)
 
     def _begin(self, options: dict[str, Any] | None) -> None:
@@ -116,6 +117,10 @@ class LifetimeEnv(SeatsEnv):
         """As of the seats."""
         return self.seats.as_text()
 
+    def frame(self) -> Any:
+        """As of the seats."""
+        return self.seats.frame()
+
     def render(self) -> Any:
         """As of the seats."""
         return self.seats.render()
@@ -124,7 +129,7 @@ class LifetimeEnv(SeatsEnv):
         """Close the seats."""
         self.seats.close()
 
-    def _company(self) -> str:
+    def _parties(self) -> str:
         return f"episodes={self.episodes} {self.seats!r}"
 
     def _act(self, agent: str, action: Any) -> None:
@@ -154,7 +159,7 @@ class LifetimeEnv(SeatsEnv):
             seats.step(None)
         if not seats.agents:
             self.episode += 1
-            seats.go_on(self._start, self._options)
+            seats.start_next_episode(self._start, self._options)
             for student, ending in self._endings.items():
                 seats.infos[student].update(
                     zip(_FINAL, (ending.observation, ending.info, ending.terminated), strict=True)

@@ -9,9 +9,9 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.spaces.utils import flatdim, flatten, flatten_space
 
-from pz_envs.teacher_seat import CLAIMS
 from teachers.atoms import FP, HP, KINDS, Atom, FeedbackType, R, action_of
 from teachers.common import Reward
+from teachers.session import CLAIMS
 from worlds.actions import native
 from worlds.world import World
 

@@ -139,11 +139,11 @@ class ParallelSeats(ParallelEnv):
                 if partner is None:
                     ended[agent] = env.last()
                 elif hasattr(partner, "finish"):
-                    partner.finish(env.observe(agent), self._told(agent), env.terminations[agent])
+                    partner.finish(env.observe(agent), self._info(agent), env.terminations[agent])
                 env.step(None)
             elif partner is not None:
                 self._begin_next(agent)
-                env.step(partner.act(env.observe(agent), self._told(agent)))
+                env.step(partner.act(env.observe(agent), self._info(agent)))
             elif agent in actions:
                 env.step(actions.pop(agent))
             else:
@@ -155,10 +155,10 @@ class ParallelSeats(ParallelEnv):
         env, partner = self.env, self.partners[agent]
         if isinstance(env, LifetimeEnv) and (ending := env.take_ending(agent)):
             if hasattr(partner, "finish"):
-                partner.finish(ending.observation, ending.told(partner), ending.terminated)
+                partner.finish(ending.observation, ending.info_for(partner), ending.terminated)
             partner.reset(self._rngs[agent])
 
-    def _told(self, agent: str) -> dict[str, Any]:
+    def _info(self, agent: str) -> dict[str, Any]:
         """A partner's info."""
         if role_of(agent) == role_of(STUDENT):
             return entitled(self.partners[agent], self.env, agent)

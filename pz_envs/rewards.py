@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from pz_envs.teacher_seat import check_cost
 from teachers.atoms import Moment
 from teachers.oracle import Oracle
+from teachers.session import check_cost
 from teachers.spec import unknown
 from worlds.world import is_number
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pz_envs.teacher_seat import SUBSETS
+from teachers.session import SUBSETS
 from teachers.spec import unknown
 
 

@@ -4,21 +4,22 @@ import importlib
 import inspect
 import pkgutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard, Unpack
 
 from pz_envs.learning import Learning
+from pz_envs.settings import Settings, SettingsKeywords, TeacherKeywords, takes_settings
+from teachers.spec import unknown
 
 if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
     from pz_envs.parallel_seats import InTurns, ParallelSeats
     from pz_envs.seats import SeatsEnv
-    from teachers.atoms import Moment
     from teachers.oracle import Oracle
     from teachers.personality import Personality
-    from teachers.phrasebook import Paraphrase, Phrasebook
+    from teachers.phrasebook import Phrasebook
     from teachers.teacher import Teacher
     from teachers.voice import Voice
     from worlds.pictures import Picture
@@ -26,27 +27,7 @@ if TYPE_CHECKING:
 
 TUTORING = "tutoring"
 """The seating of one teacher and one student, which is meant where none is named."""
-
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def settings_of(*doors: Callable[..., Any]) -> tuple[str, ...]:
-    """The names of the arguments of functions or classes, each once."""
-    found = (each for door in doors for each in inspect.signature(door).parameters.values())
-    return tuple(dict.fromkeys(each.name for each in found if each.kind != each.VAR_KEYWORD and each.name != "self"))
-
-
-def _takes(like: Callable[P, Any]) -> Callable[[Callable[..., R]], Callable[P, R]]:
-    """A function that takes its arguments by name as they come, and shows those of another one as its own."""
-
-    def shown(function: Callable[..., R]) -> Callable[P, R]:
-        result = inspect.signature(function).return_annotation
-        function.__signature__ = inspect.signature(like).replace(return_annotation=result)  # type: ignore[attr-defined]  # what `inspect.signature` looks for
-        return function
-
-    return shown
+_shown = takes_settings(names={"max_turns": "max_cycles"})
 
 
 class Subject(ABC):
@@ -90,13 +71,6 @@ class Subject(ABC):
 
         return TextPicture(world.scratch())
 
-    def is_over(self, moment: "Moment[Any]") -> bool:
-        """Whether a played episode stops with a moment: it ended, or the task is solved and not asked repeatedly.
-
-        LLF-Bench's evaluation stops so, whatever `until_success` says.
-        """
-        return moment.over or (moment.success and not self.repeated)
-
     def serves(self, personality: "str | Personality") -> bool:
         """Whether the oracle can do what a personality needs."""
         from teachers.personality import parse_personality
@@ -109,104 +83,72 @@ class Subject(ABC):
         self,
         world: "World[Any, Any, Any]",
         personality: "str | Personality" = "oracle",
-        *,
-        instruction_type: str = "b",
-        feedback_type: str | Iterable[str] = "a",
-        voice: "Voice" = "plain",
-        paraphrase: "Paraphrase" = "random",
+        **wording: Unpack[TeacherKeywords],
     ) -> "Teacher":
         """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
         from teachers.teacher import Teacher
 
-        return Teacher(
-            self.oracle_class()(world.scratch),
-            self.phrasebook(voice),
-            personality,
-            instruction_type=instruction_type,
-            feedback_type=feedback_type,
-            paraphrase=paraphrase,
-        )
+        voice = wording.pop("voice", "plain")
+        return Teacher(self.oracle_class()(world.scratch), self.phrasebook(voice), personality, **wording)
 
-    def _arguments(
-        self,
-        *,
-        seating: str = TUTORING,
-        teacher: "str | Personality | Teacher" = "oracle",
-        instruction_type: str = "b",
-        feedback_type: str | Iterable[str] = "a",
-        voice: "Voice" = "plain",
-        paraphrase: "Paraphrase" = "random",
-        speech: str = "message",
-        text: bool = False,
-        max_cycles: int | None = None,
-        cost: float = 0.01,
-        budget: int | None = None,
-        episodes: int = 1,
-        render_mode: str | None = None,
-        privileged_info: bool = False,
-        **options: Any,
-    ) -> None:
-        """What the three forms take; a seating may have other defaults."""
-
-    @_takes(_arguments)
-    def raw_env(self, *, seating: str = TUTORING, **settings: Any) -> "SeatsEnv":
+    @_shown
+    def raw_env(
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
+    ) -> "SeatsEnv":
         """The bare AEC environment.
 
         Args:
             seating: a module of `pz_envs.seatings`: `tutoring`, `classroom`, `panel`, ...
-            teacher: a personality's spec string, a `Personality` or a `Teacher`; a panel has `teachers`, a list.
-            instruction_type, feedback_type, voice, paraphrase: of the teacher; see `teachers.teacher.Teacher`.
-            speech: what the teacher's action is, `message`, `kinds` or `claims`; where several sit, `kinds` is the
-                default.
-            text: text in, text out for the student.
-            max_cycles: turns of the student after which an episode is truncated; None: the family's.
-            cost: paid by the teacher for each atom that it says.
-            budget: atoms that it may say in an episode, or in a lifetime; None: any number.
-            episodes: of a lifetime, which is then one game; see `pz_envs.lifetimes.LifetimeEnv`.
-            render_mode: None, `ansi`, `rgb_array` or `human`.
-            privileged_info: show the truth in frames.
-            options: further settings of the seating, such as `students` of a classroom, which its module tells, and the
-                world's options.
+            settings: of the lesson; None: the defaults.
+            keywords: fields of `Settings` that are otherwise (`max_turns` is called `max_cycles`; where several sit,
+                `speech` is `kinds` by default), the world's options, `episodes` of a lifetime, which is then one game
+                (see `pz_envs.lifetimes.LifetimeEnv`), and settings of the seating, such as `students` of a classroom.
 
         Raises:
             ValueError: no such seating, or an argument is not allowed.
         """
-        env = self._seating(seating, settings).seats(self, **settings)
-        env.label = self.label(seating, settings)
+        found, lesson, own = self._read(seating, settings, keywords)
+        env = found.seats(self, lesson, **own)
+        env.label = self.label(seating, lesson.options)
         return env
 
-    @_takes(_arguments)
-    def env(self, **settings: Any) -> "AECEnv":
+    @_shown
+    def env(
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
+    ) -> "AECEnv":
         """The AEC environment with PettingZoo's check of the calling order; arguments as in `raw_env`."""
         from pz_envs.seats import OrderEnforcing
 
-        return OrderEnforcing(self.raw_env(**settings))
+        return OrderEnforcing(self.raw_env(seating=seating, settings=settings, **keywords))
 
-    @_takes(_arguments)
-    def parallel_env(self, *, seating: str = TUTORING, **settings: Any) -> "ParallelEnv":
+    @_shown
+    def parallel_env(
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
+    ) -> "ParallelEnv":
         """The parallel form, as the seating has it; arguments as in `raw_env`."""
-        env: InTurns | ParallelSeats = self._seating(seating, settings).parallel_env(self, **settings)
-        env.env.label = self.label(seating, settings)
+        found, lesson, own = self._read(seating, settings, keywords)
+        env: InTurns | ParallelSeats = found.parallel_env(self, lesson, **own)
+        env.env.label = self.label(seating, lesson.options)
         return env
 
-    def label(self, seating: str, settings: Mapping[str, Any]) -> str:
-        """What such an environment is called by its `repr`."""
+    def label(self, seating: str, options: Mapping[str, Any]) -> str:
+        """The name of an environment with these options of the world in its `repr`."""
         return self.name
 
-    def _seating(self, name: str, settings: Iterable[str]) -> "Seating":
-        """A seating that knows these settings, or leaves them to the world, which does.
-
-        Raises:
-            ValueError: there is no such seating, or neither knows a setting.
-        """
+    def _read(
+        self, name: str, settings: Settings | None, keywords: Mapping[str, Any]
+    ) -> "tuple[Seating, Settings, dict[str, Any]]":
+        """A seating, the settings of its lessons, and its own arguments."""
         seating = find_seating(name)
-        known = {*seating.settings(), *self.options()}
-        if strange := [each for each in settings if each not in known]:
-            from teachers.spec import unknown
-
-            why = unknown("option", strange[0], sorted(known))
-            raise ValueError(f"{self.name} does not take these options: {why}")
-        return seating
+        names = seating.arguments()
+        own = {key: value for key, value in keywords.items() if key in names}
+        rest = {key: value for key, value in keywords.items() if key not in names}
+        if "max_cycles" in rest:
+            rest["max_turns"] = rest.pop("max_cycles")
+        defaults = seating.defaults | ({"until_success": True} if own.get("episodes", 1) != 1 else {})
+        others = (*names, "max_cycles")
+        lesson = Settings.of(self.name, rest, self.options(), given=settings, others=others, **defaults)
+        return seating, lesson, own
 
 
 def _is_oracle(make: Any) -> "TypeGuard[type[Oracle[Any, Any]]]":
@@ -216,35 +158,40 @@ def _is_oracle(make: Any) -> "TypeGuard[type[Oracle[Any, Any]]]":
 class Seating(ABC):
     """A way to seat teachers and students over a subject's worlds: a module of `pz_envs.seatings` with a `SEATING`."""
 
-    @abstractmethod
-    def raw_env(self, subject: Subject, **settings: Any) -> "SeatsEnv":
-        """The bare AEC environment."""
+    defaults: ClassVar[Mapping[str, Any]] = {}
+    """Fields of `Settings` whose defaults are others here."""
 
-    def parallel_env(self, subject: Subject, **settings: Any) -> "InTurns | ParallelSeats":
+    @abstractmethod
+    def raw_env(self, subject: Subject, settings: Settings, **own: Any) -> "SeatsEnv":
+        """The bare AEC environment; a seating has arguments of its own as keywords."""
+
+    def parallel_env(self, subject: Subject, settings: Settings, **own: Any) -> "InTurns | ParallelSeats":
         """The parallel form: all seats act, and those whose turn it is not are ignored."""
         from pz_envs.parallel_seats import InTurns
         from pz_envs.seats import OrderEnforcing
 
-        return InTurns(OrderEnforcing(self.seats(subject, **settings)))
+        return InTurns(OrderEnforcing(self.seats(subject, settings, **own)))
 
-    def seats(self, subject: Subject, *, episodes: int = 1, **settings: Any) -> "SeatsEnv":
-        """The bare AEC environment, or a lifetime in it of so many episodes, which success ends unless it is said.
+    def seats(self, subject: Subject, settings: Settings, *, episodes: int = 1, **own: Any) -> "SeatsEnv":
+        """The bare AEC environment, or a lifetime in it of so many episodes.
 
         Raises:
             ValueError: an argument is not allowed.
         """
         if isinstance(episodes, bool) or not isinstance(episodes, int) or episodes < 1:
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
+        env = self.raw_env(subject, settings, **own)
         if episodes == 1:
-            return self.raw_env(subject, **settings)
+            return env
         from pz_envs.lifetimes import LifetimeEnv
 
-        return LifetimeEnv(self.raw_env(subject, **({"until_success": True} | settings)), episodes)
+        return LifetimeEnv(env, episodes)
 
-    def settings(self) -> tuple[str, ...]:
-        """The names of what it takes: its own settings, and those of tutoring, of which the others are made."""
-        named = settings_of(self.raw_env, self.parallel_env, self.seats, find_seating(TUTORING).raw_env)
-        return tuple(name for name in named if name != "subject")
+    def arguments(self) -> tuple[str, ...]:
+        """The names of its own arguments."""
+        doors = (self.raw_env, self.parallel_env, self.seats)
+        named = (each for door in doors for each in inspect.signature(door).parameters.values())
+        return tuple(dict.fromkeys(each.name for each in named if each.kind == each.KEYWORD_ONLY))
 
 
 @cache
@@ -262,8 +209,6 @@ def find_seating(name: str) -> Seating:
         ValueError: there is none of that name.
     """
     if name not in seating_names():
-        from teachers.spec import unknown
-
         raise ValueError(unknown("seating", name, seating_names()))
     seating: Seating = importlib.import_module(f"pz_envs.seatings.{name}").SEATING
     return seating

@@ -19,11 +19,12 @@ from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, see
 from pettingzoo.utils.conversions import turn_based_aec_to_parallel
 
 from pz_envs.family import Family
-from pz_envs.seats import SPEECHES, STUDENT, TEACHER
-from pz_envs.teacher_seat import SUBSETS
+from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.settings import SPEECHES
 from pz_envs.text_mode import read_exactly
 from teachers.atoms import ActionClaim, Atom, EditClaim, PlanClaim
 from teachers.oracle import Oracle
+from teachers.session import SUBSETS
 from worlds.testing import plain, require
 from worlds.world import World
 
@@ -139,7 +140,7 @@ def check_parse_failure(make: Make) -> None:
     env = make(speech="kinds", text=True, max_cycles=2)
     env.reset(seed=0)
     env.step(0)
-    world = env.unwrapped.world
+    world = env.unwrapped.session.world
     before = plain(world.save())
     env.step("\x00 __import__('os') \x07")
     require(plain(world.save()) == before, "the world went on")
@@ -193,7 +194,7 @@ def check_lifetime(make: Make) -> None:
 
 def check_roles(make: Make) -> None:
     """What claims declare to be written in their sentences as a student has to write it is written there, and is so."""
-    for type_ in make().unwrapped.teacher.oracle.instruction_types:
+    for type_ in make().unwrapped.session.teacher.oracle.instruction_types:
         env = make(speech="kinds", instruction_type=type_, max_cycles=12)
         env.reset(seed=0)
         for agent in env.agent_iter():
@@ -203,7 +204,7 @@ def check_roles(make: Make) -> None:
                 heard = env.observe(STUDENT)
                 for said in (heard["instruction"], heard["feedback"]):
                     for atom in getattr(said, "atoms", ()):
-                        require_role(atom, env.unwrapped.world)
+                        require_role(atom, env.unwrapped.session.world)
 
 
 def require_role(atom: Atom, world: World[Any]) -> None:
@@ -236,7 +237,7 @@ def require_role(atom: Atom, world: World[Any]) -> None:
 def _act(env: AECEnv, agent: str) -> Any:
     if agent == TEACHER:
         return SUBSETS - 1
-    return env.unwrapped.world.sample_action(np.random.default_rng(0))
+    return env.unwrapped.session.world.sample_action(np.random.default_rng(0))
 
 
 CHECKS: tuple[Callable[[Make], None], ...] = tuple(

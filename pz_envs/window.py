@@ -1,10 +1,54 @@
-"""A window in which frames are shown, by pygame, which highway-env brings along."""
+"""Rendering as text, as a picture, or in a window, by pygame, which highway-env brings along."""
 
+from collections.abc import Callable
 from typing import Any
+
+from gymnasium import logger
 
 from worlds.pictures.canvas import Frame
 
-__all__ = ["Window"]
+__all__ = ["FPS", "Renderer", "Window"]
+
+FPS = 4
+"""Frames a second, at most, in a window."""
+
+
+class Renderer:
+    """What `render` of an environment does.
+
+    Args:
+        mode: None, `ansi`, `rgb_array` or `human`.
+        title: of the window.
+        as_text: gives the state of affairs in words.
+        frame: draws it, uint8 (height, width, 3).
+    """
+
+    def __init__(self, mode: str | None, title: str, as_text: Callable[[], str], frame: Callable[[], Frame]) -> None:
+        self.mode, self._as_text, self._frame = mode, as_text, frame
+        self._window = Window(title, FPS)
+
+    def render(self) -> str | Frame | None:
+        """In mode `ansi` the text, in mode `rgb_array` the frame; in mode `human` it is shown in a window.
+
+        Raises:
+            RuntimeError: in mode `human` there is no display.
+        """
+        if self.mode is None:
+            logger.warn(
+                "render() shows nothing without a render mode; make the environment with one, as in "
+                "render_mode='rgb_array'"
+            )
+            return None
+        if self.mode == "ansi":
+            return self._as_text()
+        if self.mode == "rgb_array":
+            return self._frame()
+        self._window.show(self._frame())
+        return None
+
+    def close(self) -> None:
+        """Close the window, if it is open."""
+        self._window.close()
 
 
 class Window:

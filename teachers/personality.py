@@ -17,7 +17,7 @@ import numpy as np
 from teachers import personalities
 from teachers.atoms import Claim
 from teachers.oracle import ABILITIES, Oracle
-from teachers.spec import Shelf, Spec, unknown
+from teachers.spec import Registry, Spec, unknown
 from teachers.view import View
 
 __all__ = [
@@ -60,7 +60,7 @@ class Stage(ABC, Generic[S]):
 class Personality(Spec):
     """Base of all personalities: a frozen value that starts a `Stage` for each episode."""
 
-    shelf: ClassVar[str] = personalities.__name__
+    package: ClassVar[str] = personalities.__name__
     stage: ClassVar[type[Stage[Any]]]
     """What it is in an episode."""
     source: ClassVar[str] = "ours"
@@ -277,7 +277,7 @@ def check_served(personality: Personality, oracle: Oracle | type[Oracle]) -> Non
             )
 
 
-PERSONALITIES = Shelf("personality", Personality, personalities)
+PERSONALITIES = Registry("personality", Personality, personalities)
 """Every personality by its name."""
 
 

@@ -66,7 +66,7 @@ def test_environments_do_not_disturb_each_other(id):
         return env, [env.reset(seed=1)[0]["feedback"]]
 
     (alone, expected), (one, first), (two, second) = make(), make(), make()
-    action = alone.aec.world.sample_action(np.random.default_rng(0))
+    action = alone.session.world.sample_action(np.random.default_rng(0))
     expected += [observation["feedback"] for observation, *_ in steps(alone, [action] * 8)]
     for (mine, *_), (yours, *_) in zip(steps(one, [action] * 8), steps(two, [action] * 8), strict=True):
         first.append(mine["feedback"])

@@ -3,10 +3,10 @@
 import itertools
 
 import pytest
+from llf_teacher.episodes.scenes import scenes
 
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.episodes.scenes import scenes
 from llf_teacher.registry import entries
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.execution.play import play
@@ -62,7 +62,7 @@ def test_every_distorted_atom_is_found(entry, spec):
         if turns >= share(entry):
             break
         env = llf_teacher.make(entry.id, teacher=spec, text=student.text)
-        for scene in scenes(env, student.seat(env.family, env.aec.world), turns):
+        for scene in scenes(env, student.seat(env.family, env.session.world), turns):
             turns += scene.moment.turn > 0
             for atom, label in scene.atoms:
                 if atom.kind is not None and atom.claim not in env.teacher.offered:

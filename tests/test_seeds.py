@@ -27,13 +27,13 @@ def worlds(entry):
     yield "world", bare
     student = llf_teacher.make(entry.id, teacher="mix | delayed", instruction_type=practice(entry.family))
     student.reset(seed=SEED)
-    yield "make", student.aec.world
+    yield "make", student.session.world
     teacher = llf_teacher.TeacherEnv(entry.id, student="random", episodes=2)
     teacher.reset(seed=SEED)
-    yield "TeacherEnv", teacher.aec.world
+    yield "TeacherEnv", teacher.session.world
     old = compat.make(entry.id)
     old.reset(seed=SEED)
-    yield "compat", old.unwrapped.aec.world
+    yield "compat", old.unwrapped.session.world
     for seating in seating_names():
         id = f"llf/{name}" if seating == TUTORING else f"llf/{short}-{seating}-{version}"
         env = pettingzoo.make("aec", id)

@@ -28,7 +28,7 @@ ROOMS = (  # where a family may have a file besides
     "worlds/batches/*.py",
     "worlds/pictures/*.py",
     "teachers/batches/*.py",
-    "llf_teacher/cli/*.py",
+    "llf_teacher/cli/dev/*.py",
     "llf_teacher/compat/families/*.py",
 )
 FAMILIES = sorted(family.name for family in all_families())

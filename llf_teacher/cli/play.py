@@ -1,5 +1,6 @@
-"""`llf play`: a person plays the student or the teacher in the terminal."""
+"""`llf play`: play the student or the teacher in the terminal."""
 
+import math
 import secrets
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,13 +10,14 @@ from rich.text import Text
 
 from llf_teacher.cli import complete_id, complete_student, complete_teacher
 from llf_teacher.escaping import escape_control_chars
+from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS
 from teachers.feedback import parse_kinds
 
 if TYPE_CHECKING:
-    from llf_teacher.gym import StudentEnv, TeacherEnv
-    from pz_envs.teacher_seat import TeacherSeat
+    from llf_teacher.episodes.live import LiveLesson
     from teachers.atoms import Claim
+    from teachers.session import Offer
 
 UNDO = "undo"
 """What one types to take a turn back."""
@@ -41,124 +43,116 @@ def add_to(app: typer.Typer) -> None:
 
 
 def play(
-    id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.", autocompletion=complete_id)],
+    id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     seat: Annotated[str, typer.Option(help="Your seat: student or teacher.")] = "student",
     teacher: Annotated[
         str,
         typer.Option(
-            help="Personality spec of the teacher; of your claims in its seat.", autocompletion=complete_teacher
+            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims.",
+            autocompletion=complete_teacher,
         ),
     ] = "oracle",
     student: Annotated[
-        str, typer.Option(help="Spec of the student whom you teach.", autocompletion=complete_student)
+        str, typer.Option(help="Spec of the student that you teach.", autocompletion=complete_student)
     ] = "obedient",
-    instruction_type: Annotated[str, typer.Option(help="b, p or c.")] = "b",
-    feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
-    budget: Annotated[int | None, typer.Option(help="Claims that you may make as the teacher.")] = None,
+    instruction_type: Annotated[
+        str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
+    ] = "b",
+    feedback_type: Annotated[
+        str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
+    ] = "a",
+    budget: Annotated[int | None, typer.Option(help="Most claims that you can make as the teacher.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the episode.")] = None,
-    max_turns: Annotated[int | None, typer.Option(help="Turns at most.")] = None,
+    max_turns: Annotated[
+        int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
+    ] = None,
 ) -> None:
-    """Play the student: read what the teacher says, type actions. Or play the teacher: choose what is said.
+    """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
-    `undo` takes a turn back, an empty line does nothing; it ends a text of several lines. Ctrl-D leaves. There are no
-    colours where NO_COLOR is set.
+    `undo` takes a turn back, Ctrl-D leaves. An empty line ends a text of several lines and is ignored elsewhere.
+    Set NO_COLOR to switch colours off.
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
-    settings = {"instruction_type": instruction_type, "feedback_type": feedback_type, "max_turns": max_turns}
     console = Console(highlight=False)
     try:
-        if seat == "student":
-            _learn(console, id, seed, teacher=teacher, **settings)
-        else:
-            _teach(console, id, seed, teacher=teacher, student=student, budget=budget, **settings)
+        lesson = _lesson(
+            id,
+            seat,
+            student,
+            secrets.randbelow(2**31) if seed is None else seed,
+            teacher=teacher,
+            instruction_type=instruction_type,
+            feedback_type=feedback_type,
+            max_turns=max_turns,
+            budget=budget if seat == "teacher" else None,
+        )
+        (_learn if seat == "student" else _teach)(console, lesson)
     except (EOFError, KeyboardInterrupt):
         console.print("\nYou left the episode.")
 
 
-class _Sitting:
-    """An episode in one seat, whose turns can be taken back: it is played again up to there.
+def _lesson(id: str, seat: str, student: str, seed: int, **settings: Any) -> "LiveLesson":
+    """The lesson with a person in a seat."""
+    from llf_teacher.episodes.live import LiveLesson
+    from llf_teacher.registry import entry
+    from llf_teacher.students.parsing import parse_student
+    from pz_envs.settings import Settings
 
-    Args:
-        env: a seat, which can be shown as text.
-        seed: of the episode; None: any.
-        ends: whether success ends it.
-    """
-
-    def __init__(self, env: "StudentEnv | TeacherEnv", seed: int | None, ends: bool) -> None:
-        self.env, self.ends = env, ends
-        self.seed = secrets.randbelow(2**31) if seed is None else seed
-        self.begin()
-
-    def begin(self) -> None:
-        """From the opening on."""
-        self.env.reset(seed=self.seed)
-        self.moves: list[Any] = []
-        self.total, self.over = 0.0, False
-
-    def move(self, action: Any) -> None:
-        """One turn in the seat."""
-        _, reward, terminated, truncated, _ = self.env.step(action)
-        self.moves.append(action)
-        self.total += float(reward)
-        self.over = terminated or truncated or (self.ends and self.env.aec.moment.success)
-
-    def undo(self) -> bool:
-        """Take the last turn back; whether there was one."""
-        *moves, _ = self.moves or [None]
-        if not self.moves:
-            return False
-        self.begin()
-        for action in moves:
-            self.move(action)
-        return True
+    found = entry(id)
+    teaches = seat == "teacher"
+    player = parse_student(student) if teaches else None
+    lesson = Settings(
+        speech="kinds" if teaches else "message",
+        text=player is None or player.text,
+        until_success=teaches,
+        render_mode="ansi",
+        privileged_info=teaches,
+        options=found.options,
+        **settings,
+    )
+    return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player)
 
 
-def _learn(console: Console, id: str, seed: int | None, **settings: Any) -> None:
+def _learn(console: Console, lesson: "LiveLesson") -> None:
     """An episode in the student's seat."""
-    import llf_teacher
-
-    env = llf_teacher.make(id, text=True, render_mode="ansi", **settings)
-    sitting = _Sitting(env, seed, not env.family.repeated)
-    several_lines = env.aec.world.several_lines
+    session = lesson.session
+    several_lines = session.world.several_lines
     hint = " (an empty line ends it)" if several_lines else ""
-    _greet(console, sitting)
+    _greet(console, lesson)
     while True:
-        _show(console, env)
-        _say(console, env)
-        if sitting.over:
+        _show(console, lesson)
+        _say(console, lesson)
+        if lesson.over:
             break
         action = ""
         while not action.strip():
-            action = _ask(console, f"Turn {env.aec.turn + 1}{hint}> ", several_lines)
+            action = _ask(console, f"Turn {session.moment.turn + 1}{hint}> ", several_lines)
         if action.strip().lower() == UNDO:
-            _take_back(console, sitting)
+            _take_back(console, lesson, STUDENT)
         else:
-            sitting.move(action)
-    _sum_up(console, env.aec.turn, env.aec.moment.success, sitting.total)
+            lesson.move(STUDENT, action)
+    _sum_up(console, lesson, 0.0)
 
 
-def _teach(console: Console, id: str, seed: int | None, **settings: Any) -> None:
+def _teach(console: Console, lesson: "LiveLesson") -> None:
     """An episode in the teacher's seat, which sees the truth."""
-    import llf_teacher
-
-    env = llf_teacher.TeacherEnv(id, until_success=True, render_mode="ansi", privileged_info=True, **settings)
-    sitting = _Sitting(env, seed, False)
-    _greet(console, sitting)
-    _put(console, Text(escape_control_chars(env.aec.instruction), "bold"))
-    while not sitting.over:
-        _show(console, env)
-        subset = _choose(console, env.aec.seat)
+    session, offer = lesson.session, lesson.teacher_view.offer
+    _greet(console, lesson)
+    _put(console, Text(escape_control_chars(session.instruction), "bold"))
+    while not lesson.over:
+        _show(console, lesson)
+        subset = _choose(console, offer)
         if subset is None:
-            _take_back(console, sitting)
+            _take_back(console, lesson, TEACHER)
             continue
-        sitting.move(subset)
-        _put(console, Text(escape_control_chars(env.aec.feedback), "green"))
-    _sum_up(console, env.aec.turn, env.aec.moment.success, sitting.total)
+        lesson.move(TEACHER, subset)
+        _put(console, Text(escape_control_chars(session.feedback), "green"))
+    _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
 
 
-def _greet(console: Console, sitting: _Sitting) -> None:
-    _put(console, Text(f"Seed {sitting.seed}. Type {UNDO} to take a turn back, Ctrl-D to leave.", "dim"))
+def _greet(console: Console, lesson: "LiveLesson") -> None:
+    _put(console, Text(f"Seed {lesson.seed}. Type {UNDO} to take a turn back, Ctrl-D to leave.", "dim"))
 
 
 def _put(console: Console, text: Text, **settings: Any) -> None:
@@ -167,43 +161,48 @@ def _put(console: Console, text: Text, **settings: Any) -> None:
     console.print()
 
 
-def _show(console: Console, env: "StudentEnv | TeacherEnv") -> None:
+def _show(console: Console, lesson: "LiveLesson") -> None:
     """The turn, what the student did, and the world."""
     shown = Text()
-    for piece, role in env.aec.pieces():
+    for piece, role in lesson.view.pieces():
         shown.append(escape_control_chars(piece), _STYLES.get(role, ""))
     shown.rstrip()
     _put(console, shown, soft_wrap=True)
 
 
-def _say(console: Console, env: "StudentEnv") -> None:
+def _say(console: Console, lesson: "LiveLesson") -> None:
     """What the teacher said, each sentence with its kind."""
-    for sentence in env.aec.watch.sentences:
+    for sentence in lesson.view.kept().sentences:
         kind = sentence.kind or ""
         style = _STYLES.get(kind, "bold")
         console.print(Text(f"{kind:2} ", style).append(escape_control_chars(sentence.text), "" if kind else "bold"))
     console.print()
 
 
-def _take_back(console: Console, sitting: _Sitting) -> None:
-    done = sitting.undo()
-    _put(console, Text("The last turn is taken back." if done else "There is no turn to take back."))
+def _take_back(console: Console, lesson: "LiveLesson", seat: str) -> None:
+    if lesson.moves:
+        lesson.undo(seat)
+        _put(console, Text("The last turn is taken back."))
+    else:
+        _put(console, Text("There is no turn to take back."))
 
 
-def _sum_up(console: Console, turns: int, success: bool, total: float) -> None:
-    solved = "solved" if success else "not solved"
-    console.print(f"Over after {turns} turns: {solved}, total reward {total:.4g}.")
+def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
+    moment = lesson.session.moment
+    solved = "solved" if moment.success else "not solved"
+    total = math.fsum(row.reward for row in lesson.rows) - costs
+    console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
 
 
-def _choose(console: Console, seat: "TeacherSeat") -> int | None:
+def _choose(console: Console, offer: "Offer") -> int | None:
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
-    purse = seat.purse
+    purse = offer.purse
     if not purse.left:
         spent = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
         return None if console.input(spent).strip().lower() == UNDO else 0
-    for claim in seat.claims():
+    for claim in offer.claims():
         if claim.kind is not None:
-            said = escape_control_chars(_worded(claim, seat))
+            said = escape_control_chars(_worded(claim, offer))
             line = Text("  ").append(f"{claim.kind:2}", _STYLES[claim.kind]).append(f" {said}")
             console.print(line, soft_wrap=True)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
@@ -220,13 +219,13 @@ def _choose(console: Console, seat: "TeacherSeat") -> int | None:
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 
 
-def _worded(claim: "Claim[Any]", seat: "TeacherSeat") -> str:
+def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
     """A claim in the first of its paraphrases; which one is said is drawn when it is."""
     import numpy as np
 
     from teachers.phrasebook import Draws
 
-    return seat.teacher.voice.say((claim,), seat.moment.turn, Draws(np.random.default_rng(0)), 0)
+    return offer.teacher.voice.say((claim,), offer.moment.turn, Draws(np.random.default_rng(0)), 0)
 
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:

@@ -76,14 +76,14 @@ class LLFEnv(LLFWrapper):
         self._seed = None
         self.INSTRUCTION_TYPES, self.FEEDBACK_TYPES = supported_types(self._student.env_id)
         self.action_space = self._actions()
-        told = self._student.aec.student_space
+        told = self._student.student_view.words_space
         self.observation_space = spaces.Dict(
             {"observation": self._observations(), "instruction": told["instruction"], "feedback": told["feedback"]}
         )
 
     @property
     def _world(self) -> Any:
-        return self._student.aec.world
+        return self._student.session.world
 
     def _actions(self) -> spaces.Space[Any]:
         """The space of native actions."""
@@ -92,7 +92,7 @@ class LLFEnv(LLFWrapper):
 
     def _observations(self) -> spaces.Space[Any]:
         """The space of what is observed."""
-        return self._student.aec.student_space["state"]
+        return self._student.student_view.words_space["state"]
 
     def _observe(self, text: str) -> Any:
         """What is observed, by default the text; None if there is nothing."""
@@ -142,10 +142,10 @@ class LLFEnv(LLFWrapper):
         Raises:
             ResetNeeded: before the first reset.
         """
-        aec = self._student.aec
-        if not hasattr(aec, "moment"):
+        session = self._student.session
+        if not hasattr(session, "moment"):
             raise ResetNeeded("there is no expert action before the first episode; call reset() first")
-        plan = aec.teacher.oracle.plan(aec.moment.after, 1)
+        plan = session.teacher.oracle.plan(session.moment.after, 1)
         if not plan:
             return None
         if isinstance(self.action_space, spaces.Box):
@@ -167,7 +167,7 @@ class LLFEnv(LLFWrapper):
         An action that is none costs a turn, and the feedback says what was expected.
         """
         observation, reward, terminated, truncated, info = self.env.step(as_text(action))
-        if "parse_failure" in info and self._student.aec.failure_reward is None:
+        if "parse_failure" in info and self._student.session.failure_reward is None:
             reward = self.failure_reward
         seen = self._observe(observation["observation"])
         told = {"observation": seen, "instruction": None, "feedback": observation["feedback"]}

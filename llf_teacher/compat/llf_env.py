@@ -7,8 +7,8 @@ from typing import Any, SupportsFloat
 import gymnasium
 import numpy as np
 from gymnasium import spaces
-
 from pz_envs.teacher_seat import PROSE
+
 from teachers.atoms import KINDS
 from teachers.feedback import ALL, MIXED, draw_kinds, parse_kinds
 from teachers.phrasebook import Paraphrase, check_paraphrase

@@ -208,22 +208,22 @@ class _Lane:
 
     def step(self, text: str) -> None:
         """Take an answer, and ask again unless it was the last."""
-        env = self.env
+        env, session = self.env, self.env.session
         observation, reward, _, _, _ = env.step(self._talk.answer(text))
-        moment = env.aec.moment
+        moment = session.moment
         failed = moment.action if type(moment.action) is ParseFailure else None
         self.turns.append(
             RolloutTurn(
                 prompt=self.prompt,
                 answer=text,
                 reward=reward,
-                regret=_regret(env.aec.teacher.oracle, moment),
+                regret=_regret(session.teacher.oracle, moment),
                 success=moment.success,
                 failure=failed and failed.why,
                 feedback=f"{observation['feedback']}",
             )
         )
-        self.over = env.family.is_over(moment)
+        self.over = session.done
         if not self.over:
             self.prompt = self._talk.ask(observation)
 

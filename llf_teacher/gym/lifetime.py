@@ -8,8 +8,8 @@ import numpy as np
 from gymnasium import spaces
 
 from llf_teacher.students.student import Student, frozen
-from pz_envs.seatings.tutoring import TutoringEnv
-from teachers.atoms import FP, HN, HP, ActionClaim, Moment, ParseFailure
+from pz_envs.student_view import StudentView
+from teachers.atoms import FP, Moment
 from teachers.oracle import Oracle, RefusalError
 from teachers.spec import unknown
 
@@ -28,7 +28,7 @@ FIELDS = (
     "visits",  # n / (n + 4) for n earlier visits of the student's state in this lifetime
     "advised",  # n / (n + 4) for n of these visits in which advice for the next action was said
     "announced",  # 1 if the student has announced its next action, else 0
-    "mistake",  # 1 if what it announced is a mistake, else 0; see `is_mistake`
+    "mistake",  # 1 if what it announced is a mistake, else 0; see `Session.mistake`
     "way",  # n / (n + 4) for n turns of the oracle's plan from here, at most max_turns; 0 without one
 )
 """The numbers of `lifetime`, each from 0 to 1."""
@@ -38,12 +38,12 @@ class Lifetime:
     """What a teacher remembers of a student.
 
     Args:
-        aec: the seats.
+        view: the student's seat.
         episodes: episodes of the lifetime.
     """
 
-    def __init__(self, aec: TutoringEnv, episodes: int) -> None:
-        self._aec, self.episodes = aec, episodes
+    def __init__(self, view: StudentView, episodes: int) -> None:
+        self._view, self._session, self.episodes = view, view.session, episodes
         self.episode = 0
         """Episodes that are over."""
         self._success = self._optimal = self._skill = 0.0
@@ -63,37 +63,37 @@ class Lifetime:
         self._success, self._optimal, self._skill = averages
         self._visits = {state: visits for state, (visits, _) in counts.items()}
         self._advised = {state: advised for state, (_, advised) in counts.items()}
-        self._state = frozen(self._aec.state_now)
+        self._state = frozen(self._view.state())
 
     def arrive(self) -> None:
         """Take note of the state that the student is in now, at the opening or after an action."""
         if self._state is not None:
             self._visits[self._state] = self._visits.get(self._state, 0) + 1
-        self._state = frozen(self._aec.state_now)
+        self._state = frozen(self._view.state())
 
     def said(self) -> None:
         """Take note of what the teacher has said."""
-        said = getattr(self._aec.feedback, "atoms", ())
+        said = getattr(self._session.feedback, "atoms", ())
         if any(atom.kind == FP for atom in said):
             self._advised[self._state] = self._advised.get(self._state, 0) + 1
 
     def acted(self) -> None:
         """Take note of the student's action."""
-        self._optimal = float(optimal(self._aec.teacher.oracle, self._aec.moment))
+        self._optimal = float(optimal(self._session.teacher.oracle, self._session.moment))
         self._skill += TURN_RATE * (self._optimal - self._skill)
 
     def over(self) -> None:
         """Take note of the end of an episode."""
         self.episode += 1
-        self._success += EPISODE_RATE * (self._aec.moment.success - self._success)
+        self._success += EPISODE_RATE * (self._session.moment.success - self._success)
         self._optimal = 0.0
 
     def features(self, announced: Any = None) -> np.ndarray:
         """The numbers of `FIELDS`, float32 of shape (9,)."""
         visits, advised = self._visits.get(self._state, 0), self._advised.get(self._state, 0)
-        mistake = announced is not None and is_mistake(self._aec, announced)
-        moment = self._aec.moment
-        way = () if moment.over else self._aec.teacher.oracle.plan(moment.after, self._aec.max_turns)
+        mistake = announced is not None and self._session.mistake(announced)
+        moment = self._session.moment
+        way = () if moment.over else self._session.teacher.oracle.plan(moment.after, self._session.max_turns)
         return np.array(
             (
                 self.episode / self.episodes,
@@ -121,31 +121,6 @@ def optimal(oracle: Oracle, moment: Moment[Any]) -> bool:
         return oracle.regret(moment) <= NEAR
     except RefusalError:
         return False
-
-
-def is_mistake(aec: TutoringEnv, action: Any) -> bool:
-    """Whether an action would be a mistake now.
-
-    Where actions have values, that is one that is worth less than another. Elsewhere the oracle tries it out, and it is
-    one with which it would find fault: by its verdicts on the action, if it gives any, or else by anything else in hn.
-    """
-    oracle, now = aec.teacher.oracle, aec.moment.after
-    action = aec.understand(action)
-    if isinstance(action, ParseFailure):
-        return True
-    values = oracle.values(now)
-    if values is not None:
-        return bool(values[action] < max(values) - NEAR)
-    if HN not in oracle.feedback_types:
-        return False
-    lab = oracle.lab
-    lab.restore(now)
-    _, reward, terminated, truncated, info = lab.advance(action)
-    over = terminated or truncated
-    tried = Moment(now, action, reward, lab.truth, info["success"], aec.moment.turn + 1, over)
-    found = oracle.judge(tried, {HP, HN})
-    verdicts = [claim for claim in found if isinstance(claim, ActionClaim)] or found
-    return any(claim.kind is HN for claim in verdicts)
 
 
 def drawn(student: Student, vary: Mapping[str, Any], rng: np.random.Generator) -> Student:

@@ -1,53 +1,85 @@
-"""One seat of a `TutoringEnv` as a Gymnasium environment."""
+"""One seat of a session as a Gymnasium environment."""
 
+import inspect
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import gymnasium
 from gymnasium.error import ResetNeeded
 
 from llf_teacher.registry import entry
-from pz_envs.seatings.tutoring import SEATING as TUTORING
-from pz_envs.subject import Subject, settings_of
-from teachers.spec import unknown
+from pz_envs.assembly import assemble
+from pz_envs.settings import RENDER_MODES, Settings
+from pz_envs.subject import Subject
+from pz_envs.window import FPS, Renderer
+from teachers.personality import Personality
+from teachers.teacher import Teacher
 
 
 class SeatEnv(gymnasium.Env):
-    """What `StudentEnv` and `TeacherEnv` have in common; the other seat is theirs to fill."""
+    """The base of `StudentEnv` and `TeacherEnv`, which fill the other seat.
 
-    metadata = {"render_modes": ["ansi", "human", "rgb_array"], "render_fps": 4}  # noqa: RUF012 (Gymnasium's convention)
+    Args:
+        env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
+        settings: of the lesson; None: the defaults.
+        keywords: fields that are otherwise, and the world's options.
+        refused: fields that the seat does not use.
+        defaults: fields whose defaults are others at this seat.
+
+    Raises:
+        ValueError: an argument is not allowed.
+    """
+
+    metadata = {"render_modes": [*RENDER_MODES], "render_fps": FPS}  # noqa: RUF012 (Gymnasium's convention)
 
     def __init__(
-        self, seat: str, env_id: str | Subject, max_turns: int | None, render_mode: str | None, **settings: Any
+        self,
+        env_id: str | Subject,
+        settings: Settings | None,
+        keywords: Mapping[str, Any],
+        *,
+        refused: Iterable[str] = (),
+        **defaults: Any,
     ) -> None:
         self.family: Subject
-        options: dict[str, Any] = {}
+        options: Mapping[str, Any] = {}
         if isinstance(env_id, Subject):
             self.env_id, self.family = env_id.name, env_id
         else:
             self.env_id, self.family, options, _ = entry(env_id)
-        known = {*settings_of(type(self), TUTORING.raw_env), *self.family.options()}
-        allowed = sorted(known - {"env_id", "max_cycles", "subject"})
-        if unknown_names := [name for name in settings if name not in allowed]:
-            raise ValueError(
-                f"{self.env_id} does not take these options: {unknown('option', unknown_names[0], allowed)}"
-            )
-        self.aec = TUTORING.raw_env(
-            self.family, max_cycles=max_turns, render_mode=render_mode, **{**options, **settings}
+        self.settings = Settings.of(
+            self.env_id,
+            {**options, **keywords},
+            self.family.options(),
+            given=settings,
+            others=set(inspect.signature(type(self)).parameters) - {"env_id"},
+            refused=refused,
+            **defaults,
         )
-        self.aec.label = self.env_id
-        self.render_mode = render_mode
-        self.action_space = self.aec.action_space(seat)
+        self._policy: Any = None
+        """A policy of the user's own in the teacher's seat."""
+        lesson = self.settings
+        if not isinstance(lesson.teacher, str | Personality | Teacher):
+            self._policy, lesson = lesson.teacher, lesson.with_teacher("oracle")
+            if not (hasattr(self._policy, "reset") and hasattr(self._policy, "act")):
+                raise ValueError(
+                    "teacher must be a spec string, a Personality, or a policy with reset(rng) and "
+                    f"act(observation, info), got {self._policy!r}"
+                )
+        self.session, self.student_view, (self.teacher_view,) = assemble(self.family, lesson)
+        self.render_mode = lesson.render_mode
+        self._renderer = Renderer(self.render_mode, self.env_id, self.student_view.as_text, self.student_view.frame)
         self._running = False
 
     @property
     def reward_range(self) -> tuple[float, float]:
         """Least and greatest reward that the world pays for one step."""
-        return self.aec.world.reward_range
+        return self.session.world.reward_range
 
     def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:
-        """Reset the seats. Without a seed all streams go on."""
-        self.aec.world.check_reset(options)  # which at PettingZoo's doors are ignored where they are unknown
-        self.aec.reset(seed, options)
+        """Open an episode. Without a seed all streams go on."""
+        self.session.world.check_reset(options)
+        self.session.open(seed, options)
         super().reset(seed=seed)
         self._running = True
 
@@ -56,9 +88,10 @@ class SeatEnv(gymnasium.Env):
             raise ResetNeeded("the episode has not begun, or has ended; call reset() before step()")
 
     def render(self) -> Any:
-        """What `SeatsEnv.render` gives: a text, a frame or nothing, as the render mode has it."""
-        return self.aec.render()
+        """A text, a frame or nothing, as the render mode has it; see `pz_envs.window.Renderer`."""
+        return self._renderer.render()
 
     def close(self) -> None:
-        """Close the world."""
-        self.aec.close()
+        """Close the window and the world."""
+        self._renderer.close()
+        self.session.world.close()

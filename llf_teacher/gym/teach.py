@@ -1,12 +1,13 @@
 """Any Gymnasium environment taught, and observations as one text."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium
 
 from llf_teacher.gym.student_env import StudentEnv
 from pz_envs.lesson import Lesson
+from pz_envs.settings import Settings, SettingsKeywords
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrases
 
@@ -22,19 +23,20 @@ def teach(
     describe: Callable[[Any], str] | None = None,
     action_words: Mapping[str, Any] | None = None,
     reward_range: tuple[float, float] | None = None,
-    **settings: Any,
+    settings: Settings | None = None,
+    **keywords: Unpack[SettingsKeywords],
 ) -> StudentEnv:
     """The student's side of any Gymnasium environment, with a teacher in the other seat.
 
     Without an oracle it is reinforcement learning in words: the instruction is to maximize the accumulated rewards, and
-    the feedback is the reward. The seats are the attribute `aec`, the lesson is `family`.
+    the feedback is the reward. The attribute `session` plays it, `family` is the lesson.
 
     Args:
         env: an environment, or a function without arguments that makes one.
         oracle: a subclass of `teachers.oracle.Oracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
-        settings: those of `StudentEnv`: `teacher`, `instruction_type`, `feedback_type`, `text`, `max_turns`, ...
+        settings, keywords: as of `StudentEnv`.
 
     Raises:
         ValueError: an argument is not supported.
@@ -50,7 +52,7 @@ def teach(
         action_words=action_words,
         reward_range=reward_range,
     )
-    return StudentEnv(lesson, **settings)
+    return StudentEnv(lesson, settings=settings, **keywords)
 
 
 def prompt(observation: dict[str, Any]) -> str:

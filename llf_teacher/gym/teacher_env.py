@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any, cast
+from typing import Any, Unpack, cast
 
 import numpy as np
 from gymnasium import spaces
@@ -12,9 +12,9 @@ from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
 from pz_envs.rewards import TeacherReward
-from pz_envs.seats import STUDENT, TEACHER, entitled
+from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
-from pz_envs.teacher_seat import choices_of, mask_space
+from pz_envs.teacher_view import choices_of, mask_space
 from teachers.atoms import Moment
 from teachers.oracle import Oracle
 
@@ -57,56 +57,53 @@ class TeacherEnv(SeatEnv):
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
         student: a spec string, a `Student`, a policy with `reset(rng)` and `act(observation, info)`, or a function of a
             random generator that makes such a policy, which is asked for a new one at each reset.
-        speech: `kinds` or `message`.
-        actions: with `kinds`, `all` or `compact`.
-        max_turns: turns after which the student's episode is truncated; None: the family's.
+        settings: of the lesson; None: the defaults, with `speech="kinds"`, in a lifetime with `until_success=True`, and
+            in texts if the student reads texts.
+        actions: with `speech="kinds"`, `all` or `compact`.
         episodes: episodes of the student in one of this environment, at least 1.
         same_world: whether the episodes of a lifetime begin in the same state of the world.
         vary: parameters of the student that are drawn at each reset, uniformly between their least and their greatest
             value, such as `{"alpha": (0.1, 0.9)}`; between two integers an integer: `{"trust": (0, 1)}` gives 0 or 1.
         announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
-        render_mode: as of `StudentEnv`.
-        teacher_reward: as in `pz_envs.rewards`, or a function of three arguments, `Moment`, `Oracle` and the student's
-            `Lifetime` as it was before the turn.
-        options: those of `pz_envs.seatings.tutoring.Tutoring.raw_env` (`cost`, `budget`, `until_success`, `ask_cost`,
-            ...) and the world's. In a lifetime `until_success` is True unless it is given.
+        keywords: fields of `pz_envs.settings.Settings` that are otherwise, and the world's options. `teacher_reward`
+            may also be a function of three arguments, `Moment`, `Oracle` and the student's `Lifetime` as it was before
+            the turn.
 
     Raises:
         ValueError: an argument is not supported.
     """
 
+    @takes_settings(speech="kinds")
     def __init__(
         self,
         env_id: str | Subject,
         *,
+        settings: Settings | None = None,
         student: str | Student | Any = "obedient",
-        speech: str = "kinds",
         actions: str = "all",
-        max_turns: int | None = None,
         episodes: int = 1,
         same_world: bool = True,
         vary: Mapping[str, Any] | None = None,
         announce: bool = False,
-        teacher_reward: str | TeacherReward | LifetimeReward = "student_reward",
-        render_mode: str | None = None,
-        **options: Any,
+        **keywords: Unpack[SettingsKeywords],
     ) -> None:
         if not isinstance(episodes, int) or episodes < 1:
             raise ValueError(f"episodes must be an integer of at least 1, got {episodes!r}")
+        defaults: dict[str, Any] = {"speech": "kinds", "until_success": episodes > 1}
         if isinstance(student, str | Student):
             student = parse_student(student)
-            if options.get("numbers"):
+            if keywords.get("numbers"):
                 raise ValueError(
                     f"the student {student} reads no numbers; numbers=True is for policies with reset(rng) and "
                     "act(observation, info) of your own"
                 )
-            options.setdefault("text", student.text)
-        if episodes > 1:
-            options.setdefault("until_success", True)
+            defaults["text"] = student.text
         self.life: Lifetime | None = None
         """What the teacher remembers; None in a single episode."""
-        paid = self._paid_by(teacher_reward)
-        super().__init__(TEACHER, env_id, max_turns, render_mode, speech=speech, teacher_reward=paid, **options)
+        reward = settings.teacher_reward if settings is not None else "student_reward"
+        paid: Any = self._paid_by(keywords.pop("teacher_reward", reward))
+        super().__init__(env_id, settings, {**keywords, "teacher_reward": paid}, **defaults)
+        self.action_space = self.teacher_view.action_space
         self.episodes, self.same_world, self.announce = episodes, same_world, announce
         self._spec, self._vary = student, dict(vary or {})
         if self._vary:
@@ -119,10 +116,10 @@ class TeacherEnv(SeatEnv):
             given or _is_policy(student) or isinstance(student, type)
         ):  # what a function makes is checked when it is made
             self._check_announces(self.student)
-        self.subsets = choices_of(actions, self.aec.teacher, speech)
+        self.subsets = choices_of(actions, self.session.teacher, self.settings.speech)
         """With `speech="kinds"`, the subset of kinds that each action says."""
         self._compact = np.array(self.subsets) if actions == "compact" else None
-        self.observation_space = self.aec.observation_space(TEACHER)
+        self.observation_space = self.teacher_view.observation_space
         more: dict[str, spaces.Space[Any]] = {"lifetime": lifetime_space()} if episodes > 1 else {}
         if self._compact is not None:
             self.action_space = spaces.Discrete(len(self.subsets))
@@ -132,23 +129,23 @@ class TeacherEnv(SeatEnv):
 
     def __repr__(self) -> str:
         student = str(self._spec) if isinstance(self._spec, Student) else self._spec
-        return f"<{type(self).__name__} {self.env_id} student={student!r} {self.aec.teacher!r}>"
+        return f"<{type(self).__name__} {self.env_id} student={student!r} {self.session.teacher!r}>"
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode or a lifetime; the teacher speaks first."""
         self._restart(seed, options)
-        seeds = self.aec.seeds
+        seeds = self.session.seeds
         self._start: Any = None
         if self._renews or (self._remembers and seed is not None):
             self.student = self._enrol(seeds.stream("class"))
         if self.episodes > 1 or self._sees_life:
             self._options = options
-            self.life = Lifetime(self.aec, self.episodes)
+            self.life = Lifetime(self.student_view, self.episodes)
             self.life.arrive()
             if self.same_world:
-                self._start = self.aec.moment.after
+                self._start = self.session.moment.after
         self.student.reset(seeds.stream("student"))
         return self._observe()
 
@@ -160,38 +157,37 @@ class TeacherEnv(SeatEnv):
             ValueError: the action is outside the action space; nothing has changed.
         """
         self._check_running()
-        aec, life = self.aec, self.life
+        session, teacher, life = self.session, self.teacher_view, self.life
         if self._compact is not None:
             if not self.action_space.contains(action):
                 raise ValueError(f"the action must be an integer from 0 to {len(self.subsets) - 1}, got {action!r}")
             action = self.subsets[action]
-        aec.teacher_turn(action)
-        reward = aec.rewards[TEACHER]
-        terminated, truncated = aec.ended
-        if aec.agent_selection == TEACHER and not (terminated or truncated):
-            observation, info = self._observe()
-            return observation, reward, False, False, info
-        if life is not None:
-            life.said()
-        if terminated or truncated:
-            self._running = life is not None and self.episodes > 1 and self._next_episode(life, terminated)
-            if self._running:
-                terminated = truncated = False
-        else:
-            aec.student_turn(self.student.act(aec.observe(STUDENT), entitled(self.student, aec)))
-            reward += aec.rewards[TEACHER]
-            if life is not None and not aec.seat.asked:
-                life.acted()
-                life.arrive()
-            if self.render_mode == "human":
-                self.render()
+        reward = teacher.act(action)
+        terminated = truncated = False
+        if session.heard:
+            if life is not None:
+                life.said()
+            if session.over:
+                terminated, truncated = session.terminated, session.truncated
+                self._running = life is not None and self.episodes > 1 and self._next_episode(life, terminated)
+                if self._running:
+                    terminated = truncated = False
+            else:
+                view = self.student_view
+                view.act(self.student.act(view.observe(), view.info_for(self.student)))
+                reward += teacher.reward()
+                if life is not None and not session.asked:
+                    life.acted()
+                    life.arrive()
+                if self.render_mode == "human":
+                    self.render()
         observation, info = self._observe()
         return observation, reward, terminated, truncated, info
 
-    def take_up(self, moment: Moment[Any], *, terminated: bool, spent: int, start: Any, done: bool) -> None:
+    def resume_from(self, moment: Moment[Any], *, terminated: bool, spent: int, start: Any, done: bool) -> None:
         """Go on from a moment of an episode that was played elsewhere; the teacher is the next to speak.
 
-        Call `reset` before: the random streams are those that it has begun. Student and lifetime are to be told apart.
+        Call `reset` before: the random streams are those that it has begun. Student and lifetime are restored apart.
 
         Args:
             moment: with the world's truths.
@@ -200,11 +196,9 @@ class TeacherEnv(SeatEnv):
             start: the truth with which the episodes of the lifetime begin.
             done: whether the last word has been said, too.
         """
-        self.aec.take_up(moment, terminated)
-        self.aec.purse.spent = spent
+        self.session.resume_from(moment, terminated)
+        self.teacher_view.offer.purse.spent = spent
         self._start, self._running = start, not done
-        if done:
-            self.aec.agent_selection = STUDENT
 
     def _paid_by(self, reward: str | TeacherReward | LifetimeReward) -> str | TeacherReward:
         """A reward that sees the lifetime as one of moment and oracle."""
@@ -227,7 +221,7 @@ class TeacherEnv(SeatEnv):
         if self._vary:
             student = drawn(student, self._vary, rng)
         self._drawn = str(student)
-        return student.seat(self.family, self.aec.world)
+        return student.seat(self.family, self.session.world)
 
     def _check_announces(self, student: Any) -> None:
         if self.announce and not hasattr(student, "intend"):
@@ -238,25 +232,25 @@ class TeacherEnv(SeatEnv):
 
     def _next_episode(self, life: Lifetime, terminated: bool) -> bool:
         """End an episode of a lifetime; begin the next one, if there is one."""
-        aec, student = self.aec, self.student
+        session, view, student = self.session, self.student_view, self.student
         if hasattr(student, "finish"):
-            student.finish(aec.observe(STUDENT), entitled(student, aec), terminated)
+            student.finish(view.observe(), view.info_for(student), terminated)
         life.over()
         if life.episode == life.episodes:
             return False
-        aec.go_on(self._start, self._options)
-        student.reset(aec.seeds.stream("student"))
+        session.start_next_episode(self._start, self._options)
+        student.reset(session.seeds.stream("student"))
         life.arrive()
         return True
 
     def _observe(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        aec, life = self.aec, self.life
-        observation, info = aec.observe(TEACHER), dict(aec.infos[TEACHER])  # a new one for the last word, too
+        life = self.life
+        observation, info = self.teacher_view.observe(self._running), self.teacher_view.info()
         if self._compact is not None:
             observation["action_mask"] = observation["action_mask"][self._compact]
         intention = None
-        if self.announce and self._running and not any(aec.ended):
-            intention = self.student.intend(aec.observe(STUDENT), entitled(self.student, aec))
+        if self.announce and self._running and not self.session.over:
+            intention = self.student.intend(self.student_view.observe(), self.student_view.info_for(self.student))
         if intention is not None:  # Gymnasium's vectors want the same type in each step, or nothing
             info["intention"] = intention
         info["student"] = self._drawn if isinstance(self._spec, Student) else None
@@ -270,11 +264,11 @@ class TeacherEnv(SeatEnv):
         Raises:
             ValueError: the speech is not `kinds`.
         """
-        if self.aec.speech != "kinds":
+        if self.settings.speech != "kinds":
             raise ValueError(
-                f"action_masks() needs speech='kinds'; with speech={self.aec.speech!r} any text can be said"
+                f"action_masks() needs speech='kinds'; with speech={self.settings.speech!r} any text can be said"
             )
-        mask: np.ndarray = self.aec.observe(TEACHER)["action_mask"]
+        mask: np.ndarray = self.teacher_view.observe(self._running)["action_mask"]
         return (mask if self._compact is None else mask[self._compact]).astype(bool)
 
 

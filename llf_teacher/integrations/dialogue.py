@@ -2,14 +2,13 @@
 
 from typing import Any
 
-from llf_teacher.episodes.record import EpisodeRow, TurnRow, summary, turns_as_dicts
-from llf_teacher.episodes.scenes import Scene, turn_row
+from llf_teacher.episodes.record import EpisodeRow, TurnRow, turns_as_dicts
+from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
-from llf_teacher.students.student import Telling
+from llf_teacher.students.student import ModelReply
 from llf_teacher.studies.definition.custom_specs import parse_teacher
 from pz_envs.answers import split_thought
-from pz_envs.seats import STUDENT
 from teachers.atoms import KINDS
 from teachers.personality import Personality
 from teachers.seeds import Seeds
@@ -55,47 +54,49 @@ class Dialogue:
         self.talk = Conversation(
             self.env, history=history, max_prompt_tokens=max_prompt_tokens, rng=Seeds(seed).stream("student")
         )
-        self.turns: list[TurnRow] = []
-        """What has been played; the first is the opening."""
-        self._lab = self.env.aec.world.scratch()
-        self._moments: list[Any] = []
-        self._told: dict[str, Any] = {}
-        self.env.aec.reset(seed)
+        self._recorder = Recorder(self.env.family.name, self.env.student_view, self.env.teacher)
+        self._answer: dict[str, Any] = {}
+        self.env.session.open(seed)
         self.speak()
+
+    @property
+    def turns(self) -> list[TurnRow]:
+        """The turns that were played; the first is the opening."""
+        return self._recorder.rows
 
     @property
     def over(self) -> bool:
         """Whether there is nothing more to answer: the episode has ended, or its task is solved."""
-        return self.env.family.is_over(self._moments[-1])
+        return self.env.session.done
 
-    def answer(self, text: str, told: Telling | None = None) -> None:
-        """The student's half of a turn: what the model said to `messages`, and what is known of its cost."""
-        told = told or {}
-        action = self.talk.answer(text, input_tokens=told.get("input_tokens"))
-        self._told = {"answer": split_thought(text).answer, "thought": self.talk.thought or None, **told}
-        self.env.aec.student_turn(action)
+    def answer(self, text: str, reply: ModelReply | None = None) -> None:
+        """The student's half of a turn: the model's answer to `messages`, and its cost as far as that is known."""
+        reply = reply or {}
+        said = split_thought(text)
+        action = self.talk.answer(said, input_tokens=reply.get("input_tokens"))
+        self._answer = {"answer": said.answer, "thought": self.talk.thought or None, **reply}
+        self.env.student_view.act(action)
 
     def speak(self, words: str | None = None) -> None:
         """The teacher's half: these words, or what the teacher of the settings says."""
-        aec = self.env.aec
+        session = self.env.session
         if words is None:
-            aec.take_suggestion()
+            session.speak()
         else:
-            aec.teacher_turn(words)
-        self._moments.append(aec.moment)
-        seen = aec.observe(STUDENT)
-        if self.turns:
-            seen = {**seen, "instruction": ""}
-        atoms = tuple((atom, atom.label(self._moments, self._lab)) for atom in aec.said)
-        self.turns.append(
-            turn_row(aec, self.env.family.name, Scene(aec.moment, seen, atoms), self.env.teacher)._replace(**self._told)
-        )
+            session.say(words)
+        self._recorder.note(**self._answer)
+        turn = session.turn
+        seen = {**self.env.student_view.observe(), "instruction": turn.instruction}
         self.messages: list[Message] = [] if self.over else self.talk.ask(seen)
         """What to send to the model; nothing if the episode is over."""
 
+    def known_to_teacher(self) -> dict[str, str]:
+        """The world and the student's last action as text, and what the teacher of the settings would say."""
+        return {**self.env.teacher_view.words(), "suggestion": self.env.session.suggest() or "nothing"}
+
     def episode(self) -> EpisodeRow:
-        """What came of it, as a study keeps it."""
-        return summary(self.env.family.name, "words", self.turns)
+        """The episode as a study keeps it."""
+        return self._recorder.episode("words")
 
     def record(self) -> list[dict[str, Any]]:
         """The turns as JSON values, with what was said and whether it holds; the first is the opening."""

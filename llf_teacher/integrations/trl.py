@@ -70,18 +70,17 @@ class FeedbackEnvironment:
         while not self._over:
             self._step("")
         if self._reward == "success":
-            return float(self._env.aec.moment.success)
+            return float(self._env.session.moment.success)
         return self._paid if self._reward == "return" else -self._lost
 
     def _step(self, action: str) -> dict[str, Any]:
-        env = self._env
+        session = self._env.session
         observation: dict[str, Any]
-        observation, reward, _, _, _ = env.step(action)
-        moment = env.aec.moment
+        observation, reward, _, _, _ = self._env.step(action)
         self._paid += reward
         if self._reward == "regret":  # which not every oracle knows
-            self._lost += env.aec.teacher.oracle.regret(moment)
-        self._over = env.family.is_over(moment)
+            self._lost += session.teacher.oracle.regret(session.moment)
+        self._over = session.done
         return observation
 
     def _environment(self, id: str, settings: dict[str, Any]) -> StudentEnv:

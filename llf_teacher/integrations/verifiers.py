@@ -21,7 +21,6 @@ from verifiers.v1.dialects.chat import message_to_wire
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import all_families
-from pz_envs.seats import TEACHER
 
 __all__ = ["LLFHarness", "LLFSeats", "LLFTaskset"]
 
@@ -168,7 +167,7 @@ async def _play(dialogue: Dialogue, task: LLFTask, agents: vf.Agents, teacher: v
         said = await student.turn(question["content"])
         while not said.terminated:
             dialogue.answer(said.last_reply)
-            lesson = teacher and await teacher.turn(_TURN.format_map(_known(dialogue)))
+            lesson = teacher and await teacher.turn(_TURN.format_map(dialogue.known_to_teacher()))
             dialogue.speak(lesson and lesson.last_reply)
             if dialogue.over or (lesson and lesson.terminated):
                 break
@@ -180,9 +179,3 @@ def _seated(task: LLFTask, system_prompt: str) -> LLFTask:
     """The task as one seat has it."""
     seated: LLFTask = task.with_data(system_prompt=system_prompt)
     return seated
-
-
-def _known(dialogue: Dialogue) -> dict[str, Any]:
-    """What the teacher knows of the student's turn."""
-    aec = dialogue.env.aec
-    return {**aec.observe(TEACHER), "suggestion": aec.infos[TEACHER]["suggestion"] or "nothing"}

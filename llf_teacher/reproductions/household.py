@@ -79,7 +79,7 @@ def play(houses: Sequence[tuple[StudentEnv, int]], choose: Choose) -> list[Erran
     for env, seed in houses:
         observation, info = env.reset(seed=seed)
         seen, _, task = _answer(observation).rpartition("\n\n")
-        errands.append(Errand(task, len(env.aec.teacher.oracle.plan(env.aec.moment.after, _FAR))))
+        errands.append(Errand(task, len(env.session.teacher.oracle.plan(env.session.moment.after, _FAR))))
         views.append((seen, observation["feedback"], tuple(info["admissible_commands"])))
     running = list(range(len(errands)))
     while running:
@@ -112,7 +112,7 @@ def blundering(env: StudentEnv, mistakes: float, rng: np.random.Generator) -> Ch
         anything = commands[rng.integers(len(commands))]
         if rng.random() < mistakes:
             return [anything]
-        return [*env.aec.teacher.oracle.plan(env.aec.moment.after, 1)] or [anything]
+        return [*env.session.teacher.oracle.plan(env.session.moment.after, 1)] or [anything]
 
     return choose
 

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from llf_teacher.episodes.scenes import scenes
+from llf_teacher.episodes.play import play
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
 
@@ -23,9 +23,9 @@ def regrets(
     """
     player = parse_student(student)
     env = make(id, teacher=teacher, max_turns=turns, text=player.text, **options)
-    oracle = env.aec.teacher.oracle
-    policy = player.seat(env.family, env.aec.world)
-    played = [scene.moment for scene in scenes(env, policy, seed)][1:]
+    oracle = env.session.teacher.oracle
+    policy = player.seat(env.family, env.session.world)
+    played = [turn.moment for turn in play(env, policy, seed)][1:]
     env.close()
     return [oracle.regret(moment) for moment in played], [moment.success for moment in played]
 

@@ -36,7 +36,7 @@ def live(
         teacher_reward="student_progress",
         **options,
     )
-    policy = env.family.make_teacher(env.aec.world, teacher)
+    policy = env.family.make_teacher(env.session.world, teacher)
     policy.reset(np.random.default_rng(seed))
     observation, info = env.reset(seed=seed)
     regrets, verdicts, done = [0.0], 0, False

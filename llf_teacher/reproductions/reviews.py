@@ -8,9 +8,9 @@ from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
-from pz_envs.teacher_seat import BIT
 from teachers.atoms import FP, HN, Claim, Moment, action_of
 from teachers.common import Late
+from teachers.session import BIT
 
 
 class Remark(NamedTuple):
@@ -80,7 +80,7 @@ def commented(
         turns: of each, at most.
     """
     family = entry(id).family
-    aec: Any = family.raw_env(
+    seats: Any = family.raw_env(
         teacher=teacher,
         feedback_type=feedback,
         speech=speech,
@@ -90,18 +90,19 @@ def commented(
         cost=0.0,
         teacher_reward="student_progress",
     )
-    seats = aec.unwrapped
-    env = ParallelSeats(aec, {STUDENT: parse_student(student).seat(family, seats.world)})
+    offer = seats.unwrapped.teacher_view.offer
+    world = seats.unwrapped.session.world
+    env = ParallelSeats(seats, {STUDENT: parse_student(student).seat(family, world)})
     _, infos = env.reset(seed=seed)
     notes, lost = Notes(), 0.0
     while env.agents:
         moment = infos[TEACHER]["moment"]
         notes.see(moment)
-        listed = seats.seat.listed() if seats.purse.left else []
+        listed = offer.listed() if offer.purse.left else []
         remarks = [notes.remark(claim, moment.turn) for claim in listed]
         best, action = notes.best(remarks), 0
         if best is not None:
-            alike = [i for i, claim in enumerate(listed) if claim.kind is listed[best].kind][: seats.purse.left]
+            alike = [i for i, claim in enumerate(listed) if claim.kind is listed[best].kind][: offer.purse.left]
             said = [best] if speech == "claims" else alike
             notes.say([remarks[i] for i in said])
             action = 1 + best if speech == "claims" else BIT[listed[best].kind]

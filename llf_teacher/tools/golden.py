@@ -1,4 +1,4 @@
-"""Golden transcripts: readable records of one short episode an environment, which tests replay."""
+"""Golden transcripts: for each environment a readable record of a short episode, which the tests replay."""
 
 import dataclasses
 from pathlib import Path
@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.gym import make
+from llf_teacher.episodes.play import play
+from llf_teacher.gym import StudentEnv, make
 from llf_teacher.registry import entries
 from llf_teacher.serialization import to_json
 from teachers.atoms import Atom, Moment
@@ -16,35 +17,47 @@ SEED, TURNS = 7, 6
 
 
 def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
-    """An episode as text: a student that obeys every second turn, a teacher that says everything.
+    """An episode as text: the student follows the plan in every second turn, the teacher gives all feedback.
 
-    The instruction is complete (`c`), so that its claims are in the record, too.
+    The instruction is complete (`c`), so that the record has its claims, too.
     """
     env = make(id, instruction_type="c", max_turns=turns)
-    world, family = env.aec.world, env.family
-    lab = world.scratch()
-    rng = np.random.default_rng(seed)
-    observation, info = env.reset(seed=seed)
-    moments = [env.aec.moment]
-    lines = [f"environment: {id}", f"seed: {seed}", "", "== opening", f"instruction: {observation['instruction']!r}"]
-    lines += _seen(world.describe(observation["observation"]), observation["feedback"], info["atoms"], moments, lab)
-    for turn in range(1, turns + 1):
-        plan = env.teacher.oracle.plan(moments[-1].after, 1) if turn % 2 == 0 else ()
-        action = plan[0] if plan else world.sample_action(rng)
-        observation, reward, _, _, info = env.step(action)
-        moments.append(env.aec.moment)
-        lines += [
-            "",
-            f"== turn {turn}",
-            f"action: {to_json(action)}",
-            f"reward: {reward!r}",
-            f"success: {info['success']}",
-        ]
-        lines += _seen(world.describe(observation["observation"]), observation["feedback"], info["atoms"], moments, lab)
-        if info["success"] and not family.repeated:
-            break
+    session = env.session
+    moments: list[Moment[Any]] = []
+    lab = session.world.scratch()
+    lines = [f"environment: {id}", f"seed: {seed}"]
+    for turn in play(env, _Follower(env), seed):
+        moments.append(turn.moment)
+        lines.append("")
+        if turn.moment.turn:
+            lines += [
+                f"== turn {turn.moment.turn}",
+                f"action: {to_json(turn.moment.action)}",
+                f"reward: {turn.moment.reward!r}",
+                f"success: {turn.moment.success}",
+            ]
+        else:
+            lines += ["== opening", f"instruction: {turn.instruction!r}"]
+        lines += _seen(session.world.describe(turn.state), turn.feedback, turn.atoms, moments, lab)
     env.close()
     return "\n".join(lines) + "\n"
+
+
+class _Follower:
+    """Takes the first action of the oracle's plan in every second turn, a random one in the others."""
+
+    def __init__(self, env: StudentEnv) -> None:
+        self._session = env.session
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin an episode."""
+        self._rng = np.random.default_rng(SEED)
+
+    def act(self, observation: Any, info: dict[str, Any]) -> Any:
+        """The action."""
+        session = self._session
+        plan = session.teacher.oracle.plan(session.moment.after, 1) if session.moment.turn % 2 else ()
+        return plan[0] if plan else session.world.sample_action(self._rng)
 
 
 def _seen(text: str, feedback: str, atoms: tuple[Atom, ...], moments: list[Moment[Any]], lab: World[Any]) -> list[str]:

@@ -2,8 +2,9 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, asynccontextmanager
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -23,8 +24,8 @@ from llf_teacher.studies.store import Store
 from llf_teacher.theme import pages, prepare_turns, style
 from llf_teacher.web.downloads import DOWNLOADS, content
 from llf_teacher.web.guard import LOCAL, Guard
+from llf_teacher.web.open_lessons import FullError, OpenLesson, OpenLessons, Terms
 from llf_teacher.web.plan import MOST_TURNS, SPEECHES, read_plan, students
-from llf_teacher.web.sessions import FullError, Session, Sessions, Terms
 from llf_teacher.web.stored import PAGE, found
 from llf_teacher.web.views import links, picture, state
 from pz_envs.seats import STUDENT, TEACHER
@@ -63,7 +64,9 @@ def make_app(
     Raises:
         StoreError: a store is none.
     """
-    return _Pages(terms, [load(path).path for path in stores]).app(names, key)
+    for path in stores:
+        load(path).close()  # raises the error if there is no store
+    return _Pages(terms, stores).app(names, key)
 
 
 class _Pages:
@@ -74,7 +77,7 @@ class _Pages:
     """
 
     def __init__(self, terms: Terms, stores: Sequence[Path]) -> None:
-        self.sessions = Sessions(terms)
+        self.lessons = OpenLessons(terms)
         self._stores = [Store(path) for path in stores]
         self._thread = ThreadPoolExecutor(1, "lessons")
         self._waiting, self._idle, self._draw_lock = 0, asyncio.Event(), asyncio.Lock()
@@ -102,7 +105,16 @@ class _Pages:
             Mount("/static", StaticFiles(directory=_STATIC)),
         ]
         handlers: Any = {ValueError: _refused, HTTPException: _refused, Exception: _broken}
-        return Guard(Starlette(routes=routes, exception_handlers=handlers), names, key)
+        return Guard(Starlette(routes=routes, exception_handlers=handlers, lifespan=self._lifespan), names, key)
+
+    @asynccontextmanager
+    async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
+        """Close the stores and end the thread when the server stops."""
+        with ExitStack() as held:
+            for store in self._stores:
+                held.callback(store.close)
+            held.callback(self._thread.shutdown)
+            yield
 
     async def _do(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """Call a function in the thread of lessons."""
@@ -149,86 +161,86 @@ class _Pages:
     async def begin(self, request: Request) -> Response:
         """Make a lesson; where its maker sits."""
         given = await _body(request)
-        session = await self._do(lambda: self.sessions.begin(read_plan(given)))
-        return JSONResponse({"page": f"/seat/{session.tokens[session.lesson.plan.seat]}"}, 201)
+        opened = await self._do(lambda: self.lessons.begin(read_plan(given)))
+        return JSONResponse({"page": f"/seat/{opened.tokens[opened.lesson.plan.seat]}"}, 201)
 
     async def seat(self, request: Request) -> Response:
         """The page of a seat."""
-        session, seat = await self._found(request)
-        plan = session.lesson.plan
+        opened, seat = await self._found(request)
+        plan = opened.lesson.plan
         return self._page(
             "seat.html.j2",
             plan=plan,
             seat=seat,
             teaches=seat == TEACHER,
             learns=seat == STUDENT,
-            links=links(session, seat),
+            links=links(opened, seat),
         )
 
     async def state(self, request: Request) -> Response:
         """The lesson now; nothing, if it is the `version` that the page has."""
-        session, seat = await self._found(request)
-        if request.query_params.get("version") == f"{session.version}":
+        opened, seat = await self._found(request)
+        if request.query_params.get("version") == f"{opened.version}":
             return Response(status_code=204)
-        return await self._state(session, seat, request.query_params.get("since", ""))
+        return await self._state(opened, seat, request.query_params.get("since", ""))
 
     async def sit(self, request: Request) -> Response:
         """Sit down."""
-        session, seat = await self._found(request)
+        opened, seat = await self._found(request)
         given = await _body(request)
-        self.sessions.sit(session, seat, given.get("agreed"), given.get("code"))
-        return await self._state(session, seat, _since(given))
+        self.lessons.sit(opened, seat, given.get("agreed"), given.get("code"))
+        return await self._state(opened, seat, _since(given))
 
     async def move(self, request: Request) -> Response:
         """A turn: `act`, `claims`, `say`, `personality` or `step`."""
-        session, seat = await self._found(request)
+        opened, seat = await self._found(request)
         given = await _body(request)
-        await self._do(self.sessions.move, session, seat, _what(given, seat))
-        return await self._state(session, seat, _since(given))
+        await self._do(self.lessons.move, opened, seat, _what(given, seat))
+        return await self._state(opened, seat, _since(given))
 
     async def undo(self, request: Request) -> Response:
         """Take the last turn back."""
-        session, seat = await self._found(request)
+        opened, seat = await self._found(request)
         given = await _body(request)
-        await self._do(self.sessions.undo, session, seat)
-        return await self._state(session, seat, _since(given))
+        await self._do(self.lessons.undo, opened, seat)
+        return await self._state(opened, seat, _since(given))
 
     async def frame(self, request: Request) -> Response:
         """The picture."""
-        session, seat = await self._found(request)
+        opened, seat = await self._found(request)
         theme = request.query_params.get("theme", "light")
-        return Response(await self._draw(picture, session.lesson, seat, theme), media_type="image/png")
+        return Response(await self._draw(picture, opened.lesson, seat, theme), media_type="image/png")
 
     async def episode(self, request: Request) -> Response:
         """The whole episode, with each claim's check, once it is over."""
-        session, _ = await self._found(request)
-        record = await self._do(self.sessions.record, session)
+        opened, _ = await self._found(request)
+        record = await self._do(self.lessons.record, opened)
         turns = prepare_turns(unpack_turns(pack_turns(record.turns)), record.episode.family)
         values = {**record.spec._asdict(), **record.episode._asdict()}
         return self._page("episode.html.j2", episode=values, turns=turns, downloads=DOWNLOADS)
 
     async def download(self, request: Request) -> Response:
         """The episode as a file, once it is over."""
-        session, _ = await self._found(request)
+        opened, _ = await self._found(request)
         ending = request.path_params["ending"]
         if ending not in DOWNLOADS:
             raise HTTPException(404, f"there is no such file; there are {', '.join(DOWNLOADS)}")
-        record = await self._do(self.sessions.record, session)
-        made = await self._draw(content, ending, record, session.lesson.film)
+        record = await self._do(self.lessons.record, opened)
+        made = await self._draw(content, ending, record, opened.lesson.film)
         name = f"llf-{record.spec.key[:8]}.{ending}"
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return Response(made, media_type=DOWNLOADS[ending].media_type, headers=headers)
 
-    async def _found(self, request: Request) -> tuple[Session, str]:
+    async def _found(self, request: Request) -> tuple[OpenLesson, str]:
         try:
-            return await self._do(self.sessions.find, request.path_params["token"])
+            return await self._do(self.lessons.find, request.path_params["token"])
         except LookupError:
             raise HTTPException(
                 404, "there is no such lesson, or nobody has looked at it for so long that it is gone; begin a new one"
             ) from None
 
-    async def _state(self, session: Session, seat: str, since: str) -> Response:
-        return JSONResponse(await self._do(state, self.sessions, session, seat, self._pages, since))
+    async def _state(self, opened: OpenLesson, seat: str, since: str) -> Response:
+        return JSONResponse(await self._do(state, self.lessons, opened, seat, self._pages, since))
 
     # Stored episodes.
 

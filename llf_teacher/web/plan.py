@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
 
+from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.people import PersonTeaching
 from llf_teacher.students.parsing import STUDENTS
@@ -12,12 +13,10 @@ from llf_teacher.students.student import Policy
 from llf_teacher.studies import Study
 from llf_teacher.studies.definition.custom_specs import teacher_spec
 from pz_envs.seats import STUDENT, TEACHER
-from pz_envs.teacher_seat import is_count
 from teachers.personality import parse_personality
-from teachers.spec import unknown
+from teachers.session import is_count
+from teachers.spec import parse_call, unknown
 
-WATCHER = "watcher"
-"""Who sits in no seat, and lets both of them play."""
 SEATS = {"student": STUDENT, "teacher": TEACHER, "watch": WATCHER}
 """Where one can sit, by the words of the page."""
 SPEECHES = {"claims": "claims", "own words": "message"}
@@ -134,12 +133,10 @@ _FIELDS = {
 
 
 def _student(spec: str) -> str:
-    parsed = STUDENTS.parse(spec)
-    if len(parsed) != 1:
-        raise ValueError(f"{spec!r} names {len(parsed)} students; choose one")
-    if parsed[0].name not in students():
-        raise ValueError(unknown("student of this page", parsed[0].name, students()))
-    return str(parsed[0])
+    call = parse_call("student", spec, STUDENTS.expected)
+    if call.name not in students():
+        raise ValueError(unknown("student of this page", call.name, students()))
+    return str(STUDENTS.make(call))
 
 
 def _number(name: str, value: Any, low: int, high: int) -> int | None:

@@ -7,12 +7,12 @@ import jinja2
 import numpy as np
 from PIL import Image
 
+from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.theme import prepare_turns
-from llf_teacher.web.lesson import LiveLesson
-from llf_teacher.web.plan import WATCHER
-from llf_teacher.web.sessions import NAMES, Session, Sessions
+from llf_teacher.web.lesson import PlannedLesson
+from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.phrasebook import Draws
 
@@ -20,28 +20,28 @@ _MANY_WORDS = 24  # of a world, for each of which there is a button
 
 
 def state(
-    sessions: Sessions, session: Session, seat: str, pages: jinja2.Environment, since: str = ""
+    lessons: OpenLessons, opened: OpenLesson, seat: str, pages: jinja2.Environment, since: str = ""
 ) -> dict[str, Any]:
     """The lesson as a seat may know it.
 
     Args:
-        sessions: what the session is of.
-        session: the lesson.
+        lessons: all that are open.
+        opened: the lesson.
         seat: who looks.
         pages: has the macros that draw turns.
         since: the `mark` of an earlier state; turns that were in that are left out. Empty: all are wanted.
     """
-    lesson, terms = session.lesson, sessions.terms
+    lesson, terms = opened.lesson, lessons.terms
     watch = lesson.watch(seat)
     checked = seat != STUDENT or lesson.over
     epoch, _, known = since.partition(".")
     now = f"{lesson.undone}{'c' if checked else 'p'}"
     first = min(int(known), len(lesson.rows)) if epoch == now and known.isdecimal() else 0
-    away = sorted(lesson.plan.people - session.codes.keys())
+    away = sorted(lesson.plan.people - opened.codes.keys())
     mine = lesson.to_move == seat and not away
-    moment = lesson.aec.moment
+    moment = lesson.session.moment
     return {
-        "version": session.version,
+        "version": opened.version,
         "mark": f"{now}.{len(lesson.rows)}",
         "first": first,
         "turns": _drawn(lesson, first, checked, pages),
@@ -56,33 +56,33 @@ def state(
         "join": seat in away,
         "consent": terms.consent,
         "codes": terms.codes,
-        "kept": session.kept,
-        "now": escape_control_chars("".join(piece for piece, _ in watch.text(lesson.seen()))),
+        "kept": opened.kept,
+        "now": escape_control_chars("".join(piece for piece, _ in watch.text(lesson.view.description()))),
         "said": [
             {"kind": f"{spoken.kind or ''}", "text": escape_control_chars(spoken.text)}
             for spoken in watch.sentences
             if watch.heard
         ],
         "heard": watch.heard,
-        "undo": terms.undo and not session.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
+        "undo": terms.undo and not opened.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
         **(_to_teach(lesson) if seat == TEACHER and mine else {}),
         **(_to_learn(lesson) if seat == STUDENT else {}),
     }
 
 
-def _drawn(lesson: LiveLesson, first: int, checked: bool, pages: jinja2.Environment) -> list[str]:
+def _drawn(lesson: PlannedLesson, first: int, checked: bool, pages: jinja2.Environment) -> list[str]:
     """Each turn from the first one wanted, as HTML."""
     macro = pages.get_template("theme/episode.html.j2").module.one_turn  # type: ignore[attr-defined]  # a macro of it
     turns = prepare_turns(unpack_turns(pack_turns(lesson.rows[first:])), lesson.family.name)
     return [escape_control_chars(str(macro(turn, checked))) for turn in turns]
 
 
-def _to_teach(lesson: LiveLesson) -> dict[str, Any]:
+def _to_teach(lesson: PlannedLesson) -> dict[str, Any]:
     """What a person can say."""
-    aec = lesson.aec
-    if aec.speech == "message":
-        return {"suggestion": escape_control_chars(aec.infos[TEACHER]["suggestion"])}
-    voice, turn = aec.teacher.voice, aec.moment.turn
+    offer = lesson.teacher_view.offer
+    if lesson.settings.speech == "message":
+        return {"suggestion": escape_control_chars(offer.suggestion())}
+    voice, turn = offer.teacher.voice, offer.moment.turn
     return {
         "claims": [
             # In the first of its paraphrases: which one is said is drawn when it is.
@@ -90,14 +90,14 @@ def _to_teach(lesson: LiveLesson) -> dict[str, Any]:
                 "kind": f"{claim.kind}",
                 "text": escape_control_chars(voice.say((claim,), turn, Draws(np.random.default_rng(0)), 0)),
             }
-            for claim in aec.seat.listed()
+            for claim in offer.listed()
         ]
     }
 
 
-def _to_learn(lesson: LiveLesson) -> dict[str, Any]:
+def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
     """How a person can act."""
-    world = lesson.aec.world
+    world = lesson.session.world
     words = list(world.action_words)
     return {
         "words": words if len(words) <= _MANY_WORDS else [],
@@ -106,19 +106,19 @@ def _to_learn(lesson: LiveLesson) -> dict[str, Any]:
     }
 
 
-def picture(lesson: LiveLesson, seat: str, theme: str) -> bytes:
+def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
     """The lesson now as a seat may see it, as a PNG.
 
     Raises:
         ValueError: there is no such theme.
     """
-    frame = lesson.watch(seat).themed(theme).frame(lesson.seen())
+    frame = lesson.watch(seat).themed(theme).frame(lesson.view.description())
     file = io.BytesIO()
     Image.fromarray(frame).save(file, "png", compress_level=1)  # which is quick, and a third larger
     return file.getvalue()
 
 
-def links(session: Session, seat: str) -> dict[str, str]:
+def links(opened: OpenLesson, seat: str) -> dict[str, str]:
     """The secrets of the seats that others are to take, by the names of these."""
-    shares = session.lesson.plan.seat == seat and seat != WATCHER
-    return {NAMES[other]: token for other, token in session.tokens.items() if other != seat and shares}
+    shares = opened.lesson.plan.seat == seat and seat != WATCHER
+    return {NAMES[other]: token for other, token in opened.tokens.items() if other != seat and shares}

@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from pz_envs.assembly import Parts, assemble
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Frank, refuse_messages
-from pz_envs.seatings.tutoring import SEATING as TUTORING
-from pz_envs.seatings.tutoring import TutoringEnv, words_space
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
+from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
-from pz_envs.teacher_seat import CHOICES, PROSE, Purse, TeacherSeat, message_space, price
-from teachers.atoms import KINDS, SILENCE, Moment, Utterance
+from teachers.atoms import KINDS, SILENCE, Moment
 from teachers.personality import Personality
-from teachers.teacher import Teacher
+from teachers.session import LONGEST
+from worlds.pictures.canvas import Frame
 from worlds.spaces import Prose
 
 __all__ = ["MOST", "SEATING", "Panel", "PanelEnv", "check_teachers"]
@@ -38,7 +38,7 @@ def check_teachers(teachers: Any) -> None:
 
 
 class PanelEnv(SeatsEnv):
-    """An AEC environment with the agents `teacher_0` to `teacher_<m - 1>` and `student_0`.
+    """An AEC environment with the agents `teacher_0` to `teacher_<m - 1>` and `student_0`, over one session.
 
     Turn order:
         `reset` gives the student the instruction, free of charge. Then round follows round: each teacher speaks once,
@@ -72,13 +72,10 @@ class PanelEnv(SeatsEnv):
     Seeds: as for `TutoringEnv`; each teacher has streams of its own. Without a seed the streams go on.
 
     Args:
-        desk: the `TutoringEnv` of the student, with `speech="kinds"` in place of `message`; see `Panel.raw_env`.
-        teachers: 1 to 16, each with an oracle of its own; the first is the desk's.
-        speech: `kinds`, `claims` or `message`.
+        parts: of a session with 1 to 16 teachers.
+        settings: of the session.
+        name: for `metadata`.
         order: `fixed` or `random`.
-        cost: paid by a teacher per atom of feedback, at least 0.
-        budget: atoms of feedback that each teacher may say in an episode. None: any number.
-        render_mode: see `SeatsEnv`; the desk has to have the same.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -86,180 +83,111 @@ class PanelEnv(SeatsEnv):
 
     metadata = {**SeatsEnv.metadata, "name": "panel_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
-    def __init__(
-        self,
-        desk: TutoringEnv,
-        teachers: Sequence[Teacher],
-        *,
-        speech: str = "kinds",
-        order: str = "fixed",
-        cost: float = 0.01,
-        budget: int | None = None,
-        render_mode: str | None = None,
-    ) -> None:
-        super().__init__(f"panel_{desk.name}", speech, render_mode)
-        check_teachers(teachers)
+    def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring", *, order: str = "fixed") -> None:
         if order not in ORDERS:
             raise ValueError(f"order {order!r} is unknown; allowed: {', '.join(ORDERS)}")
-        self.desk, self.order = desk, order
-        self.teachers = tuple(f"{TEACHER[:-1]}{i}" for i in range(len(teachers)))
-        self.max_turns = desk.max_turns
-        self.possible_agents = [*self.teachers, STUDENT]
-        self.seats = {
-            agent: TeacherSeat(
-                teacher, Purse(cost, budget), desk.max_turns, desk.world.reward_range, desk.ask_cost is not None
-            )
-            for agent, teacher in zip(self.teachers, teachers, strict=True)
-        }
-        students = desk.observation_space(STUDENT)
-        said = spaces.Dict({teacher: Prose(PROSE) for teacher in self.teachers})
-        self.observation_spaces[STUDENT] = spaces.Dict({**students, "said": said})  # type: ignore[dict-item]
-        self.action_spaces[STUDENT] = desk.action_space(STUDENT)
-        for teacher, seat in self.seats.items():
-            if speech == "message":
-                self.observation_spaces[teacher] = spaces.Dict({**words_space(), "heard": Prose(PROSE * len(teachers))})
-                self.action_spaces[teacher] = message_space()
-            else:
-                self.observation_spaces[teacher] = seat.view_space(speech, heard=spaces.MultiBinary(len(KINDS)))
-                self.action_spaces[teacher] = spaces.Discrete(CHOICES[speech])
+        super().__init__(f"panel_{name}", settings.speech, settings.render_mode)
+        self.session, self.student_view, views = parts
+        self.order, self.max_turns = order, self.session.max_turns
+        self.teacher_views = {f"{TEACHER[:-1]}{i}": view for i, view in enumerate(views)}
+        """Per agent what it sees and does."""
+        self.teachers = tuple(self.teacher_views)
+        self.possible_agents = [*self.teacher_views, STUDENT]
+        said = spaces.Dict({teacher: Prose(LONGEST) for teacher in self.teacher_views})
+        self.observation_spaces[STUDENT] = spaces.Dict({**self.student_view.words_space, "said": said})  # type: ignore[dict-item]
+        self.action_spaces[STUDENT] = self.student_view.action_space
+        heard = Prose(LONGEST * len(views)) if settings.speech == "message" else spaces.MultiBinary(len(KINDS))
+        for teacher, view in self.teacher_views.items():
+            self.observation_spaces[teacher] = spaces.Dict({**view.observation_space, "heard": heard})  # type: ignore[dict-item]
+            self.action_spaces[teacher] = view.action_space
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the world's."""
-        self.desk.reset(seed, options)
-        for seat in self.seats.values():
-            seat.purse.spent = seat.trimmed = 0
-        self._open_panel()
+        self.session.open(seed, known_options(options, self.session.world))
+        self._enter()
 
-    def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+    def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
         """Begin another episode of the same lesson; see `SeatsEnv`."""
-        self.desk.go_on(start, options)
-        self._open_panel()
+        self.session.start_next_episode(start, known_options(options, self.session.world))
+        self._enter()
 
     @property
     def truth_now(self) -> Any:
         """The world's truth as it is."""
-        return self.desk.truth_now
+        return self.session.moment.after
 
-    def _open_panel(self) -> None:
-        desk = self.desk
-        self._order_rng = desk.seeds.stream("order")
-        _, *others = self.seats.values()
-        for number, seat in enumerate(others, 1):
-            seat.teacher.begin(desk.seeds, number)
-            seat.teacher.open(desk.moment)  # which looks at the world; the student has the instruction already
+    def _enter(self) -> None:
+        self._order_rng = self.session.seeds.stream("order")
         self._open()
-        self.infos[STUDENT] = desk.infos[STUDENT]
-        self._said: dict[str, str] = dict.fromkeys(self.teachers, SILENCE)
+        self.infos[STUDENT] = self.student_view.info()
+        self._said: dict[str, str] = dict.fromkeys(self.teacher_views, SILENCE)
         self._begin_round()
 
     def observe(self, agent: str) -> dict[str, Any]:
         """What an agent sees now."""
         if agent == STUDENT:
-            return {**self.desk.observe(STUDENT), "said": dict(self._said)}
-        heard = self._joined()
+            return {**self.student_view.observe(), "said": dict(self._said)}
+        heard = self.session.said_so_far()
+        observation = self.teacher_views[agent].observe(self.agent_selection == agent)
         if self.speech == "message":
-            return {**self.desk.describe(), "heard": str(heard)}
+            return {**observation, "heard": str(heard)}
         kinds = {atom.kind for atom in heard.atoms}
-        observation = self.seats[agent].observe(self.speech, self.agent_selection == agent)
         observation["heard"] = np.array([kind in kinds for kind in KINDS], np.int8)
         return observation
 
     def moment_of(self, student: str) -> Moment[Any]:
         """The student's last turn."""
-        return self.desk.moment
+        return self.session.moment
 
     def as_text(self) -> str:
         """The world, and the last words of each teacher."""
-        words = "\n".join(f"{teacher}: {self._said[teacher]}" for teacher in self.teachers)
-        return f"{self.desk.as_text()}\n{words}"
+        words = "\n".join(f"{teacher}: {said}" for teacher, said in self._said.items())
+        return f"{self.student_view.as_text()}\n{words}"
 
-    def frame(self) -> Any:
-        """The desk, where each sentence has its speaker."""
-        return self.desk.frame()
+    def frame(self) -> Frame:
+        """The session, where each sentence has its speaker."""
+        return self.student_view.frame()
 
     def close(self) -> None:
-        """Close the world."""
+        """Close the window and the world."""
         super().close()
-        self.desk.close()
+        self.session.world.close()
 
-    def _company(self) -> str:
-        return f"{[seat.teacher for seat in self.seats.values()]}"
+    def _parties(self) -> str:
+        return f"{[offer.teacher for offer in self.session.offers]}"
 
     def _act(self, agent: str, action: Any) -> None:
+        nothing = dict.fromkeys(self.possible_agents, 0.0)
         if agent == STUDENT:
-            self._learn(action)
+            reward = self.student_view.act(action)
+            self.infos[STUDENT] = self.student_view.info()
+            self._pay(STUDENT, {**{each: view.reward() for each, view in self.teacher_views.items()}, STUDENT: reward})
+            self._begin_round()
             return
-        seat = self.seats[agent]
-        if self.speech == "claims":
-            before = len(seat.choosing)
-            done = seat.choose(action)
-            self._charge(agent, len(seat.choosing) - before)
-            if not done:
-                return
-            said = self._with_speaker(agent, seat.chosen())
-        else:
-            kinds = self.speech == "kinds"
-            said = self._with_speaker(agent, seat.say(action) if kinds else seat.feedback(action))
-            self._charge(agent, price(said))
-            if kinds:
-                self.infos[agent] = {**self.infos[agent], "trimmed": seat.trimmed}
-        self._spoken[agent] = said
-        if self._waiting:
-            self.agent_selection = self._waiting.pop(0)
-        else:
+        view = self.teacher_views[agent]
+        self._pay(agent, {**nothing, agent: view.act(action)})
+        if self.speech == "kinds":
+            self.infos[agent] = {**self.infos[agent], "trimmed": view.offer.trimmed}
+        if self.session.heard:
             self._end_round()
-
-    def _learn(self, action: Any) -> None:
-        """The student's turn."""
-        desk = self.desk
-        desk.student_turn(action)
-        self.infos[STUDENT] = desk.infos[STUDENT]
-        asked = desk.seat.asked
-        teachers = {
-            agent: 0.0 if asked else desk.teacher_reward(desk.moment, seat.teacher.oracle)
-            for agent, seat in self.seats.items()
-        }
-        self._pay(STUDENT, {**teachers, STUDENT: desk.rewards[STUDENT]})
-        self._begin_round()
-
-    def _charge(self, agent: str, atoms: int) -> None:
-        """Let a teacher pay."""
-        self._pay(agent, {**dict.fromkeys(self.possible_agents, 0.0), agent: self.seats[agent].purse.pay(atoms)})
+        elif view.offer.said is not None:
+            self.agent_selection = self._waiting.pop(0)
 
     def _begin_round(self) -> None:
-        order = list(self.teachers)
+        order = list(self.teacher_views)
         if self.order == "random":
             self._order_rng.shuffle(order)
-        self._spoken: dict[str, Utterance] = {}
-        moment, asked = self.desk.moment, self.desk.seat.asked
         for teacher in order:
-            seat = self.seats[teacher]
-            seat.see(moment, asked)
-            self.infos[teacher] = seat.info(self.speech)
+            self.infos[teacher] = self.teacher_views[teacher].info()
         self.agent_selection, *waiting = order
         self._waiting: list[str] = waiting
 
-    def _with_speaker(self, teacher: str, said: str) -> Utterance:
-        """Words whose atoms tell who says them; a notice that has been given in this round is left out."""
-        atoms = said.atoms if type(said) is Utterance else ()
-        given = [atom.claim for words in self._spoken.values() for atom in words.atoms if atom.kind is None]
-        if any(atom.claim in given for atom in atoms):
-            said = Utterance.of(atoms := tuple(atom for atom in atoms if atom.claim not in given))
-        return Utterance(said, tuple(atom._replace(speaker=teacher) for atom in atoms))
-
-    def _joined(self) -> Utterance:
-        """What has been said in this round."""
-        said = [words for words in self._spoken.values() if words]
-        return Utterance(" ".join(said), tuple(atom for words in said for atom in words.atoms))
-
     def _end_round(self) -> None:
-        desk = self.desk
-        self._said = {teacher: self._spoken[teacher] for teacher in self.teachers}
-        desk.hear(self._joined())
-        terminated, truncated = desk.ended
-        if terminated or truncated:
-            self.terminations = dict.fromkeys(self.agents, terminated)
-            self.truncations = dict.fromkeys(self.agents, truncated)
+        session = self.session
+        self._said = {teacher: view.offer.said or SILENCE for teacher, view in self.teacher_views.items()}
+        if session.over:
+            self.terminations = dict.fromkeys(self.agents, session.terminated)
+            self.truncations = dict.fromkeys(self.agents, session.truncated)
         self.agent_selection = STUDENT
 
     def _pay(self, actor: str, rewards: dict[str, float]) -> None:
@@ -272,56 +200,45 @@ class PanelEnv(SeatsEnv):
 class Panel(Seating):
     """Several teachers, one student."""
 
+    defaults = {"speech": "kinds"}  # noqa: RUF012 (as of `Seating`)
+
     def raw_env(
         self,
         subject: Subject,
+        settings: Settings,
         *,
         teachers: Sequence[str | Personality] = ("oracle", "oracle"),
-        speech: str = "kinds",
         order: str = "fixed",
-        cost: float = 0.01,
-        budget: int | None = None,
-        render_mode: str | None = None,
-        **options: Any,
     ) -> PanelEnv:
-        """Several teachers of these personalities and one student; see `PanelEnv`.
+        """Several teachers and one student; see `PanelEnv`.
 
-        Other arguments are those of `Tutoring.raw_env`, `max_cycles`, `text`, `feedback_type`, `ask_cost`, ..., and the
-        world's options.
+        Args:
+            subject: what is taught.
+            settings: of the lesson; cost and budget are each teacher's own.
+            teachers: 1 to 16 personalities.
+            order: `fixed` or `random`.
 
         Raises:
             ValueError: an argument is not allowed.
         """
         check_teachers(teachers)
-        if "teacher" in options:
-            raise ValueError(f"a panel has teachers=[...], not teacher={options['teacher']!r}")
-        if options.get("numbers"):
+        if settings.teacher != Settings().teacher:
+            raise ValueError(f"a panel has teachers=[...], not teacher={settings.teacher!r}")
+        if settings.numbers:
             raise ValueError("a panel's student hears each of its teachers in words; allowed: numbers=False")
-        first, *others = teachers
-        chosen = "kinds" if speech == "message" else speech
-        desk = TUTORING.raw_env(subject, speech=chosen, teacher=first, render_mode=render_mode, **options)
-        voices = {key: options[key] for key in _TEACHING if key in options}
-        return PanelEnv(
-            desk,
-            [desk.teacher, *(subject.make_teacher(desk.world, each, **voices) for each in others)],
-            speech=speech,
-            order=order,
-            cost=cost,
-            budget=budget,
-            render_mode=render_mode,
-        )
+        parts = assemble(subject, settings, personalities=teachers, instructs=True)
+        return PanelEnv(parts, settings, subject.name, order=order)
 
-    def parallel_env(self, subject: Subject, *, speech: str = "kinds", **settings: Any) -> ParallelSeats:
+    def parallel_env(self, subject: Subject, settings: Settings, **own: Any) -> ParallelSeats:
         """The student alone; each teacher says all that its personality would say.
 
         Raises:
             ValueError: an argument is not allowed, such as `speech="message"`.
         """
-        refuse_messages(speech)
-        env = self.seats(subject, speech=speech, **settings)
+        refuse_messages(settings.speech)
+        env = self.seats(subject, settings, **own)
         teachers = [agent for agent in env.possible_agents if agent != STUDENT]
         return ParallelSeats(env, {teacher: Frank() for teacher in teachers})
 
 
-_TEACHING = ("instruction_type", "feedback_type", "voice", "paraphrase")
 SEATING = Panel()

@@ -7,14 +7,14 @@ import copy
 import itertools
 import pickle
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
-import numpy as np
-
+from teachers.atoms import Atom, Moment
 from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
-from teachers.spec import read_call, read_expression
+from teachers.session import Session
+from teachers.spec import parse_call
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
 
@@ -36,8 +36,8 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
         cls = type(stage)
         require(cls.__doc__ and stage.source, f"{stage} has no docstring of its own, or no source")
         require(cls() and hash(stage) is not None, f"{stage} needs a default for each parameter")
-        call = read_call(read_expression(str(stage)))
-        require(call is not None and cls(**call[1]) == stage, f"the spec {stage} does not give back its value")
+        call = parse_call("personality", str(stage), "`name` or `name(key=value)`")
+        require(cls(**call.arguments) == stage, f"the spec {stage} does not give back its value")
         require(stage.needs <= set(ABILITIES), f"{stage} needs {set(stage.needs)}, not of {ABILITIES}")
         definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")[2]
         require(definition, f"the module of {stage} must begin with a docstring such as 'name: what it does.'")
@@ -72,12 +72,10 @@ def check_draws(personality: Personality, pupil: Pupil) -> None:
 def check_hands_off(personality: Personality, pupil: Pupil) -> None:
     """Speaking leaves the taught world as it is."""
     world = pupil.make_world()
-    teacher = pupil.make_teacher(world, personality)
-    for moment in pupil.moments(world):
-        if moment.turn == 0:
-            teacher.reset(np.random.default_rng(0))
+    session = pupil.session(world, pupil.make_teacher(world, personality))
+    for _ in pupil.play(session):
         before = plain(world.save())
-        teacher.speak(moment)
+        session.speak()
         require(plain(world.save()) == before, f"{personality} changed the world")
 
 
@@ -96,17 +94,28 @@ def check_words(personality: Personality, pupil: Pupil) -> None:
 
 def check_twins(personality: Personality, pupil: Pupil) -> None:
     """Copies of a teacher within an episode, by `deepcopy` or pickle, go on like the original."""
-    teacher = pupil.make_teacher(pupil.make_world(), personality)
+    world = pupil.make_world()
+    teacher = pupil.make_teacher(world, personality)
+    session = pupil.session(world, teacher)
     for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
-        teacher.reset(np.random.default_rng(number))
+        session.open(number)
         half = len(episode) // 2
-        for moment in episode[:half]:
-            teacher.speak(moment)
+        _watch(session, episode[:half])
         twins = [copy.deepcopy(teacher), pickle.loads(pickle.dumps(teacher))]  # noqa: S301  # its own
-        expected = [teacher.speak(moment).atoms for moment in episode[half:]]
+        expected = _watch(session, episode[half:])
         for twin in twins:
-            said = [twin.speak(moment).atoms for moment in episode[half:]]
-            require(said == expected, f"a copy of a teacher that is {personality} does not go on like the original")
+            same = _watch(pupil.session(world, twin), episode[half:]) == expected
+            require(same, f"a copy of a teacher that is {personality} does not go on like the original")
+
+
+def _watch(session: Session, moments: Iterable[Moment]) -> list[tuple[Atom, ...]]:
+    """What is said of turns that were played elsewhere."""
+    said = []
+    for moment in moments:
+        session.follow(moment)
+        session.speak()
+        said.append(session.atoms)
+    return said
 
 
 def check_stages(personality: Personality, pupil: Pupil) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from teachers.atoms import Atom, Claim, Moment, ParseFailure
 from teachers.oracle import Oracle
 from teachers.personality import Personality
+from teachers.session import Session
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS, Habit, Seen, Unread
 from worlds.world import World
@@ -35,74 +36,69 @@ class Pupil:
     turns: int = 100
     """Turns that a check plays."""
 
-    def moments(self, world: World[Any], seed: int = 0, habit: str = "") -> Iterator[Moment]:
-        """Random play, or that of one of the `HABITS`, episode after episode; each opens with an opening moment."""
+    def session(self, world: World[Any], *teachers: Teacher, **settings: Any) -> Session:
+        """A session of a world with its teachers; none: one with the default settings."""
+        return Session(world, teachers or [self.make_teacher(world)], max_turns=self.max_turns, **settings)
+
+    def play(self, session: Session, seed: int = 0, habit: str = "") -> Iterator[Moment]:
+        """Random play, or that of one of the `HABITS`, episode after episode; each opens with an opening moment.
+
+        The teachers have not spoken of the moment.
+        """
         rng = np.random.default_rng(seed)
-        oracle, lab = self.make_teacher(world).oracle, world.scratch()
-        play = HABITS.get(habit, _RANDOM)
+        world, lab = session.world, session.world.scratch()
+        policy = HABITS.get(habit, _RANDOM)
         played = 0
         while played < self.turns:
-            info = world.reset(seed=int(rng.integers(2**31)))[1]
-            moment = Moment.opening(world.truth)
-            if habit:
-                oracle.start(moment.after)
-            yield moment
+            yield session.open(int(rng.integers(2**31)))
             for turn in range(1, self.max_turns + 1):
-                told = oracle.judge(moment) if habit else ()
-                listed = info.get(world.actions_key, ()) if habit else ()
-                action = play.act(Seen(lab, moment, told, listed, rng))
-                late = turn == self.max_turns
+                claims = session.offers[0].claims() if habit else ()
+                listed = session.info.get(world.actions_key, ()) if habit else ()
+                action = policy.act(Seen(lab, session.moment, claims, listed, rng))
                 if isinstance(action, Unread):
-                    failure = ParseFailure(repr(action[:40]), world.action_syntax)
-                    moment = Moment.unread(moment.after, failure, world.failure_reward, moment.success, turn, late)
-                else:
-                    before, action = world.truth, world.legal(action)
-                    _, reward, terminated, truncated, info = world.advance(action)
-                    over = terminated or truncated or late
-                    moment = Moment(before, action, reward, world.truth, info["success"], turn, over)
-                yield moment
+                    action = ParseFailure(repr(action[:40]), world.action_syntax)
+                yield session.act(action)
                 played += 1
-                if moment.over or played == self.turns or turn == play.patience:
+                if session.over or played == self.turns or turn == policy.patience:
                     break
 
+    def moments(self, world: World[Any], seed: int = 0, habit: str = "") -> Iterator[Moment]:
+        """The moments of such play in a world."""
+        return self.play(self.session(world, instructs=True), seed, habit)
+
     def episodes(self, turns: int) -> list[list[Moment]]:
-        """Episodes, at least so many turns in all, of a student who follows a plan, tries something, or insists."""
-        world = self.make_world()
-        oracle = self.make_teacher(world).oracle
+        """Episodes, at least so many turns in all, of a student that follows a plan, tries something, or insists."""
+        session = self.session(self.make_world(), instructs=True)
+        world, oracle = session.world, session.teacher.oracle
         rng = np.random.default_rng(0)
         played: list[list[Moment]] = []
         while sum(map(len, played)) - len(played) < turns:
-            world.reset(seed=int(rng.integers(2**31)))
-            oracle.start(world.truth)
-            moments = [Moment.opening(world.truth)]
-            for turn in range(1, self.max_turns + 1):
+            moments = [session.open(int(rng.integers(2**31)))]
+            while not session.over:
                 draw, plan = rng.random(), oracle.plan(world.truth, 1)
                 if draw < 0.4 and plan:
                     action = plan[0]
-                elif draw < 0.7 and turn > 1:
-                    action = moments[-1].action
+                elif draw < 0.7 and session.moment.turn:
+                    action = session.moment.action
                 else:
                     action = world.sample_action(rng)
-                before, action = world.truth, world.legal(action)
-                _, reward, terminated, truncated, info = world.advance(action)
-                over = terminated or truncated or turn == self.max_turns
-                moments.append(Moment(before, action, reward, world.truth, info["success"], turn, over))
-                if over:
-                    break
+                moments.append(session.act(action))
             played.append(moments)
         return played
 
     def taught(self, personality: str | Personality, turns: int) -> list[list[Taught]]:
         """What a teacher says in these episodes, turn by turn."""
-        teacher = self.make_teacher(self.make_world(), personality)
-        rng = np.random.default_rng(0)
+        world = self.make_world()
+        session = self.session(world, self.make_teacher(world, personality))
         heard: list[list[Taught]] = []
-        for moments in self.episodes(turns):
-            teacher.reset(rng.spawn(1)[0])
+        for seed, moments in enumerate(self.episodes(turns)):
+            session.open(seed)
             heard.append([])
             for moment in moments:
-                atoms = tuple(atom for atom in teacher.speak(moment).atoms if atom.kind is not None)
-                heard[-1].append(Taught(moment, atoms, teacher.oracle.judge(moment)))
+                session.follow(moment)
+                session.speak()
+                atoms = tuple(atom for atom in session.atoms if atom.kind is not None)
+                heard[-1].append(Taught(moment, atoms, session.teacher.oracle.judge(moment)))
         return heard
 
     def atoms(self, seed: int = 0, **settings: Any) -> Iterator[tuple[Atom, Moment, World[Any]]]:
@@ -113,28 +109,27 @@ class Pupil:
     def said(
         self, *teachers: Mapping[str, Any], seed: int = 0, habit: str = ""
     ) -> Iterator[list[tuple[Atom, Moment, World[Any]]]]:
-        """The same, turn by turn, of teachers with different settings who watch the same play, as in `moments`."""
+        """The same, turn by turn, of teachers with different settings that watch the same play, as in `moments`."""
         world = self.make_world()
-        lab = world.scratch()
-        watching = [self.make_teacher(world, **settings) for settings in teachers]
-        rng = np.random.default_rng(seed)
+        lab, seen = world.scratch(), world.scratch()
+        watching = [self.session(seen, self.make_teacher(world, **settings)) for settings in teachers]
         history: list[Moment] = []
-        for moment in self.moments(world, seed, habit):
+        for number, moment in enumerate(self.moments(world, seed, habit)):
             if moment.turn == 0:
-                for teacher in watching:
-                    teacher.reset(rng.spawn(1)[0])
+                for each in watching:
+                    each.open(number)
                 history = []
             history.append(moment)
-            yield [(atom, history[atom.about_turn], lab) for each in watching for atom in each.speak(moment).atoms]
+            for each in watching:
+                each.follow(moment)
+                each.speak()
+            yield [(atom, history[atom.about_turn], lab) for each in watching for atom in each.atoms]
 
     def judged(self, seed: int = 0) -> Iterator[tuple[Oracle, Moment]]:
         """An oracle that has started its episode, and a moment of it."""
-        world = self.make_world()
-        oracle = self.make_teacher(world).oracle
-        for moment in self.moments(world, seed):
-            if moment.turn == 0:
-                oracle.start(moment.after)
-            yield oracle, moment
+        session = self.session(self.make_world(), instructs=True)
+        for moment in self.play(session, seed):
+            yield session.teacher.oracle, moment
 
 
 _RANDOM = Habit(Seen.anything)

@@ -86,7 +86,7 @@ def test_goldens(name):
 def close_to_golden(environment, found):
     golden = tomllib.loads(GOLDENS.read_text())[environment]
     apart = (int(golden, 16) ^ int(found, 16)).bit_count()
-    assert apart <= BITS, f"{environment} looks different, {found} and not {golden}: look at it; see `llf golden`"
+    assert apart <= BITS, f"{environment} looks different, {found} and not {golden}: look at it; see `llf dev golden`"
 
 
 def test_goldens_are_complete():
@@ -122,9 +122,9 @@ def test_frames_hide_what_is_hidden(entry):
     env.reset(seed=4)
     rng = np.random.default_rng(4)
     for _ in range(4):
-        if any(env.step(env.aec.world.sample_action(rng))[2:4]):
+        if any(env.step(env.session.world.sample_action(rng))[2:4]):
             break
-    frame, watch = env.render(), env.aec.watch
+    frame, watch = env.render(), env.student_view.watch
     watch.turns = list(watch.picture.alike(watch.turns, rng))
     assert np.array_equal(env.render(), frame)
 

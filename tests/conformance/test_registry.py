@@ -86,7 +86,7 @@ def test_cross_of_options(entry, instruction_type, feedback_type, teacher):
     env = llf_teacher.make(entry.id, **settings, max_turns=fewer(entry.family, 19) + 1, privileged_info=True)
     wanted = env.teacher._kinds | {None}
     rng = np.random.default_rng(0)
-    lab = env.aec.world.scratch()
+    lab = env.session.world.scratch()
     observation, info = env.reset(seed=0)
     assert observation["instruction"]
     said = [atom for atom in info["atoms"] if atom.text in observation["feedback"]]
@@ -96,7 +96,7 @@ def test_cross_of_options(entry, instruction_type, feedback_type, teacher):
         assert {atom.kind for atom in said} <= wanted
         if teacher != "mistake":
             assert all(atom.claim.holds(moments[atom.about_turn], lab) for atom in said)
-        observation, _, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
+        observation, _, terminated, truncated, info = env.step(env.session.world.sample_action(rng))
         moments.append(info["moment"])
         said = info["atoms"]
         assert " ".join(atom.text for atom in said) == observation["feedback"]
@@ -124,9 +124,9 @@ def test_the_worlds_trace_does_not_depend_on_teacher_or_voice(entry, settings, p
         env = llf_teacher.make(entry.id, teacher=teacher, **settings)
         env.reset(seed=5)
         seen = []
-        for action in world_kit.some_actions(env.aec.world, env.aec.max_turns):
+        for action in world_kit.some_actions(env.session.world, env.session.max_turns):
             outcome = env.step(action)[1:4]
-            seen.append(world_kit.plain((outcome, env.aec.world.truth)))
+            seen.append(world_kit.plain((outcome, env.session.world.truth)))
             if any(outcome[1:]):
                 break
         return seen

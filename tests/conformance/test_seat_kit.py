@@ -5,10 +5,12 @@ import pytest
 from gymnasium import spaces
 
 from pz_envs import testing as kit
+from pz_envs.assembly import assemble
 from pz_envs.family import all_families
 from pz_envs.lifetimes import LifetimeEnv
 from pz_envs.seatings.tutoring import TutoringEnv
-from pz_envs.seats import STUDENT
+from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.settings import Settings
 from teachers.atoms import ActionClaim, Atom, EditClaim, ParseFailure, PlanClaim, Utterance, claim
 
 FAMILY = next(family for family in all_families() if not family.repeated)
@@ -18,12 +20,9 @@ WORLD = next(
 
 
 def maker(cls):
-    def make(**settings):
-        budget, cost = settings.pop("budget", None), settings.pop("cost", 0.01)
-        max_cycles, episodes = settings.pop("max_cycles", FAMILY.max_turns), settings.pop("episodes", 1)
-        world = FAMILY.make_world()
-        teacher = FAMILY.make_teacher(world, instruction_type=settings.pop("instruction_type", "b"))
-        seats = cls(world, teacher, budget=budget, cost=cost, max_cycles=max_cycles, **settings)
+    def make(*, episodes=1, max_cycles=None, **settings):
+        settings = Settings(max_turns=max_cycles, **settings)
+        seats = cls(assemble(FAMILY, settings), settings, FAMILY.name)
         return seats if episodes == 1 else LifetimeEnv(seats, episodes)
 
     return make
@@ -37,51 +36,57 @@ class Unseeded(TutoringEnv):
 
 
 class NoLastWord(TutoringEnv):
-    def student_turn(self, action):
-        super().student_turn(action)
-        if any(self.ended) and type(self.moment.action) is not ParseFailure and self.purse.budget is None:
-            terminated, truncated = self.ended
-            self.terminations = dict.fromkeys(self.agents, terminated)
-            self.truncations = dict.fromkeys(self.agents, truncated)
+    def _act(self, agent, action):
+        super()._act(agent, action)
+        session = self.session
+        unread = type(session.moment.action) is ParseFailure
+        if agent == STUDENT and session.over and not unread and session.offers[0].purse.budget is None:
+            self.terminations = dict.fromkeys(self.agents, session.terminated)
+            self.truncations = dict.fromkeys(self.agents, session.truncated)
             self.agent_selection = STUDENT
 
 
 class Chatterbox(TutoringEnv):
-    def teacher_turn(self, action):
-        super().teacher_turn(action)
-        if self.purse.cost == 0.5 and self.feedback == "":
-            self.feedback = "Well."
+    def _act(self, agent, action):
+        super()._act(agent, action)
+        if agent == TEACHER and self.session.offers[0].purse.cost == 0.5 and self.session.feedback == "":
+            self.session.feedback = "Well."
 
 
 class Indiscreet(TutoringEnv):
-    def teacher_turn(self, action):
-        super().teacher_turn(action)
-        self.infos[STUDENT]["moment"] = self.moment
+    def _act(self, agent, action):
+        super()._act(agent, action)
+        if agent == TEACHER:
+            self.infos[STUDENT]["moment"] = self.session.moment
 
 
 class Patient(TutoringEnv):
-    def student_turn(self, action):
-        super().student_turn(action)
-        if self.text and self.max_turns == 2 and type(self.moment.action) is ParseFailure:
-            self.ended = (False, False)
+    def _act(self, agent, action):
+        super()._act(agent, action)
+        session = self.session
+        if self.student_view.text and self.max_turns == 2 and type(session.moment.action) is ParseFailure:
+            session.terminated = session.truncated = False
 
 
 class Spendthrift(TutoringEnv):
-    def teacher_turn(self, action):
-        super().teacher_turn(action)
-        self.purse.spent -= self.purse.left == 0
+    def _act(self, agent, action):
+        super()._act(agent, action)
+        if agent == TEACHER:
+            purse = self.session.offers[0].purse
+            purse.spent -= purse.left == 0
 
 
 class Wanderer(TutoringEnv):
-    def go_on(self, start=None, options=None):
-        super().go_on(None, options)
+    def start_next_episode(self, start=None, options=None):
+        super().start_next_episode(None, options)
 
 
 class Mumbler(TutoringEnv):
-    def teacher_turn(self, action):
-        super().teacher_turn(action)
-        if isinstance(self.feedback, Utterance):
-            self.feedback = Utterance.of([atom._replace(text="Do that.") for atom in self.feedback.atoms])
+    def _act(self, agent, action):
+        super()._act(agent, action)
+        said = self.session.feedback
+        if agent == TEACHER and isinstance(said, Utterance):
+            self.session.feedback = Utterance.of([atom._replace(text="Do that.") for atom in said.atoms])
 
 
 LIARS = {

@@ -58,8 +58,8 @@ def test_the_worlds_trace_is_the_same_as_without_a_teacher(name, spec):
         rng = np.random.default_rng(1)
         turns, done = [], False
         while not done and len(turns) < 12:
-            _, reward, terminated, truncated, info = env.step(env.aec.world.sample_action(rng))
-            turns.append((reward, terminated, truncated, info["success"], plain(env.aec.world.truth)))
+            _, reward, terminated, truncated, info = env.step(env.session.world.sample_action(rng))
+            turns.append((reward, terminated, truncated, info["success"], plain(env.session.world.truth)))
             done = terminated or truncated
         return turns
 

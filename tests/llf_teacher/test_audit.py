@@ -112,7 +112,7 @@ class Stranger:
 
     def __init__(self, feedback_type="a"):
         env = llf_teacher.make(GRID)
-        self.teacher = env.family.make_teacher(env.aec.world, feedback_type=feedback_type)
+        self.teacher = env.family.make_teacher(env.session.world, feedback_type=feedback_type)
         self.extra = ""
 
     def reset(self, rng):

@@ -21,7 +21,7 @@ GRID = "llf-gridworld-v0"
 
 
 def random_actions(env, count=8):
-    world = env.unwrapped.aec.world
+    world = env.unwrapped.session.world
     rng = np.random.default_rng(0)
     return [world.sample_action(rng) for _ in range(count)]
 
@@ -133,7 +133,7 @@ def test_nonsense_costs_a_turn_and_is_told(nonsense):
     observation, reward, terminated, truncated, info = env.step(nonsense)
     assert (reward, terminated, truncated, info["success"]) == (0.0, False, False, False)
     assert "one of north, east, west, south" in observation["feedback"]
-    assert env.unwrapped.aec.turn == 1
+    assert env.unwrapped.session.moment.turn == 1
 
 
 # --- its evaluation loop
@@ -184,7 +184,7 @@ def test_experts_succeed(id):
             pass
 
         def act(self, observation, feedback):
-            plan = env.unwrapped.teacher.oracle.plan(env.unwrapped.aec.world.truth, 1)
+            plan = env.unwrapped.teacher.oracle.plan(env.unwrapped.session.world.truth, 1)
             return plan[0]
 
     env = llfbench.make(id)
@@ -243,7 +243,7 @@ def test_shuffled_actions(id):
     assert len(orders) > 1
     _, info = env.reset(seed=1)
     plain.reset(seed=1)
-    expert = plain.unwrapped.teacher.oracle.plan(plain.unwrapped.aec.world.truth, 1)[0]
+    expert = plain.unwrapped.teacher.oracle.plan(plain.unwrapped.session.world.truth, 1)[0]
     assert env._order[info["expert_action"]] == expert
     again = llfbench.RandomActionOrderWrapper(llfbench.make(id))
     again.reset(seed=11)

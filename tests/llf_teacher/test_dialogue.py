@@ -89,7 +89,7 @@ def test_the_teacher_may_be_another():
 def test_it_ends_with_success_where_the_task_is_not_repeated():
     """As the evaluation of LLF-Bench does."""
     dialogue = Dialogue("llf-gridworld-v0", 3, instruction_type="c")
-    for action in dialogue.env.aec.teacher.oracle.plan(dialogue.env.aec.world.truth, 20):
+    for action in dialogue.env.session.teacher.oracle.plan(dialogue.env.session.world.truth, 20):
         assert not dialogue.over
         dialogue.answer(f"Response: {action}")
         dialogue.speak()

@@ -10,7 +10,6 @@ from gymnasium import spaces
 import llf_teacher
 from llf_teacher.students.evaluated import Table, Tiling, softmax
 from llf_teacher.students.parsing import parse_student
-from pz_envs.seats import STUDENT
 from teachers.atoms import HN, HP, ActionClaim, claim
 from teachers.oracle import Oracle
 
@@ -21,7 +20,7 @@ VERDICTS = "only(kinds='hp+hn')"
 
 def lifetime(env, teacher, seed=0):
     """The regret of each episode of a lifetime, and the student."""
-    policy = env.family.make_teacher(env.aec.world, teacher)
+    policy = env.family.make_teacher(env.session.world, teacher)
     policy.reset(np.random.default_rng(seed))
     observation, info = env.reset(seed=seed)
     regrets, done = [0.0], False
@@ -46,7 +45,7 @@ def lasting(student):
 
 def seat(student, id=GRID):
     env = llf_teacher.make(id)
-    policy = parse_student(student).seat(env.family, env.aec.world)
+    policy = parse_student(student).seat(env.family, env.session.world)
     policy.reset(np.random.default_rng(0))
     return policy
 
@@ -147,7 +146,7 @@ def test_the_trace_of_coach_fades():
 
 def test_by_episodes_a_policy_stays_until_the_end():
     policy = seat("coach(episodic=True, alpha=1.0, gamma=0.5)")
-    policy.lived = [(("first",), 0), (("second",), 0)]
+    policy.steps = [(("first",), 0), (("second",), 0)]
     policy.hear(("first",), 0, 0.0)
     policy.hear(("second",), 0, 1.0)
     assert not policy._preference(("first",)).any()
@@ -172,8 +171,8 @@ def test_advice_is_no_evaluation():
     policy = seat("tamer")
     env = llf_teacher.make(GRID, feedback_type="fp")
     _, info = env.reset(seed=0)
-    policy.act(env.aec.observe(STUDENT), info)
-    assert not policy._human(policy.lived[0][0]).any()
+    policy.act(env.student_view.observe(), info)
+    assert not policy._human(policy.steps[0][0]).any()
 
 
 def test_shares_of_a_table_and_tiles_that_are_met_again():
@@ -263,7 +262,7 @@ def test_a_car_on_a_hill_with_tiles():
     turns = {}
     for student in ("tamer(forget=False, tiles=8)", "random"):
         env = llf_teacher.TeacherEnv(lesson, student=student, speech="message", episodes=6, cost=0.0)
-        teacher = lesson.make_teacher(env.aec.world)
+        teacher = lesson.make_teacher(env.session.world)
         teacher.reset(np.random.default_rng(0))
         observation, info = env.reset(seed=0)
         lengths, done = [0], False

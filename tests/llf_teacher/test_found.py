@@ -1,5 +1,6 @@
 """What is found without reading the source: names, signatures, representations, and the nearest to a misspelt name."""
 
+import dataclasses
 import inspect
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import llf_teacher
 from llf_teacher.registry import family
 from llf_teacher.students.parsing import STUDENTS, parse_student
 from pz_envs.family import all_families
+from pz_envs.settings import Settings, SettingsKeywords
 from teachers.personality import PERSONALITIES, parse_personality
 
 GRIDWORLD = "llf-gridworld-v0"
@@ -40,8 +42,8 @@ def test_dir_shows_it_before_anything_was_asked_for():
             f"<TeacherEnv {GRIDWORLD} student='q_learning(alpha=0.3)' {TUTOR}>",
         ),
         (
-            lambda: llf_teacher.make(GRIDWORLD, **SETTINGS).aec,
-            f"<TutoringEnv {GRIDWORLD} speech='message' {TUTOR}>",
+            lambda: family("gridworld").raw_env(**SETTINGS),
+            f"<TutoringEnv llf/gridworld-v0 speech='message' {TUTOR}>",
         ),
         (
             lambda: pettingzoo.make("aec", "llf/gridworld-v0", speech="kinds", **SETTINGS),
@@ -124,12 +126,32 @@ def test_a_family_says_what_it_takes(door):
     assert {"speech", "text", "max_cycles", "cost", "budget", "render_mode"} < set(shown)
 
 
-def test_what_a_family_says_are_the_defaults_of_tutoring():
-    from pz_envs.seatings.tutoring import SEATING
+@pytest.mark.parametrize(
+    "door",
+    [llf_teacher.make, llf_teacher.StudentEnv, llf_teacher.TeacherEnv, family("gridworld").raw_env],
+    ids=["make", "StudentEnv", "TeacherEnv", "raw_env"],
+)
+def test_doors_show_the_defaults_of_the_settings(door):
+    shown = inspect.signature(door).parameters
+    named = {"max_turns": "max_cycles"} if "max_cycles" in shown else {}
+    for field in dataclasses.fields(Settings):
+        if field.name not in ("speech", "options"):
+            assert shown[named.get(field.name, field.name)].default == getattr(Settings(), field.name)
 
-    theirs = inspect.signature(SEATING.raw_env).parameters
-    for name, own in inspect.signature(family("gridworld").raw_env).parameters.items():
-        assert name in ("seating", "episodes", "options") or own.default == theirs[name].default
+
+def test_settings_have_the_same_names_as_keywords_and_as_fields():
+    """With the same types, for editors and type checkers."""
+    assert {field.name for field in dataclasses.fields(Settings)} == SettingsKeywords.__optional_keys__
+
+
+@pytest.mark.parametrize("door", [llf_teacher.make, llf_teacher.TeacherEnv], ids=["make", "TeacherEnv"])
+def test_doors_take_settings_as_one_value_or_as_keywords(door):
+    settings = Settings(feedback_type="fp", teacher="mistake(eps=0.2)", options={"num_rooms": 12})
+    given = {"speech": "kinds"} if door is llf_teacher.TeacherEnv else {}
+    one = door(GRIDWORLD, settings=dataclasses.replace(settings, **given))
+    other = door(GRIDWORLD, feedback_type="fp", teacher="mistake(eps=0.2)", num_rooms=12)
+    assert one.settings == other.settings
+    assert door(GRIDWORLD, settings=settings, feedback_type="r", **given).session.teacher.feedback_type == "r"
 
 
 MISSPELT = {
@@ -148,6 +170,8 @@ MISSPELT = {
     [("txt", "text"), ("speach", "speech"), ("feedbak_type", "feedback_type"), ("rooms", "num_rooms")],
 )
 def test_a_misspelt_setting_names_the_nearest(make, given, meant):
+    if make is MISSPELT["make"] and meant == "speech":
+        given, meant = "paraphrse", "paraphrase"  # the student's seat has no speech
     with pytest.raises(ValueError, match=rf"unknown option '{given}'; did you mean ({meant}|\w+ or {meant})\b"):
         make(**{given: 1})
 

@@ -51,14 +51,14 @@ def test_all_ways_to_make_lead_to_the_same_environment(id):
     assert all(isinstance(env, llf_teacher.StudentEnv) for env in made)
     assert len({opening(env) for env in made}) == 1
     assert made[0].spec.id == id
-    assert pettingzoo.make("aec", id.replace("llf-", "llf/")).unwrapped.max_turns == made[0].aec.max_turns
+    assert pettingzoo.make("aec", id.replace("llf-", "llf/")).unwrapped.max_turns == made[0].session.max_turns
 
 
 def test_specs_are_json():
     env = llf_teacher.make(GRID, teacher="mistake(eps=0.5)", num_rooms=6, min_goal_dist=2, text=True)
     again = gymnasium.make(gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json()))
     assert plain(again.reset(seed=2)[0]) == plain(env.reset(seed=2)[0])
-    assert again.aec.world.options["num_rooms"] == 6
+    assert again.session.world.options["num_rooms"] == 6
 
 
 @pytest.mark.parametrize("alias", ["llf-metaworld-reach-v2", "verbal-metaworld-reach-v2"])
@@ -160,7 +160,7 @@ def test_strange_options_and_actions_are_refused_and_change_nothing(id):
             env.reset(seed=5, options=strange)
     with pytest.raises(ValueError, match="the state is unchanged"):
         env.step(True)
-    for action in some_actions(twin.aec.world, 3):
+    for action in some_actions(twin.session.world, 3):
         outcome = twin.step(action)
         assert plain(env.step(action)[:4]) == plain(outcome[:4])
         if outcome[2] or outcome[3]:
@@ -180,10 +180,10 @@ def test_strange_options_and_actions_are_refused_and_change_nothing(id):
 def test_an_option_of_another_type_is_refused_and_changes_nothing(id, options, match):
     env = llf_teacher.make(id)
     env.reset(seed=0)
-    before = env.aec.world.save()
+    before = env.session.world.save()
     with pytest.raises(ValueError, match=match):
         env.reset(seed=1, options=options)
-    assert env.aec.world.save() == before
+    assert env.session.world.save() == before
 
 
 def test_a_class_refuses_options_before_anything_is_drawn():
@@ -208,7 +208,7 @@ def test_observations(id):
     assert info["success"] is False
     assert all(type(atom) is Atom for atom in info["atoms"])
     assert "moment" not in info
-    observation, reward, terminated, truncated, info = env.step(some_actions(env.aec.world)[0])
+    observation, reward, terminated, truncated, info = env.step(some_actions(env.session.world)[0])
     assert observation["instruction"] == ""
     assert type(observation["feedback"]) is Utterance
     assert observation["feedback"].atoms == info["atoms"]
@@ -226,7 +226,7 @@ def test_feedback_at_reset_is_advice_for_the_first_action_only():
 
 def test_privileged_info():
     env = llf_teacher.make(GRID, privileged_info=True)
-    assert env.reset(seed=0)[1]["moment"].after == env.aec.world.truth
+    assert env.reset(seed=0)[1]["moment"].after == env.session.world.truth
     assert env.step(0)[4]["moment"].turn == 1
 
 
@@ -247,7 +247,7 @@ def test_an_unseeded_reset_goes_on_reproducibly(id):
 def test_copies_go_on_alike(id, copier, teacher):
     env = llf_teacher.make(id, teacher=teacher, max_turns=12)
     env.reset(seed=0)
-    actions = some_actions(env.aec.world, 10)
+    actions = some_actions(env.session.world, 10)
     list(steps(env, actions[:1]))
     copied = copier(env)
     assert [plain(turn) for turn in steps(env, actions)] == [plain(turn) for turn in steps(copied, actions)]
@@ -271,11 +271,11 @@ def test_steps_out_of_turn():
 def test_an_illegal_action_changes_nothing(action):
     env = llf_teacher.make(BANDIT)
     env.reset(seed=0)
-    before = plain(env.aec.world.save())
+    before = plain(env.session.world.save())
     with pytest.raises(ValueError, match="not in the action space; allowed: the number of an arm, 0 to 9"):
         env.step(action)
-    assert plain(env.aec.world.save()) == before
-    assert env.aec.turn == 0
+    assert plain(env.session.world.save()) == before
+    assert env.session.moment.turn == 0
     env.step(np.int64(9))
 
 
@@ -315,7 +315,7 @@ def test_text_mode_is_three_strings(id):
 def test_text_that_is_no_action_is_a_turn(text):
     env = llf_teacher.make(GRID, text=True, feedback_type="n", max_turns=2)
     env.reset(seed=0)
-    before = plain(env.aec.world.save())
+    before = plain(env.session.world.save())
     observation, reward, terminated, truncated, info = env.step(text)
     assert (reward, terminated, truncated, info["success"]) == (0.0, False, False, False)
     failure = info["parse_failure"]
@@ -323,7 +323,7 @@ def test_text_that_is_no_action_is_a_turn(text):
     assert len(failure.got) <= 80
     assert failure.got.isprintable()
     assert "one of north, east, west, south" in observation["feedback"]
-    assert plain(env.aec.world.save()) == before
+    assert plain(env.session.world.save()) == before
     assert env.step(text)[3] is True
 
 
@@ -364,7 +364,7 @@ def test_vector_environments_give_the_right_text(id, text, mode):
         expected = [env.reset(seed=seed)[0] for env, seed in zip(singles, (4, 5), strict=True)]
         for key in ("instruction", "feedback"):
             assert tuple(observations[key]) == tuple(each[key] for each in expected)
-        world = singles[0].aec.world
+        world = singles[0].session.world
         for action in some_actions(world, 4):
             said = action if isinstance(action, str) or not text else json.dumps(np.asarray(action).tolist())
             observations, rewards, *_, infos = envs.step([said, said])
@@ -392,6 +392,6 @@ def test_render():
 def test_reset_options_reach_the_world():
     env = llf_teacher.make("llf-poem-SyllableConstrainedPoem-v0")
     env.reset(seed=0, options={"syllable": 3})
-    assert env.aec.world.truth.pattern == (3,)
+    assert env.session.world.truth.pattern == (3,)
     with pytest.raises(ValueError, match="must be an integer from 1 to 40, got 0"):
         env.reset(options={"syllable": 0})

@@ -1,6 +1,7 @@
 """Images beside texts: what a student sees, what a model is sent, and environment options in studies."""
 
 import base64
+import contextlib
 import io
 import json
 import sqlite3
@@ -72,7 +73,7 @@ env = llf_teacher.make("llf-metaworld-reach-v3", text=True, visual=True)
 observation, _ = env.reset(seed=3)
 assert env.observation_space.contains(observation)
 assert observation["image"].shape == (240, 240, 3) and "image" not in observation["observation"]
-assert np.array_equal(observation["image"], env.unwrapped.aec.world.image())
+assert np.array_equal(observation["image"], env.unwrapped.session.world.image())
 print("seen")
 """
 
@@ -119,7 +120,7 @@ def test_a_model_is_sent_the_latest(tmp_path, images, sent):
     assert not [row for turn in results.all_turns() for row in turn if "image" in row]
     for path in tmp_path.glob("*.db"):
         assert b"base64" not in path.read_bytes()
-    with sqlite3.connect(tmp_path / "s.llm.db") as db:
+    with contextlib.closing(sqlite3.connect(tmp_path / "s.llm.db")) as db, db:
         kept = [row[0] for row in db.execute("SELECT request FROM answer")]
     db.close()
     assert len(kept) == 3

@@ -10,8 +10,7 @@ from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 import llf_teacher
 from llf_teacher.gym.lifetime import FIELDS, drawn
 from llf_teacher.students.parsing import parse_student
-from pz_envs.seats import STUDENT, entitled
-from pz_envs.teacher_seat import SUBSETS
+from teachers.session import SUBSETS
 from worlds.testing import plain
 
 GRID, ARMS, BOOTH = "llf-gridworld-v0", "llf-bandits-BanditTenArmedGaussian-v0", "llf-optimization-Booth-v0"
@@ -98,10 +97,10 @@ def test_a_follower_does_what_it_is_advised_to():
     env = llf_teacher.TeacherEnv(GRID, student="q_learning(trust=1.0)", cost=0.0)
     env.reset(seed=0)
     for _ in range(4):
-        advised = env.aec.teacher.oracle.plan(env.aec.moment.after, 1)
+        advised = env.session.teacher.oracle.plan(env.session.moment.after, 1)
         env.step(FP)
-        assert env.aec.moment.action == advised[0]
-        if env.aec.moment.success:
+        assert env.session.moment.action == advised[0]
+        if env.session.moment.success:
             break
 
 
@@ -112,18 +111,18 @@ def test_a_follower_does_not_do_what_it_is_warned_of(student):
         env.reset(seed=seed)
         for _ in range(20):
             env.step(FN)
-            (atom,) = env.aec.feedback.atoms
-            assert env.aec.moment.action != atom.claim.action
+            (atom,) = env.session.feedback.atoms
+            assert env.session.moment.action != atom.claim.action
 
 
 def test_late_advice_is_not_taken_for_the_present():
     env = llf_teacher.make(ARMS, teacher="only(kinds='fp') | delayed(turns=1)")
-    policy = parse_student("ucb(trust=1.0)").seat(env.family, env.aec.world)
+    policy = parse_student("ucb(trust=1.0)").seat(env.family, env.session.world)
     policy.reset(np.random.default_rng(0))
     env.reset(seed=0)
     actions = set()
     for _ in range(10):
-        action = policy.act(env.aec.observe(STUDENT), entitled(policy, env.aec))
+        action = policy.act(env.student_view.observe(), env.student_view.info_for(policy))
         env.step(action)
         actions.add(action)
     assert len(actions) == 10, "it goes on trying each arm once"
@@ -134,13 +133,13 @@ def test_trust_is_the_rate_of_following():
     for seed in range(60):
         env = llf_teacher.TeacherEnv(ARMS, student="ucb(trust=0.3)", cost=0.0)
         env.reset(seed=seed)
-        best = env.aec.world.truth.best
+        best = env.session.world.truth.best
         for _ in range(9):  # while it tries each arm once by itself, in random order
-            intention = env.student.intend(env.aec.observe(STUDENT), entitled(env.student, env.aec))
+            intention = env.student.intend(env.student_view.observe(), env.student_view.info_for(env.student))
             env.step(FP)
             if intention not in best:
                 said += 1
-                followed += env.aec.moment.action in best
+                followed += env.session.moment.action in best
     assert said > 300
     assert 0.2 < followed / said < 0.4
 
@@ -159,14 +158,14 @@ def test_what_it_announces_is_what_it_does():
     env = llf_teacher.TeacherEnv(GRID, student=LEARNERS[GRID], episodes=5, announce=True)
     _, info = env.reset(seed=0)
     for _ in range(60):
-        before, truth = info.get("intention"), env.aec.world.truth
+        before, truth = info.get("intention"), env.session.world.truth
         observation, _, _, _, info = env.step(0)
         if before is not None:
-            assert env.aec.moment.action == before
+            assert env.session.moment.action == before
             optimal = before in [
                 d
-                for d, v in enumerate(env.aec.teacher.oracle.values(truth))
-                if v == max(env.aec.teacher.oracle.values(truth))
+                for d, v in enumerate(env.session.teacher.oracle.values(truth))
+                if v == max(env.session.teacher.oracle.values(truth))
             ]
             assert observation["lifetime"][FIELDS.index("optimal")] == optimal
 
@@ -174,7 +173,7 @@ def test_what_it_announces_is_what_it_does():
 def test_what_the_teacher_sees_of_a_lifetime():
     env = llf_teacher.TeacherEnv(GRID, student="random", episodes=2, max_turns=3, cost=0.0, budget=2)
     observation, info = env.reset(seed=0)
-    way = len(env.aec.teacher.oracle.plan(info["moment"].after, 3))
+    way = len(env.session.teacher.oracle.plan(info["moment"].after, 3))
     assert observation["lifetime"].tolist() == pytest.approx([0] * 8 + [way / (way + 4)])
     assert info["student"] == "random"
     assert "intention" not in info
@@ -191,20 +190,20 @@ def test_what_the_teacher_sees_of_a_lifetime():
     assert seen["advised"] >= 0.2 - 1e-6
     assert observation["features"][3] == 0, "the budget is the lifetime's"
     assert env.step(FP)
-    assert env.aec.feedback == ""
+    assert env.session.feedback == ""
 
 
 def test_the_world_stays_or_is_drawn_anew():
     def starts(same_world, seed=0):
         env = llf_teacher.TeacherEnv(GRID, student="random", episodes=3, max_turns=2, same_world=same_world)
         env.reset(seed=seed)
-        found = [env.aec.moment.after]
+        found = [env.session.moment.after]
         for _ in range(8):
             env.step(0)
-            if env.aec.turn == 0:
-                found.append(env.aec.moment.after)
+            if env.session.moment.turn == 0:
+                found.append(env.session.moment.after)
         env.reset()
-        return [*found, env.aec.moment.after]
+        return [*found, env.session.moment.after]
 
     first, second, third, other = starts(True)
     assert first == second == third != other
@@ -270,7 +269,7 @@ def test_a_seed_brings_a_new_student():
         taken = []
         for _ in range(8):
             env.step(0)
-            taken.append(env.aec.moment.action)
+            taken.append(env.session.moment.action)
         return taken
 
     env = llf_teacher.TeacherEnv(ARMS, student="ucb(forget=False)", max_turns=20)

@@ -53,7 +53,7 @@ def test_actions_are_sampled_and_played(id, llfbench):
         if terminated or truncated:
             env.reset()
     if isinstance(space, spaces.Discrete):
-        assert env.action_space.n == env.unwrapped.aec.world.action_space.n
+        assert env.action_space.n == env.unwrapped.session.world.action_space.n
 
 
 def test_extreme_actions_are_played(llfbench):
@@ -105,12 +105,12 @@ def test_alfworld_phrases(llfbench):
     env = llfbench.make(ALFWORLD)
     observation, info = env.reset(seed=0)
     allowed = "You are allowed to take the following actions:"
-    goal = env.unwrapped.aec.world.truth.game.goal
+    goal = env.unwrapped.session.world.truth.game.goal
     assert observation["instruction"].split("Your task is to: ")[1].startswith(f"{goal}.")
     for action in ("look", "\x00", info["admissible_commands"][0]):
         before, after = observation["observation"].split(allowed)
         assert before
-        assert after.strip(" .").split(", ") == env.unwrapped.aec.world.commands()
+        assert after.strip(" .").split(", ") == env.unwrapped.session.world.commands()
         observation, *_ = env.step(action)
     assert "Your task is to:" in env.reset(seed=0)[0]["observation"].split(allowed)[0]
 

@@ -54,7 +54,7 @@ def test_what_is_said_under_either_control_is_true(llfbench):
         env.control_mode(mode)
         _, info = env.reset()
         for _ in range(3):
-            lab = env.unwrapped.aec.world.scratch()
+            lab = env.unwrapped.session.world.scratch()
             assert lab.relative is (mode == "relative")
             for atom in info["atoms"]:
                 assert atom.claim.holds(info["moment"], lab), (mode, atom.text)

@@ -69,7 +69,7 @@ def test_options_are_those_of_the_study(tmp_path, monkeypatch):
     monkeypatch.setenv("MINARI_DATASETS_PATH", f"{tmp_path / 'sets'}")
     (name,) = minari.list_local_datasets()
     assert name == "llf/gridworld-oracle-b-a-2-num_rooms_6_visual_true-native-v0"
-    assert minari.load_dataset(name).recover_environment().unwrapped.aec.world.options["num_rooms"] == 6
+    assert minari.load_dataset(name).recover_environment().unwrapped.session.world.options["num_rooms"] == 6
 
 
 def test_an_episode_that_plays_otherwise_is_refused(found, tmp_path):
@@ -89,6 +89,6 @@ def test_a_data_set_is_played_with_its_teacher(found, tmp_path, monkeypatch):
     data = minari.load_dataset(NAMES["llf-gridworld-v0"].format("native"))
     env = data.recover_environment().unwrapped
     made = llf_teacher.make("llf-gridworld-v0", max_turns=4).unwrapped
-    assert (repr(env.teacher), env.aec.max_turns) == (repr(made.teacher), 4)
+    assert (repr(env.teacher), env.session.max_turns) == (repr(made.teacher), 4)
     assert data.storage.metadata["author"] == {"us"} or data.storage.metadata["author"] == "us"
     assert data.storage.metadata["algorithm_name"] == "random, text_only"

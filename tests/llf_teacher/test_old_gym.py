@@ -110,7 +110,7 @@ def test_it_is_taught():
         done = terminated or truncated
     assert info["success"]
     assert info["moment"].after.seen == 6
-    lab = env.aec.world.scratch()
+    lab = env.session.world.scratch()
     lab.restore(info["moment"].before)
     assert lab.step(1)[1] == 1.0
 

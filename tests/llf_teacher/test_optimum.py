@@ -62,11 +62,11 @@ def test_a_life_is_that_of_the_environment(seed, optimism):
         **house,
     )
     env.reset(seed=seed)
-    life = Life(house_of(env.aec.world.truth), Span(episodes, turns, optimism))
+    life = Life(house_of(env.session.world.truth), Span(episodes, turns, optimism))
     rng, done = np.random.default_rng(seed), False
     while not done:
-        advised = bool(rng.random() < 0.2) and not env.aec.moment.over
-        over, room, before = env.aec.moment.over, env.aec.world.truth.room, life.lost
+        advised = bool(rng.random() < 0.2) and not env.session.moment.over
+        over, room, before = env.session.moment.over, env.session.world.truth.room, life.lost
         if not over:
             assert room == life.room
             life.go(life.house.advice[room] if advised else life.meant(), advised=advised)

@@ -274,7 +274,7 @@ def test_practice_begins_in_the_room_that_was_picked():
     school = curriculum._School(seed=1)
     for room in (3, 7):
         moves, wasted, found = school.episode(room, 1)
-        assert (moves, school.env.moment.before.room) == (1, room)
+        assert (moves, school.session.moment.before.room) == (1, room)
         assert found == (wasted == 0 and school.steps[room] == 1)
     assert school.steps[school.task.room] >= curriculum.LEAST
 

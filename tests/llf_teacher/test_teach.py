@@ -14,7 +14,6 @@ from walks import Walk
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
 from pz_envs import testing as seat_kit
-from pz_envs.seats import STUDENT, entitled
 from teachers import testing as teacher_kit
 from teachers.atoms import FP, Claim, ParseFailure, claim
 from teachers.oracle import Oracle, RefusalError
@@ -62,14 +61,16 @@ def lake_pupil(slippery=False, turns=150, **options):
 
 
 def play(env, student, seed=0):
-    policy = parse_student(student).seat(env.family, env.aec.world)
+    policy = parse_student(student).seat(env.family, env.session.world)
     policy.reset(np.random.default_rng(seed))
     env.reset(seed=seed)
     done = False
     while not done:
-        _, _, terminated, truncated, info = env.step(policy.act(env.aec.observe(STUDENT), entitled(policy, env.aec)))
+        _, _, terminated, truncated, info = env.step(
+            policy.act(env.student_view.observe(), env.student_view.info_for(policy))
+        )
         done = terminated or truncated
-    return info["success"], env.aec.turn
+    return info["success"], env.session.moment.turn
 
 
 # --- rewards alone
@@ -91,7 +92,7 @@ def test_without_an_oracle_the_instruction_is_to_maximize_rewards_and_the_feedba
 def test_the_trace_is_the_environments_own():
     taught, bare = llf_teacher.teach(gymnasium.make(CART)), gymnasium.make(CART)
     taught.reset(seed=0)
-    bare.reset(seed=taught.aec.world.truth.seed)
+    bare.reset(seed=taught.session.world.truth.seed)
     for action in [0, 1, 1, 0, 1]:
         observation, reward, *_ = taught.step(action)
         expected = bare.step(action)
@@ -142,7 +143,7 @@ def test_rewards_alone_refuse_to_tell_regrets():
     env = llf_teacher.teach(gymnasium.make(CART), privileged_info=True)
     env.reset(seed=0)
     with pytest.raises(RefusalError, match="gives no values"):
-        RewardOracle(env.aec.world.scratch).regret(env.step(0)[4]["moment"])
+        RewardOracle(env.session.world.scratch).regret(env.step(0)[4]["moment"])
 
 
 @pytest.mark.parametrize("id", [CART, LAKE, "Pendulum-v1", "Blackjack-v1", "Taxi-v4"])
@@ -167,7 +168,7 @@ def test_seats_of_cartpole_pass_pettingzoos_check():
             seed_test(lambda speech=speech: lesson.env(speech=speech), num_cycles=50)
             parallel_api_test(lesson.parallel_env(speech=speech), num_cycles=50)
     with seat_kit.expected_warnings():
-        api_test(llf_teacher.teach(gymnasium.make(CART)).aec, num_cycles=20)
+        api_test(llf_teacher.Lesson(gymnasium.make(CART)).raw_env(), num_cycles=20)
 
 
 def test_the_teachers_side():
@@ -207,7 +208,7 @@ def test_an_oracle_of_ones_own_passes_the_kit(check, slippery, snapshot):
 def test_the_audit(teacher, truth, slippery, snapshot):
     """All claims of an honest teacher hold, none of a liar's, in all five kinds."""
     env = teach_lake(slippery, snapshot, teacher=teacher, privileged_info=True)
-    lab, rng = env.aec.world.scratch(), np.random.default_rng(0)
+    lab, rng = env.session.world.scratch(), np.random.default_rng(0)
     kinds = set()
     for seed in range(8):
         _, info = env.reset(seed=seed)
@@ -257,7 +258,7 @@ def test_steps_out_of_turn_and_illegal_actions():
     env.reset(seed=0)
     with pytest.raises(ValueError, match="action 4 is not in the action space; allowed: one of left"):
         env.step(4)
-    assert env.aec.turn == 0
+    assert env.session.moment.turn == 0
 
 
 def test_phrases_by_class_by_name_and_from_a_file(tmp_path):

@@ -133,7 +133,7 @@ def test_every_action_can_be_typed(space, text, played):
     env.reset(seed=0)
     info = env.step(text)[4]
     assert "parse_failure" not in info
-    assert played is None or env.aec.world.env.took == played
+    assert played is None or env.session.world.env.took == played
     assert "parse_failure" in env.step("[9, 9]")[4]
 
 

@@ -79,7 +79,7 @@ def test_a_state_is_what_is_seen_there_whatever_the_way_to_it():
         truths[way] = world.truth
     assert truths[2, 0] != truths[()] != truths[1, 3]
     assert [world.state_of(truth) for truth in truths.values()] == [0, 1, 0, 0]
-    bandit = llf_teacher.make("llf-bandits-BanditTenArmedGaussian-v0").aec.world
+    bandit = llf_teacher.make("llf-bandits-BanditTenArmedGaussian-v0").session.world
     bandit.reset(seed=7)
     assert bandit.state_of(bandit.truth) == bandit.truth
 

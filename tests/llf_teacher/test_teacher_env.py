@@ -30,7 +30,7 @@ def test_teacher_env_with_every_student(id, student):
             rewards += reward
             done = terminated or truncated
             assert "moment" in info
-        return rewards, env.aec.moment.success
+        return rewards, env.session.moment.success
 
     assert total() == total()
     if student in ("obedient", "oracle"):

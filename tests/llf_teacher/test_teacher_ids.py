@@ -9,7 +9,7 @@ import llf_teacher
 from llf_teacher.gym.vector import TeacherVectorEnv
 from llf_teacher.registry import PREFIX, TEACHER, entries
 from pz_envs.family import all_families
-from pz_envs.teacher_seat import SUBSETS
+from teachers.session import SUBSETS
 from worlds.testing import plain
 
 GRID = f"{TEACHER}gridworld-v0"
@@ -56,7 +56,7 @@ def test_compact_actions_are_the_legal_ones_of_all(kinds, more):
             assert outcome == same
             assert info["trimmed"] == same_info["trimmed"]
             assert plain({**seen, "action_mask": 0}) == plain({**few, "action_mask": 0})
-            assert every.aec.feedback == compact.aec.feedback
+            assert every.session.feedback == compact.session.feedback
             done = any(outcome[1:])
 
 

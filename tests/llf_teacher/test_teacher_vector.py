@@ -15,8 +15,8 @@ from llf_teacher.registry import PREFIX
 from llf_teacher.students.student import frozen
 from pz_envs.family import all_families
 from pz_envs.rewards import TEACHER_REWARDS
-from pz_envs.teacher_seat import SUBSETS, within
 from teachers.atoms import KINDS
+from teachers.session import SUBSETS, within
 from worlds.testing import plain
 
 TABULAR = [
@@ -151,7 +151,7 @@ def test_seeded_starts_are_the_scalar_ones(id):
         observation, info = env.reset(seed=5 + row)
         check_seen(seen, row, observation)
         assert str(batch.students.student(row)) == info["student"]
-        assert batch.moment(row).after == env.aec.moment.after
+        assert batch.moment(row).after == env.session.moment.after
 
 
 def test_autoresets_enrol_new_students():
@@ -195,7 +195,7 @@ def test_the_named_rewards_are_those_of_the_seats():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"student": "obedient"}, "the student obedient cannot be played in arrays; allowed: q_learning"),
+        ({"student": "obedient"}, "the student obedient cannot play in arrays; allowed: q_learning"),
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
         ({"episodes": 1}, "forget=False is for lifetimes"),
         ({"budget": 0}, "budget must be None or an integer of at least 1, got 0"),

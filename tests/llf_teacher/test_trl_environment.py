@@ -24,7 +24,7 @@ def actions(seed):
     """The shortest way from where a seed begins."""
     env = llf_teacher.make(GRID, text=True)
     env.reset(seed=seed)
-    return env.aec.teacher.oracle.plan(env.aec.world.truth, 20)
+    return env.session.teacher.oracle.plan(env.session.world.truth, 20)
 
 
 @pytest.mark.parametrize("reward", ["return", "success", "regret"])

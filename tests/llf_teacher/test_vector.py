@@ -15,7 +15,7 @@ from scipy import stats
 import llf_teacher
 from llf_teacher.registry import PREFIX, entries
 from pz_envs.family import all_families
-from pz_envs.teacher_seat import SUBSET_BITS
+from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, ActionClaim
 from worlds.batches.streams import Stream, Streams
 from worlds.testing import plain
@@ -77,9 +77,8 @@ def check_lessons(id, rows, seed, turns, own_options, mode, **settings):
         for row in range(rows):
             if row not in lessons and not batch._done[row] and (turn < 2 or rng.random() < 0.5):
                 lessons[row] = lesson = batch.lesson(row)
-                aec = lesson.aec
-                now = {"observation": aec.state_now}
-                check_said(batch, row_of(seen, row), now, aec.infos["student_0"]["atoms"])
+                now = {"observation": lesson.student_view.state()}
+                check_said(batch, row_of(seen, row), now, lesson.session.atoms)
         actions = actions_of(batch, rng)
         follows = rng.random(rows) < 0.5
         for row in np.flatnonzero(follows & (seen["said"][:, 3] == 1)).tolist():
@@ -143,7 +142,7 @@ def test_seeded_starts_are_the_scalar_ones(id):
         env = llf_teacher.make(id)
         observation, info = env.reset(seed=5 + row)
         check_said(batch, row_of(seen, row), observation, info["atoms"])
-        assert batch.moment(row).after == env.aec.moment.after
+        assert batch.moment(row).after == env.session.moment.after
 
 
 @pytest.mark.parametrize("id", IDS)
@@ -199,7 +198,7 @@ def test_rows_are_reset_by_hand():
     env = llf_teacher.make(GRID)
     for row in (1, 3):
         env.reset(seed=9 + row)
-        assert after[row].after == env.aec.moment.after
+        assert after[row].after == env.session.moment.after
     batch.step(np.zeros(4, int))
     with pytest.raises(ResetNeeded, match="row 0 has ended"):
         batch.step(np.zeros(4, int))
@@ -215,7 +214,7 @@ def test_words_are_those_of_the_lesson(id):
         words = batch.words([4, 1])
         for row, said in zip((4, 1), words, strict=True):
             lesson = batch.lesson(row)
-            atoms = lesson.aec.infos["student_0"]["atoms"]
+            atoms = lesson.lesson.session.atoms
             assert [atom.text for atom in said.atoms] == [atom.text for atom in atoms]
             assert any(atom.kind is None for atom in atoms) == (turn == 0)
         batch.step(actions_of(batch, rng))

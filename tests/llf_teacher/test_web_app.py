@@ -1,5 +1,6 @@
 """The server: what it answers, to whom, and what it refuses."""
 
+import contextlib
 import io
 import json
 import sqlite3
@@ -11,11 +12,11 @@ from starlette.testclient import TestClient
 from llf_teacher.studies import Study, load, run
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
-from llf_teacher.web import sessions as web_sessions
+from llf_teacher.web import open_lessons
 from llf_teacher.web.app import LARGEST, make_app
 from llf_teacher.web.guard import COOKIE
+from llf_teacher.web.open_lessons import OpenLessons, Terms
 from llf_teacher.web.plan import read_plan
-from llf_teacher.web.sessions import Sessions, Terms
 
 GRID = "llf-gridworld-v0"
 HTML = {"accept": "text/html"}
@@ -175,7 +176,7 @@ def test_a_mistake_of_ours_is_no_traceback(monkeypatch):
     def broken(*_):
         raise RuntimeError("secret")
 
-    monkeypatch.setattr(web_sessions, "LiveLesson", broken)
+    monkeypatch.setattr(open_lessons, "PlannedLesson", broken)
     visitor = TestClient(make_app(), base_url="http://127.0.0.1", raise_server_exceptions=False)
     answer = visitor.post("/lessons", json={"id": GRID})
     assert answer.status_code == 500
@@ -321,7 +322,8 @@ def test_the_same_world_again_is_another_sample(tmp_path):
         assert told(visitor.get(f"{page}/state"))["undo"] is False
         assert "cannot be taken back here" in visitor.post(f"{page}/undo", json={}).json()["error"]
     assert sorted(row["sample"] for row in load(path).rows()) == [0, 1]
-    assert sqlite3.connect(path).execute("SELECT count(*) FROM result").fetchone() == (2,)
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        assert db.execute("SELECT count(*) FROM result").fetchone() == (2,)
 
 
 def test_lessons_are_bounded_in_number_and_age():
@@ -330,7 +332,7 @@ def test_lessons_are_bounded_in_number_and_age():
     answer = visitor.post("/lessons", json={"id": GRID})
     assert (answer.status_code, answer.json()["error"].split(";")[0]) == (503, "all 1 places are taken")
     now = 0.0
-    held = Sessions(Terms(most=2, idle=60), clock=lambda: now)
+    held = OpenLessons(Terms(most=2, idle=60), clock=lambda: now)
     one, two = (held.begin(read_plan({"id": GRID, "seat": "watch"})) for _ in range(2))
     now = 50.0
     (token,) = one.tokens.values()

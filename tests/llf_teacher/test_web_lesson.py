@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 import llf_teacher
+from llf_teacher.episodes.live import WATCHER
 from llf_teacher.people import PersonLearning, PersonTeaching
 from llf_teacher.studies import Study, load
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
-from llf_teacher.web.lesson import LiveLesson
-from llf_teacher.web.plan import WATCHER, read_plan, students
+from llf_teacher.web.lesson import PlannedLesson
+from llf_teacher.web.plan import read_plan, students
 from pz_envs.frames import Watch
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import Label
@@ -24,7 +25,7 @@ IDS = [
 
 
 def lesson(id=GRID, **choices):
-    return LiveLesson(read_plan({"id": id, "seed": 7, "max_turns": 6, **choices}))
+    return PlannedLesson(read_plan({"id": id, "seed": 7, "max_turns": 6, **choices}))
 
 
 def to_the_end(live, who, what=None):
@@ -69,15 +70,15 @@ def test_a_personality_may_speak_for_a_person():
 
 def test_a_teacher_chooses_among_claims():
     live = lesson(seat="teacher")
-    kinds = [claim.kind for claim in live.aec.seat.listed()]
+    kinds = [claim.kind for claim in live.teacher_view.offer.listed()]
     assert kinds == ["fp", "fn"]
     live.move(TEACHER, (1,))
-    assert [atom.kind for atom in live.aec.feedback.atoms] == ["fn"]
+    assert [atom.kind for atom in live.session.feedback.atoms] == ["fn"]
     with pytest.raises(ValueError, match="there is no claim 9; there are"):
         live.move(TEACHER, (0, 9))
     with pytest.raises(ValueError, match="chooses among claims; give their numbers"):
         live.move(TEACHER, "west")
-    assert (live.aec.turn, len(live.rows)) == (1, 1)  # the student has acted, and nothing was said of it yet
+    assert (live.session.moment.turn, len(live.rows)) == (1, 1)  # the student has acted, and nothing was said of it yet
     live.move(TEACHER, ())
     assert live.rows[-1].feedback == ""
 
@@ -127,7 +128,7 @@ def test_what_is_taken_back_has_not_been(seat, who, turn):
 
 def test_nothing_is_played_behind_the_end():
     live = to_the_end(lesson(seat="watch"), WATCHER)
-    assert live.rows[-1].success or live.aec.turn == 6
+    assert live.rows[-1].success or live.session.moment.turn == 6
     with pytest.raises(ValueError, match="the episode is over; begin a new lesson"):
         live.move(WATCHER, None)
     other = lesson(seat="watch")
@@ -141,10 +142,10 @@ def test_a_students_picture_is_that_of_an_agent_until_the_end():
     env = llf_teacher.make(GRID, text=True, max_turns=6, render_mode="rgb_array")
     env.reset(seed=7)
     for text in ("west", "north"):
-        assert np.array_equal(live.watch(STUDENT).frame(live.seen()), env.render())
+        assert np.array_equal(live.watch(STUDENT).frame(live.view.description()), env.render())
         live.move(STUDENT, text)
         env.step(text)
-    assert not np.array_equal(live.watch(TEACHER).frame(live.seen()), env.render())
+    assert not np.array_equal(live.watch(TEACHER).frame(live.view.description()), env.render())
     assert {spoken.verdict for spoken in live.watch(STUDENT).sentences} == {Label.UNCHECKED}
     assert live.watch(TEACHER) is live.watch(to_the_end(live, STUDENT, "west") and STUDENT)
 
@@ -154,7 +155,7 @@ def test_a_film_has_a_frame_of_each_turn():
     light, dark = live.film(), live.film("dark")
     assert len(light) == len(dark) == 3
     assert light[0].mean() > 2 * dark[0].mean()
-    assert isinstance(live.aec.watch, Watch)
+    assert isinstance(live.view.watch, Watch)
 
 
 def test_people_are_in_studies(tmp_path):
@@ -193,7 +194,7 @@ def test_people_are_in_studies(tmp_path):
         ({"teacher": "x" * 301}, "teacher must be a text of at most 300 characters"),
         ({"student": "os:system('true')"}, "bad"),
         ({"student": "llm(model='m')"}, "student of this page 'llm'"),
-        ({"student": "random | random"}, "names 2 students; choose one"),
+        ({"student": "random | random"}, "student spec 'random | random' has 2 parts"),
         ({"max_turns": 201}, "max_turns must be a whole number from 1 to 200, got 201"),
         ({"max_turns": True}, "max_turns must be a whole number"),
         ({"seed": -1}, "seed must be a whole number from 0"),

@@ -63,7 +63,7 @@ def test_what_is_neither_a_question_nor_an_action(wrong):
 def test_a_question_costs_and_is_answered_and_the_world_waits(speech):
     env = opened(speech=speech)
     quiet(env)
-    before, turn = plain(env.world.save()), env.turn
+    before, turn = plain(env.session.world.save()), env.session.moment.turn
     env.step(QUESTION)
     assert env.rewards == {TEACHER: 0.0, STUDENT: -COST}
     assert env.agent_selection == TEACHER
@@ -80,9 +80,9 @@ def test_a_question_costs_and_is_answered_and_the_world_waits(speech):
     assert {atom.kind for atom in env.observe(STUDENT)["feedback"].atoms} == {FP, FN}
     assert env.rewards[TEACHER] < 0
     assert env.agent_selection == STUDENT
-    assert (plain(env.world.save()), env.turn) == (before, turn)
+    assert (plain(env.session.world.save()), env.session.moment.turn) == (before, turn)
     env.step(0)
-    assert env.turn == turn + 1
+    assert env.session.moment.turn == turn + 1
     if speech != "message":
         assert env.observe(TEACHER)["asked"].tolist() == [0]
 
@@ -92,13 +92,13 @@ def test_a_second_question_in_a_turn_costs_the_turn():
     quiet(env)
     env.step(QUESTION)
     quiet(env)
-    before = plain(env.world.save())
+    before = plain(env.session.world.save())
     env.step(QUESTION)
-    assert type(env.moment.action) is ParseFailure
-    assert (env.turn, plain(env.world.save())) == (1, before)
+    assert type(env.session.moment.action) is ParseFailure
+    assert (env.session.moment.turn, plain(env.session.world.save())) == (1, before)
     quiet(env)
     env.step(QUESTION)  # in the next turn it may ask again
-    assert env.turn == 1
+    assert env.session.moment.turn == 1
     quiet(env)
     env.step(QUESTION)
     quiet(env)
@@ -125,9 +125,9 @@ def test_the_instruction_says_so_and_what_it_says_holds():
     env = llf_teacher.make("llf-gridworld-v0", ask_cost=COST, text=True, privileged_info=True)
     _, info = env.reset(seed=3)
     (told,) = [atom for atom in info["atoms"] if isinstance(atom.claim, MayAsk)]
-    assert told.claim.holds(info["moment"], env.aec.world.scratch())
-    assert not MayAsk(cost=2 * COST).holds(info["moment"], env.aec.world.scratch())
-    assert told.text in env.aec.instruction
+    assert told.claim.holds(info["moment"], env.session.world.scratch())
+    assert not MayAsk(cost=2 * COST).holds(info["moment"], env.session.world.scratch())
+    assert told.text in env.session.instruction
 
 
 def test_asking_through_gymnasium():
@@ -169,8 +169,8 @@ def test_a_teacher_env_answers_a_student_who_asks(speech):
             observation, _, terminated, truncated, _ = env.step(0)
         done = terminated or truncated
         turns += 1
-    assert env.aec.moment.success
-    assert turns == 2 * env.aec.turn + 1
+    assert env.session.moment.success
+    assert turns == 2 * env.session.moment.turn + 1
 
 
 def test_a_class_where_one_asks():
@@ -203,7 +203,7 @@ def test_a_panel_is_asked_all_at_once():
     env.step(8)
     env.step(8)
     assert [atom.speaker for atom in env.observe(STUDENT)["feedback"].atoms] == ["teacher_0", "teacher_1"]
-    assert env.desk.turn == 0
+    assert env.session.moment.turn == 0
 
 
 @pytest.mark.parametrize("seating", ["tutoring", "classroom", "panel"])

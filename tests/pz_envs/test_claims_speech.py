@@ -6,8 +6,9 @@ import pytest
 import llf_teacher
 from pz_envs.family import all_families
 from pz_envs.seats import STUDENT, TEACHER
-from pz_envs.teacher_seat import CLAIMS, TRAITS
+from pz_envs.teacher_view import TRAITS
 from teachers.atoms import ActionClaim
+from teachers.session import CLAIMS
 
 MANY = next(family for family in all_families() if "reco-movie-v0" in family.environments)
 GRID = next(family for family in all_families() if "gridworld-v0" in family.environments)
@@ -58,7 +59,7 @@ def test_sentences_of_candidates_draw_nothing_and_ask_no_voice():
     env.step(0)
     assert len(asked) == 1
     twin, first = after_a_list(), after_a_list()
-    twin.seat.sentences()
+    twin.teacher_view.offer.sentences()
     for one in (first, twin):
         one.step(1)
         one.step(0)
@@ -102,7 +103,7 @@ def test_the_table_tells_kind_and_role_of_each_claim(family):
     env = family.raw_env(speech="claims", **options)
     env.reset(seed=2)
     env.step(0)
-    env.step(env.world.sample_action(np.random.default_rng(0)))
+    env.step(env.session.world.sample_action(np.random.default_rng(0)))
     claims, table = env.infos[TEACHER]["claims"], env.observe(TEACHER)["claims"]
     assert 0 < len(claims) <= CLAIMS
     for claim, row in zip(claims, table, strict=False):
@@ -122,8 +123,8 @@ def test_a_student_succeeds_by_one_claim_a_turn():
         observation, reward, terminated, truncated, _ = env.step(1 + int(wanted[0]) if wanted else 0)
         total += reward
         done = terminated or truncated
-    assert env.aec.moment.success
-    assert total == pytest.approx(1 - 0.01 * env.aec.purse.spent)
+    assert env.session.moment.success
+    assert total == pytest.approx(1 - 0.01 * env.teacher_view.offer.purse.spent)
 
 
 def test_a_class_is_told_a_claim_at_a_time():
@@ -133,7 +134,7 @@ def test_a_class_is_told_a_claim_at_a_time():
     assert observation["claims"].shape == (2, CLAIMS, len(TRAITS))
     env.step(env.address(1, 1))
     (atom,) = env.observe("student_1")["feedback"].atoms
-    assert atom.claim == env.desks[1].seat.listed()[0]
+    assert atom.claim == env.sessions[1].offers[0].listed()[0]
     assert not env.observe(TEACHER)["action_mask"][env.address(1, 1) : env.address(1, CLAIMS) + 1].any()
     env.step(0)
     assert env.agent_selection == "student_0"

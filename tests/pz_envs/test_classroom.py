@@ -26,9 +26,9 @@ def ids():
 
 
 def optimal(env, agent):
-    desk = env.desks[int(agent.rpartition("_")[2])]
-    plan = desk.teacher.oracle.plan(desk.moment.after, 1)
-    return plan[0] if plan else desk.world.sample_action(np.random.default_rng(0))
+    session = env.sessions[int(agent.rpartition("_")[2])]
+    plan = session.teacher.oracle.plan(session.moment.after, 1)
+    return plan[0] if plan else session.world.sample_action(np.random.default_rng(0))
 
 
 def act(env, agent, observation):
@@ -134,7 +134,7 @@ def test_observations_are_in_their_spaces_and_what_they_are_said_to_be():
                 turn, reward, importance, over, present, _ = observation["students"][i].tolist()
                 assert present == (f"student_{i}" in env.agents)
                 assert (turn, reward, over) == (pytest.approx(moment.turn / 20), moment.reward, moment.over)
-                assert importance == (0 if moment.over else env.desks[i].teacher.oracle.importance(moment.after))
+                assert importance == (0 if moment.over else env.sessions[i].teacher.oracle.importance(moment.after))
         env.step(act(env, agent, observation))
     assert env.purse.spent == 20
 
@@ -151,7 +151,7 @@ def test_students_leave_when_they_are_done_and_hear_a_last_word():
             assert terminated
             assert agent == TEACHER or info["success"]
         env.step(None if terminated or truncated else act(env, agent, observation))
-    turns = [desk.turn for desk in env.desks]
+    turns = [session.moment.turn for session in env.sessions]
     assert len(set(turns)) > 1, "they finish at different times"
     assert [turns[int(agent[-1])] for agent in left if agent != TEACHER] == sorted(turns)
     assert all(last[agent]["feedback"] for agent in env.students)
@@ -174,7 +174,7 @@ def test_rewards_and_costs():
     # Attention, and the one kind of advice that the greatest legal action of the last student says.
     paid = [reward for agent, dead, reward in turns if agent == TEACHER and not dead]
     students = [reward for agent, dead, reward in turns if agent != TEACHER and dead]
-    atoms = len(env.desks[1].feedback.atoms)
+    atoms = len(env.sessions[1].feedback.atoms)
     assert paid == [0.0, pytest.approx(-0.5 - 0.25 * 2 + sum(students))]
     assert atoms == 2
     assert [reward for agent, dead, reward in turns if agent == TEACHER and dead] == [-0.5 - 0.25 * atoms]
@@ -213,7 +213,7 @@ def test_each_student_is_taught_as_in_a_tutoring_env():
                 assert plain(env.observe(f"student_{i}")) == plain(seat.observe(STUDENT))
         else:
             seat = alone[int(agent[-1])]
-            action = seat.turn % 4
+            action = seat.session.moment.turn % 4
             env.step(action)
             seat.step(action)
             assert env.rewards[agent] == seat.rewards[STUDENT]
@@ -222,19 +222,19 @@ def test_each_student_is_taught_as_in_a_tutoring_env():
 def test_same_world():
     env = GRID.raw_env(seating="classroom", students=3, same_world=True)
     env.reset(seed=0)
-    assert len({desk.world.truth for desk in env.desks}) == 1
-    assert len({desk.world for desk in env.desks}) == 3
+    assert len({session.world.truth for session in env.sessions}) == 1
+    assert len({session.world for session in env.sessions}) == 3
     env = GRID.raw_env(seating="classroom", students=3)
     env.reset(seed=0)
-    first = [desk.world.truth for desk in env.desks]
+    first = [session.world.truth for session in env.sessions]
     assert len(set(first)) == 3
     env.reset()
-    second = [desk.world.truth for desk in env.desks]
+    second = [session.world.truth for session in env.sessions]
     assert not set(first) & set(second)
     env.reset(seed=0)
-    assert [desk.world.truth for desk in env.desks] == first
+    assert [session.world.truth for session in env.sessions] == first
     env.reset()
-    assert [desk.world.truth for desk in env.desks] == second
+    assert [session.world.truth for session in env.sessions] == second
 
 
 def test_messages():
@@ -243,9 +243,9 @@ def test_messages():
     assert env.observe(TEACHER)["student_1"]["state"].startswith("Room: ")
     env.step({"student": 2, "words": "Mind the stairs."})
     assert env.observe("student_1")["feedback"] == "Mind the stairs."
-    teacher = GRID.make_teacher(env.desks[0].world)
+    teacher = GRID.make_teacher(env.sessions[0].world)
     teacher.reset(np.random.default_rng(0))
-    said = teacher.speak(env.desks[0].moment)
+    said = teacher.speak(env.sessions[0].moment)
     env.step({"student": 1, "words": said})
     heard = env.observe("student_0")["feedback"]
     assert type(heard) is Utterance

@@ -13,8 +13,10 @@ from pettingzoo.test import render_test
 
 import llf_teacher
 from llf_teacher.registry import family
+from pz_envs.assembly import assemble
 from pz_envs.frames import HEIGHT, WIDTH, Spoken
 from pz_envs.seatings.tutoring import TutoringEnv
+from pz_envs.settings import Settings
 from teachers.atoms import FP, HN, SILENCE, Label, Utterance
 from worlds.pictures.canvas import THEMES
 
@@ -37,7 +39,9 @@ def started(**settings):
 
 def wrong(env):
     """An action that an oracle would blame."""
-    return env.teacher.oracle.values(env.moment.after).index(min(env.teacher.oracle.values(env.moment.after)))
+    return env.session.teacher.oracle.values(env.session.moment.after).index(
+        min(env.session.teacher.oracle.values(env.session.moment.after))
+    )
 
 
 @pytest.mark.parametrize("seating", ["tutoring", "classroom", "panel"])
@@ -123,7 +127,7 @@ def test_a_frame_shows_what_was_said():
     assert not np.array_equal(before, silent)
     env.reset(seed=0)
     env.step(Utterance("Look north."))
-    assert env.watch.sentences == (Spoken("Look north.", None, Label.UNCHECKED),)
+    assert env.student_view.watch.sentences == (Spoken("Look north.", None, Label.UNCHECKED),)
     assert not np.array_equal(env.frame(), silent)
     assert np.array_equal(env.frame()[:, : WIDTH // 2], silent[:, : WIDTH // 2])  # the world is the same
 
@@ -134,36 +138,36 @@ def test_each_sentence_has_its_kind_and_only_the_privileged_see_whether_it_holds
         env.step(env.infos["teacher_0"]["suggestion"])
         env.step(0)
         env.step(env.infos["teacher_0"]["suggestion"])
-        assert [(each.kind, each.verdict) for each in env.watch.sentences] == [(FP, verdict)]
-    assert started().watch.lab is not env.teacher.oracle.lab
+        assert [(each.kind, each.verdict) for each in env.student_view.watch.sentences] == [(FP, verdict)]
+    assert started().student_view.watch.lab is not env.session.teacher.oracle.lab
 
 
 def test_what_was_said_fades_when_the_student_has_acted():
     env = started()
     env.step(env.infos["teacher_0"]["suggestion"])
-    assert env.watch.heard
+    assert env.student_view.watch.heard
     env.step(wrong(env))
-    assert not env.watch.heard
+    assert not env.student_view.watch.heard
     env.step(env.infos["teacher_0"]["suggestion"])
-    assert env.watch.heard
-    assert HN in {each.kind for each in env.watch.sentences}
+    assert env.student_view.watch.heard
+    assert HN in {each.kind for each in env.student_view.watch.sentences}
 
 
 def test_the_instruction_is_shown_where_the_seat_says_it_itself():
     env = started(speech="kinds")
-    told = len(env.watch.sentences)
+    told = len(env.student_view.watch.sentences)
     assert told
     env.step(31)
-    assert len(env.watch.sentences) > told
+    assert len(env.student_view.watch.sentences) > told
 
 
 def test_asking_keeps_the_turn():
     env = llf_teacher.make(ID, render_mode="rgb_array", ask_cost=0.1, text=True)
     env.reset(seed=0)
     env.step("ask")
-    assert len(env.aec.watch.moments) == 1
+    assert len(env.student_view.watch.moments) == 1
     env.step("north")
-    assert len(env.aec.watch.moments) == 2
+    assert len(env.student_view.watch.moments) == 2
     assert env.render().shape == SIZE
 
 
@@ -171,11 +175,11 @@ def test_an_episode_that_is_taken_up_is_shown():
     env = llf_teacher.make(ID, render_mode="rgb_array", privileged_info=True)
     env.reset(seed=0)
     env.step(1)
-    moment = env.aec.moment
+    moment = env.session.moment
     env.step(1)
     env.reset(seed=0)
-    env.take_up(moment)
-    assert env.aec.watch.moments == [moment]
+    env.resume_from(moment)
+    assert env.student_view.watch.moments == [moment]
     assert env.render().shape == SIZE
 
 
@@ -211,7 +215,7 @@ def test_in_a_panel_each_sentence_has_its_speaker():
     env = started(seating="panel", teachers=("oracle", "oracle"), feedback_type="fp")
     for _ in env.teachers:
         env.step(31)
-    speakers = [each.speaker for each in env.desk.watch.sentences if each.kind is not None]
+    speakers = [each.speaker for each in env.student_view.watch.sentences if each.kind is not None]
     assert speakers == ["teacher_0", "teacher_1"]
     assert env.render().shape == SIZE
 
@@ -242,10 +246,10 @@ def test_without_a_mode_there_is_a_warning():
 
 
 def test_a_bare_environment_says_how_to_get_pictures():
-    plain = GRID.raw_env()
-    env = TutoringEnv(plain.world, plain.teacher, render_mode="rgb_array")
+    settings = Settings(render_mode="rgb_array")
+    env = TutoringEnv(assemble(GRID, Settings()), settings)
     env.reset(seed=0)
-    with pytest.raises(RuntimeError, match=r"make it by raw_env\(render_mode='rgb_array'\)"):
+    with pytest.raises(RuntimeError, match="make it with render_mode='rgb_array'"):
         env.render()
 
 
@@ -255,7 +259,7 @@ def test_human_opens_a_window(monkeypatch):
     env = llf_teacher.make(ID, render_mode="human", max_turns=2)
     env.reset(seed=0)
     shown = pygame.surfarray.array3d(pygame.display.get_surface()).swapaxes(0, 1)
-    assert np.array_equal(shown, env.aec.frame())
+    assert np.array_equal(shown, env.student_view.frame())
     assert env.render() is None
     env.close()
     assert pygame.display.get_surface() is None
@@ -277,7 +281,7 @@ def test_text_shows_turn_action_and_map():
     env.step(3)
     text = env.render()
     assert text.startswith("Turn 1 of 20, 19 left; reward 0 in all\nThe student: south (reward 0)\n")
-    room = env.aec.world.truth.layout.names[env.aec.world.truth.room]
+    room = env.session.world.truth.layout.names[env.session.world.truth.room]
     assert f"[{room}]" in text
     assert f"Room: {room}\n" in text
-    assert text.endswith(f"Teacher: {env.aec.feedback}")
+    assert text.endswith(f"Teacher: {env.session.feedback}")

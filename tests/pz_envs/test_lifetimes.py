@@ -20,9 +20,10 @@ ADVICE = 0b01000
 
 def seats(env, spec):
     """The students' policies."""
-    desk = env.unwrapped.desks[0] if hasattr(env.unwrapped, "desks") else getattr(env.unwrapped, "desk", env.unwrapped)
+    bare = env.unwrapped
+    session = bare.sessions[0] if hasattr(bare, "sessions") else bare.session
     students = [agent for agent in env.possible_agents if agent.startswith("student")]
-    return {agent: parse_student(spec).seat(GRID, desk.world) for agent in students}
+    return {agent: parse_student(spec).seat(GRID, session.world) for agent in students}
 
 
 def speak(observation):
@@ -88,7 +89,7 @@ def test_a_budget_is_that_of_the_lifetime():
 
 def _purse(env):
     inner = env.unwrapped
-    return inner.seats[TEACHER].purse if hasattr(inner, "seats") else inner.purse
+    return inner.purse if hasattr(inner, "purse") else inner.session.offers[0].purse
 
 
 def lost(env, spec, seed, chosen):
@@ -162,8 +163,8 @@ def test_a_lifetime_is_that_of_the_teachers_seat():
 
 
 def optimal(env, i):
-    desk = env.unwrapped.desks[i]
-    return desk.teacher.oracle.plan(desk.moment.after, 1)[0]
+    session = env.unwrapped.sessions[i]
+    return session.teacher.oracle.plan(session.moment.after, 1)[0]
 
 
 def test_who_has_ended_waits_and_is_paid_once():
@@ -224,7 +225,7 @@ def test_without_a_seed_another_lifetime_begins():
             teaches = env.agent_selection == TEACHER
             env.step(None if terminated or truncated else speak(observation) if teaches else 0)
         assert env.episode == 1
-        assert env.unwrapped.purse.spent == 1
+        assert _purse(env).spent == 1
 
 
 @pytest.mark.parametrize("episodes", [0, True, 1.5, "3"])

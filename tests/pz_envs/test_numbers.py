@@ -19,7 +19,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Frank
-from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.seats import TEACHER
 from teachers.atoms import FP, HN, HP, KINDS, action_of
 from worlds.actions import native
 
@@ -57,19 +57,19 @@ def by_name(env, observation):
 def played(env, turns, seed=0):
     """The observations of some turns and what was said, half of them as advised."""
     rng = np.random.default_rng(seed)
-    aec = env.unwrapped.aec
+    session = env.unwrapped.session
     observation, info = env.reset(seed=seed)
     for _ in range(turns):
         assert "atoms" not in info
-        yield observation, aec.said
-        advised = [atom.claim.action for atom in aec.said if atom.kind is FP and hasattr(atom.claim, "action")]
-        world = aec.world
+        yield observation, session.atoms
+        advised = [atom.claim.action for atom in session.atoms if atom.kind is FP and hasattr(atom.claim, "action")]
+        world = session.world
         action = world.sample_action(rng)
         if advised and rng.random() < 0.5:
             action = native(world.action_space, advised[0])
         observation, _, terminated, truncated, info = env.step(action)
         if terminated or truncated:
-            yield observation, aec.said
+            yield observation, session.atoms
             observation, info = env.reset()
 
 
@@ -124,7 +124,7 @@ def test_the_fields_lie_side_by_side(family):
 @pytest.mark.parametrize("teacher", ["oracle", "mistake(eps=0.5) | delayed(turns=1)"])
 def test_every_field_is_what_was_said(family, teacher):
     env = llf_teacher.make(first_id(family), teacher=teacher, numbers=True, max_turns=6).unwrapped
-    world = env.aec.world
+    world = env.session.world
     low, high = env.observation_space.low, env.observation_space.high
     named = set()
     for observation, said in played(env, 12 if family.slow else 40):
@@ -132,7 +132,7 @@ def test_every_field_is_what_was_said(family, teacher):
         assert np.isfinite(observation).all()
         assert ((low <= observation) & (observation <= high)).all()
         seen = by_name(env, observation)
-        assert seen["turn"][0] == pytest.approx(env.aec.turn / 6)
+        assert seen["turn"][0] == pytest.approx(env.session.moment.turn / 6)
         state = np.concatenate([part for name, part in seen.items() if name.startswith("state")])
         expected = spaces.flatten(world.observation_space, world.observe())
         np.testing.assert_allclose(state, expected, rtol=1e-6, atol=1e-9)
@@ -196,7 +196,7 @@ def test_texts_need_to_be_embedded(family):
     for observation, _ in played(env, 8):
         assert env.observation_space.contains(observation)
         for name in found:
-            words = getattr(env.aec, name)
+            words = getattr(env.session, name)
             np.testing.assert_array_equal(by_name(env, observation)[name], letters(words))
             found[name] += bool(words)
     assert min(found.values()) >= 4
@@ -243,7 +243,7 @@ def test_a_learner_of_numbers_is_a_student_of_the_teachers_seat():
 
         def act(self, observation, info):
             self.seen.append(observation)
-            (advice,) = (field for field in env.aec.fields if field.name == "fp.action")
+            (advice,) = (field for field in env.student_view.fields if field.name == "fp.action")
             return int(observation[advice.place].argmax())
 
     reader = Reader()
@@ -253,7 +253,7 @@ def test_a_learner_of_numbers_is_a_student_of_the_teachers_seat():
     while not terminated:
         *_, terminated, truncated, _ = env.step(0b01000)
         assert not truncated
-    assert all(env.aec.observation_space(STUDENT).contains(each) for each in reader.seen)
+    assert all(env.student_view.observation_space.contains(each) for each in reader.seen)
 
 
 def test_numbers_are_copied_and_go_through_processes():

@@ -43,8 +43,8 @@ def test_nothing_builds_a_second_teacher(make, monkeypatch):
 def test_the_teacher_of_the_seats_is_the_one_that_speaks():
     env = llf_teacher.make(ID, teacher="only(kinds='fp')")
     env.reset(seed=1)
-    assert env.teacher is env.aec.teacher
-    assert env.aec.teacher.oracle.importance(env.aec.moment.after) > 0
+    assert env.teacher is env.session.teacher
+    assert env.session.teacher.oracle.importance(env.session.moment.after) > 0
 
 
 def said_by(seats, seed, turns=6):
@@ -122,7 +122,7 @@ def test_a_teacher_that_is_given_brings_its_own_settings():
     teacher = GRID.make_teacher(world, feedback_type="fp")
     env = llf_teacher.make(ID, teacher=teacher)
     env.reset(seed=1)
-    assert env.aec.teacher is teacher
+    assert env.session.teacher is teacher
     with pytest.raises(ValueError, match="feedback_type, voice: a Teacher that is given as it is has its own"):
         llf_teacher.make(ID, teacher=teacher, feedback_type="r", voice="warm")
 

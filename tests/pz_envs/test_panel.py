@@ -76,10 +76,10 @@ def test_atoms_keep_who_said_them():
 def test_every_teacher_speaks_by_its_personality():
     env = GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=15)
     env.reset(seed=2)
-    lab = env.desk.world.scratch()
+    lab = env.session.world.scratch()
     held = {teacher: [] for teacher in env.teachers}
     for turn in range(15):
-        env_moment = env.desk.moment
+        env_moment = env.session.moment
         round_of(env)
         for atom in env.observe(STUDENT)["feedback"].atoms:
             held[atom.speaker].append((atom.kind, atom.claim.holds(env_moment, lab)))
@@ -103,8 +103,8 @@ def test_the_instruction_is_given_once_and_notices_too():
     assert [atom.speaker for atom in atoms if atom.kind is None] == ["teacher_0"]
     env = GRID.raw_env(seating="panel", teachers=("oracle", "oracle"), speech="message")
     env.reset(seed=0)
-    for tutor in [env.seats[teacher].teacher for teacher in env.teachers]:
-        env.step(tutor.speak(env.desk.moment))
+    for tutor in [offer.teacher for offer in env.session.offers]:
+        env.step(tutor.speak(env.session.moment))
     seen = env.observe(STUDENT)
     assert [(atom.speaker, atom.kind) for atom in seen["feedback"].atoms] == [
         (teacher, kind) for teacher in env.teachers for kind in ("fp", "fn")
@@ -117,14 +117,14 @@ def test_a_notice_is_heard_from_the_first_who_gives_it(words_first):
     env.reset(seed=0)
     for said in ("", "", "", "hmm"):
         env.step(said)
-    notice = env.desk.teacher.open(env.desk.moment)
+    notice = env.session.teacher.open(env.session.moment)
     for said in ("I see." if words_first else notice, notice, notice):
         env.step(said)
     seen = env.observe(STUDENT)
     assert list(seen["said"].values()) == (["I see.", notice, ""] if words_first else [notice, "", ""])
     speakers = [atom.speaker for atom in seen["feedback"].atoms]
     assert speakers == ["teacher_1" if words_first else "teacher_0"]
-    assert [env.seats[teacher].purse.spent for teacher in env.teachers] == [int(words_first), 0, 0]
+    assert [offer.purse.spent for offer in env.session.offers] == [int(words_first), 0, 0]
 
 
 def test_each_pays_for_its_own_words_out_of_its_own_budget():
@@ -139,7 +139,7 @@ def test_each_pays_for_its_own_words_out_of_its_own_budget():
             spent[teacher] += env.rewards[teacher] / -0.5
             assert all(reward == 0 for agent, reward in env.rewards.items() if agent != teacher)
         env.step(turn % 3)
-        assert env.rewards == dict.fromkeys(env.possible_agents, env.desk.moment.reward)
+        assert env.rewards == dict.fromkeys(env.possible_agents, env.session.moment.reward)
     assert spent == {"teacher_0": 3, "teacher_1": 3}
     assert env.observe("teacher_1")["features"][3] == 0
 
@@ -185,7 +185,7 @@ def test_the_order_and_the_others_do_not_change_the_world():
         for turn in range(6):
             round_of(env)
             env.step(turn % 4)
-            states.append(plain((env.desk.world.truth, env.rewards[STUDENT])))
+            states.append(plain((env.session.world.truth, env.rewards[STUDENT])))
         return states
 
     assert trace(teachers=("oracle",)) == trace(teachers=TEACHERS, order="random") == trace(teachers=(LIAR, "silent"))

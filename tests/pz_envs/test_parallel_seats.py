@@ -8,7 +8,7 @@ from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.seats import STUDENT, TEACHER
-from pz_envs.teacher_seat import SUBSETS
+from teachers.session import SUBSETS
 
 FAMILIES = {family.name: family for family in all_families()}
 GRID = FAMILIES["gridworld"]
@@ -18,7 +18,9 @@ def played(family, specs, seating="tutoring", seed=0, **settings):
     """The students' policies and their returns when a teacher that is left says everything."""
     aec = family.raw_env(seating=seating, speech="kinds", **settings)
     seats = [agent for agent in aec.possible_agents if agent != TEACHER]
-    partners = {agent: parse_student(spec).seat(family, aec.world) for agent, spec in zip(seats, specs, strict=True)}
+    partners = {
+        agent: parse_student(spec).seat(family, aec.session.world) for agent, spec in zip(seats, specs, strict=True)
+    }
     env = ParallelSeats(aec, partners)
     observations, _ = env.reset(seed=seed)
     while env.agents:

@@ -8,8 +8,10 @@ import pytest
 
 import llf_teacher
 from llf_teacher.registry import entry
+from pz_envs.assembly import assemble
 from pz_envs.family import all_families
 from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.settings import Settings
 from teachers.atoms import KINDS, Utterance
 
 GRID, BANDIT = entry("llf-gridworld-v0").family, entry("llf-bandits-BanditTenArmedGaussian-v0").family
@@ -21,7 +23,7 @@ def test_modules_and_registry_lead_to_the_same_seats():
     made = [gridworld.env(), gridworld.raw_env(), pettingzoo.make("aec", "llf/gridworld-v0")]
     for env in made:
         env.reset(seed=3)
-    assert len({env.unwrapped.world.truth for env in made}) == 1
+    assert len({env.unwrapped.session.world.truth for env in made}) == 1
     assert gridworld.parallel_env().possible_agents == [TEACHER, STUDENT]
     assert pettingzoo.make("parallel", "llf/gridworld-v0").possible_agents == [TEACHER, STUDENT]
     assert made[0].metadata["name"] == "gridworld_v0"
@@ -40,8 +42,8 @@ def test_every_environment_is_registered_once():
 def test_message_the_opening_is_split_into_instruction_and_advice():
     env = GRID.raw_env()
     env.reset(seed=0)
-    env.teacher.reset(np.random.default_rng(0))
-    said = env.teacher.speak(env.infos[TEACHER]["moment"])
+    env.session.teacher.reset(np.random.default_rng(0))
+    said = env.session.teacher.speak(env.infos[TEACHER]["moment"])
     env.step(said)
     seen = env.observe(STUDENT)
     assert f"{seen['instruction']} {seen['feedback']}" == said
@@ -129,11 +131,11 @@ def test_kinds_feedback_type_bounds_the_seat_too():
 def test_both_seats_get_the_worlds_reward_and_the_teachers_can_be_replaced():
     env = BANDIT.raw_env(speech="kinds", teacher_reward=lambda moment, oracle: 10.0 * moment.success)
     env.reset(seed=0)
-    best = env.world.truth.best[0]
+    best = env.session.world.truth.best[0]
     env.step(31)
     env.step(best)
     assert env.rewards[TEACHER] == 10.0
-    assert env.rewards[STUDENT] == env.moment.reward
+    assert env.rewards[STUDENT] == env.session.moment.reward
     env = BANDIT.raw_env(speech="kinds", cost=0.0)
     env.reset(seed=0)
     env.step(31)
@@ -143,19 +145,19 @@ def test_both_seats_get_the_worlds_reward_and_the_teachers_can_be_replaced():
 
 @pytest.mark.parametrize("family", all_families(), ids=lambda family: family.name)
 def test_a_text_that_is_no_action_keeps_success_where_it_is_the_episodes(family):
-    env = family.raw_env(text=True, **family.environments[family.showcase[0]])
-    env.reset(seed=0)
-    env.step("Begin.")
-    oracle = family.oracle_class()(env.world.scratch)
-    oracle.start(env.moment.after)
-    for action in oracle.plan(env.moment.after, env.max_turns - 1):
-        env.student_turn(action if isinstance(action, str) else f"{action}")
-        env.teacher_turn("")
-        if env.moment.success:
+    session, _, _ = assemble(family, Settings(text=True, options=family.environments[family.showcase[0]]))
+    session.open(0)
+    oracle = family.oracle_class()(session.world.scratch)
+    oracle.start(session.moment.after)
+    for action in oracle.plan(session.moment.after, session.max_turns - 1):
+        session.say("")
+        session.act(action if isinstance(action, str) else f"{action}")
+        if session.moment.success:
             break
-    assert env.moment.success
-    env.student_turn("\x00")
-    assert env.moment.success is not family.repeated
+    assert session.moment.success
+    session.say("")
+    session.act("\x00")
+    assert session.moment.success is not family.repeated
 
 
 @pytest.mark.parametrize(
@@ -239,25 +241,19 @@ def test_what_is_paid_adds_up_between_an_agents_turns_and_is_no_negative_zero():
     assert env.last()[1] == 3.0 - 0.5
 
 
-def told(env):
-    """All that can be seen of an environment with a lesson in it, but for its spaces."""
-    purse = env.purse.spent, env._cumulative_rewards, env.rewards
-    ends = env.ended, env.terminations, env.truncations, env.agent_selection, env.turn
-    return env.moment, env.said, env.feedback, env.instruction, env.infos, env.seat.claims(), *purse, *ends
-
-
 @pytest.mark.parametrize("personality", ["oracle", "mistake(eps=0.5)"])
 @pytest.mark.parametrize("options", [{}, {"budget": 9}, {"ask_cost": 0.1}, {"teacher_reward": "student_progress"}])
 @pytest.mark.parametrize("family", [GRID, BANDIT], ids=lambda family: family.name)
-def test_a_turn_at_one_go_is_that_of_both_seats(family, options, personality):
+def test_suggestions_that_are_taken_in_the_seat_are_what_the_session_says_by_itself(family, options, personality):
     one, other = (family.raw_env(teacher=personality, text=True, max_cycles=6, **options) for _ in range(2))
-    for env in (one, other):
-        env.reset(seed=5)
-        env.take_suggestion()
-    for action in ("2", "\x00", "0", "1", "1", "0"):
-        reward = one.take_turn(action)
-        other.student_turn(action)
-        assert reward == other.rewards[STUDENT]
-        other.take_suggestion()
-        assert repr(told(one)) == repr(told(other))
+    one.reset(seed=5)
+    other.session.open(5)
+    for action in ("2", "\x00", "0", "1", "1", "0", None):
+        one.step(one.infos[TEACHER]["suggestion"])
+        other.session.speak()
+        assert repr(one.session.turn) == repr(other.session.turn)
+        if action is not None:
+            one.step(action)
+            other.session.act(action)
     assert one.truncations[STUDENT]
+    assert other.session.truncated

@@ -6,7 +6,6 @@ from houses import STOCK, plan_by_downward
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
-from pz_envs.seats import entitled
 from teachers.atoms import Moment
 from teachers.oracles.alfworld import AlfworldOracle, Planner
 from teachers.oracles.alfworld.claims import Do, DoAbout, DoVerb, seen
@@ -22,13 +21,13 @@ def episode(task, seed, wander=0, **options):
     """An obedient student's episode whose first actions are random: whether it succeeded, in how many turns."""
     env = llf_teacher.make("llf-alfworld-v0", task=task, games="generated", **options)
     rng = np.random.default_rng(seed)
-    student = parse_student("obedient").seat(env.family, env.aec.world)
+    student = parse_student("obedient").seat(env.family, env.session.world)
     student.reset(rng)
     observation, _ = env.reset(seed=seed)
     for turn in range(1, 101):
-        action = student.act(observation, entitled(student, env.aec))
+        action = student.act(observation, env.student_view.info_for(student))
         if turn <= wander:
-            action = env.aec.world.sample_action(rng)
+            action = env.session.world.sample_action(rng)
         observation, _, terminated, truncated, info = env.step(action)
         if terminated or truncated:
             break

@@ -5,7 +5,6 @@ import pytest
 
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
-from pz_envs.seats import STUDENT, entitled
 from teachers.atoms import FN, FP, HN, HP, KINDS, Moment
 from teachers.oracles.metaworld import MetaWorldOracle
 from teachers.oracles.metaworld.checks import action_for
@@ -296,12 +295,12 @@ def test_obedient_students_succeed(control, least, each):
     won = []
     for task in TASKS:
         env = make(f"llf-metaworld-{task}", feedback_type="fp", control=control)
-        student = parse_student("obedient").seat(env.family, env.aec.world)
+        student = parse_student("obedient").seat(env.family, env.session.world)
         for seed in range(10):
             student.reset(np.random.default_rng(seed))
             env.reset(seed=seed)
-            while not env.aec.moment.success and not env.aec.moment.over:
-                env.step(student.act(env.aec.observe(STUDENT), entitled(student, env.aec)))
-            won.append(env.aec.moment.success)
+            while not env.session.moment.success and not env.session.moment.over:
+                env.step(student.act(env.student_view.observe(), env.student_view.info_for(student)))
+            won.append(env.session.moment.success)
         assert sum(won[-10:]) >= each, task
     assert np.mean(won) >= least

@@ -223,7 +223,7 @@ def test_text_mode_and_plain_steps_take_the_same_text(answer):
     for _ in range(2):
         one, other = plain.step(answer), text.step(answer)
         assert one[0]["feedback"] == other[0]["feedback"] != ""
-        assert plain.aec.world.describe(one[0]["observation"]) == other[0]["observation"]
+        assert plain.session.world.describe(one[0]["observation"]) == other[0]["observation"]
         assert one[1:4] == other[1:4]
         assert ("parse_failure" in one[4]) == ("parse_failure" in other[4]) == (answer[0] != "[" or answer[-1] != "]")
     assert text.step(f"Thought: a classic.\nResponse: {answer}")[0]["feedback"]
@@ -233,7 +233,7 @@ def test_a_turn_looks_a_list_up_once(monkeypatch):
     """World, hindsight and advice share what its titles stand for."""
     env = llf_teacher.make(ID)
     env.reset(seed=0)
-    catalogue = env.aec.world.catalogue
+    catalogue = env.session.world.catalogue
     asked = []
     monkeypatch.setattr(catalogue, "item", lambda title, item=catalogue.item: asked.append(title) or item(title))
     env.step('["Jaws", "The Names of Nine Rivers"]')

@@ -1,5 +1,6 @@
 """Imports of IMDb's and MovieLens's files."""
 
+import contextlib
 import gzip
 import re
 import sqlite3
@@ -140,9 +141,8 @@ def test_what_cannot_be_imported_is_said(tmp_path):
 
 def test_what_is_no_catalogue_is_refused(tmp_path):
     other = tmp_path / "other.db"
-    database = sqlite3.connect(other)
-    database.execute("CREATE TABLE title (id)")
-    database.close()
+    with contextlib.closing(sqlite3.connect(other)) as database:
+        database.execute("CREATE TABLE title (id)")
     text = tmp_path / "text.db"
     text.write_text("no database " * 100)
     for path in (other, text):

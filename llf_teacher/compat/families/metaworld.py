@@ -24,7 +24,7 @@ class Surface(LLFEnv):
         return spaces.Box(-1.0, 1.0, (4,), np.float32)
 
     def _observations(self) -> spaces.Space[Any]:
-        text = self._student.aec.student_space["state"]
+        text = self._student.student_view.words_space["state"]
         image = self._world.observation_space.spaces.get("image")
         return text if image is None else spaces.Dict({"text": text, "image": image})
 
@@ -47,7 +47,7 @@ class Surface(LLFEnv):
 
     def _informed(self, info: dict[str, Any]) -> dict[str, Any]:
         if "video" not in info:
-            opening = self._student.aec.turn == 0 and self._world.options["video"]
+            opening = self._student.session.moment.turn == 0 and self._world.options["video"]
             info = info | {"video": [self._world.image()] if opening else None}
         return super()._informed(info)
 
@@ -59,7 +59,7 @@ class Surface(LLFEnv):
         """
         if mode not in _MODES:
             raise ValueError(f"control mode {mode!r} is unknown; allowed: {', '.join(_MODES)}")
-        for world in (self._world, self._student.aec.teacher.oracle.lab):
+        for world in (self._world, self._student.session.teacher.oracle.lab):
             world.set_control(mode)
 
     def render_video(self, value: bool = True) -> None:

@@ -1,5 +1,6 @@
 """What the vector environments of both seats have in common: rows of lessons, how they begin, go on and begin again."""
 
+import inspect
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,11 +13,10 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from llf_teacher.registry import entry
-from pz_envs.seats import check_flags
-from pz_envs.subject import settings_of
-from pz_envs.teacher_seat import is_count
+from pz_envs.settings import check_flags
 from teachers.atoms import Moment
 from teachers.batches import Moments
+from teachers.session import is_count
 from teachers.spec import unknown
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
@@ -61,7 +61,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         if self.family.world_batch:
             allowed = (*self.family.options(), *self.family.batch_options())
             if unknown_names := [name for name in options if name not in allowed]:
-                why = unknown("option", unknown_names[0], [*allowed, *settings_of(type(self))])
+                why = unknown("option", unknown_names[0], [*allowed, *inspect.signature(type(self)).parameters])
                 raise ValueError(f"{env_id} in arrays does not take these options: {why}; mode 'sync' may")
         self.worlds, self.oracle = self.family.make_batch(num_envs, **self._options)
         self._ends = until_success and not self.family.repeated

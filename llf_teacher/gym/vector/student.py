@@ -10,11 +10,11 @@ from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.student_env import StudentEnv
 from llf_teacher.gym.vector.rows import RowsEnv
-from pz_envs.seats import STUDENT
-from pz_envs.teacher_seat import BIT, SUBSET_BITS
+from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, R, Utterance
 from teachers.feedback import MIXED, parse_kinds
 from teachers.phrasebook import Paraphrase
+from teachers.session import BIT
 from teachers.voice import Voice
 from worlds.batches import Bools, Floats, Ints, Rows
 
@@ -100,8 +100,8 @@ class StudentVectorEnv(RowsEnv):
         row = self._check_row(row)
         env = StudentEnv(self.env_id, **self._lesson)
         env.reset(seed=row)
-        self._take_up(env, row)
-        env.aec.world.np_random = self._streams.stream(row)
+        self._resume(env, row)
+        env.session.world.np_random = self._streams.stream(row)
         return env
 
     def words(self, rows: Iterable[int]) -> list[Utterance]:
@@ -110,13 +110,12 @@ class StudentVectorEnv(RowsEnv):
         for row in rows:
             if not self._scribe._running:
                 self._scribe.reset(seed=0)
-            self._take_up(self._scribe, self._check_row(row))
-            aec = self._scribe.aec
-            said.append(Utterance.of(aec.infos[STUDENT]["atoms"]))
+            self._resume(self._scribe, self._check_row(row))
+            said.append(Utterance.of(self._scribe.session.atoms))
         return said
 
-    def _take_up(self, env: StudentEnv, row: int) -> None:
-        env.take_up(self.moment(row), bool(self.terminated()[row]))
+    def _resume(self, env: StudentEnv, row: int) -> None:
+        env.resume_from(self.moment(row), bool(self.terminated()[row]))
 
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
         """There is nothing beside the worlds."""

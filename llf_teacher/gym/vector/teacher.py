@@ -15,12 +15,13 @@ from llf_teacher.gym.vector.rows import RowsEnv
 from llf_teacher.students.batches import learners
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student, frozen
-from pz_envs.seats import check_flags
-from pz_envs.teacher_seat import BIT, LEGAL, SUBSET_BITS, check_cost, is_count
+from pz_envs.settings import check_flags
+from pz_envs.teacher_view import LEGAL, SUBSET_BITS
 from teachers.atoms import FP, KINDS
 from teachers.batches import Moments
 from teachers.feedback import MIXED, parse_kinds
 from teachers.seeds import Seeds
+from teachers.session import BIT, check_cost, is_count
 from teachers.spec import unknown
 from worlds.batches import Bools, Floats, Ints, Rows, chosen, merged, most
 from worlds.batches.streams import Streams
@@ -139,7 +140,7 @@ class TeacherVectorEnv(RowsEnv):
         self._finished = np.zeros(num_envs, bool)
         self._start = self.worlds.state
         scalar = TeacherEnv(env_id, student=spec, **self._lesson)
-        self._low, self._high = scalar.aec.seat.low, scalar.aec.seat.high
+        self._low, self._high = scalar.teacher_view.low, scalar.teacher_view.high
         self.subsets = scalar.subsets
         """The subset of kinds that each action says."""
         self._subsets = np.array(self.subsets)
@@ -160,11 +161,11 @@ class TeacherVectorEnv(RowsEnv):
         env.reset(seed=row)
         done, terminated = bool(self._finished[row]), bool(self.terminated()[row])
         start = self.worlds.truth(self._start, row)
-        env.take_up(self.moment(row), terminated=terminated, spent=int(self.spent[row]), start=start, done=done)
-        env.aec.world.np_random = self._streams.stream(row)
+        env.resume_from(self.moment(row), terminated=terminated, spent=int(self.spent[row]), start=start, done=done)
+        env.session.world.np_random = self._streams.stream(row)
         seen = [frozen(self.worlds.seen(row, place)) for place in range(self.lives.visits.shape[1])]
         self.students.teach(env.student, row, int(self.moments.turn[row]), seen, int(self.lives.here[row]))
-        env.aec.seeds = _RowSeeds(row, env.student.rng)
+        env.session.seeds = _RowSeeds(row, env.student.rng)
         if env.life is not None:
             env.life.recall(**self.lives.recalled(row, seen))
         return env

@@ -97,7 +97,7 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
             raise RuntimeError("there is no episode: call reset before step, in the same session")
         observation, reward, terminated, truncated, info = self._env.step(action.text)
         self._state.step_count += 1
-        acted = self._env.aec.moment.action
+        acted = self._env.session.moment.action
         failure = acted.why if type(acted) is ParseFailure else None
         return _told(observation, info, reward, terminated or truncated, failure)
 
@@ -116,7 +116,7 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
 
     def web_actions(self, observation: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
         """A button for each word that names an action, where they are few."""
-        words = [] if self._env is None else list(self._env.aec.world.action_words)
+        words = [] if self._env is None else list(self._env.session.world.action_words)
         return [(word, {"text": word}) for word in words] if len(words) <= _WAYS else []
 
     def close(self) -> None:

@@ -10,7 +10,8 @@ from llf_teacher.reproductions.drawing import spread
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.students.builtin.q_learning import QLearning
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
-from pz_envs.seats import STUDENT, entitled
+from pz_envs.assembly import assemble
+from pz_envs.settings import Settings
 from worlds.gridworld import Truth, distances_from
 
 if TYPE_CHECKING:
@@ -30,27 +31,27 @@ class _School:
 
     def __init__(self, seed: int) -> None:
         family = entry("llf-gridworld-v0").family
-        self.env = family.raw_env(speech="kinds", max_cycles=TURNS, until_success=True, min_goal_dist=LEAST)
-        self.env.reset(seed=seed)
-        self.task: Truth = self.env.moment.after
+        settings = Settings(speech="kinds", max_turns=TURNS, until_success=True, options={"min_goal_dist": LEAST})
+        self.session, self.view, _ = assemble(family, settings)
+        self.session.open(seed)
+        self.task: Truth = self.session.moment.after
         self.steps = distances_from(self.task.layout.treasure, self.task.layout.doors)
         """Moves to the treasure, by rooms."""
-        self.pupil: Any = LEARNER.seat(family, self.env.world)
+        self.pupil: Any = LEARNER.seat(family, self.session.world)
         self.rng = np.random.default_rng(seed)
 
     def episode(self, room: int, turns: int) -> tuple[int, float, bool]:
         """Moves, moves that were wasted, and whether the treasure was found, in an episode from a room."""
-        env, pupil = self.env, self.pupil
-        env.go_on(self.task._replace(room=room))
+        session, view, pupil = self.session, self.view, self.pupil
+        session.start_next_episode(self.task._replace(room=room))
         pupil.reset(self.rng)
-        wasted, done = 0.0, False
-        while not done and env.moment.turn < turns:
-            env.teacher_turn(0)
-            env.student_turn(pupil.act(env.observe(STUDENT), entitled(pupil, env)))
-            wasted += env.teacher.oracle.regret(env.moment)
-            done = any(env.ended)
-        pupil.finish(env.observe(STUDENT), entitled(pupil, env), env.ended[0])
-        return env.moment.turn, wasted, env.moment.success
+        wasted = 0.0
+        while not session.over and session.moment.turn < turns:
+            session.say_kinds(0)
+            session.act(pupil.act(view.observe(), view.info_for(pupil)))
+            wasted += session.teacher.oracle.regret(session.moment)
+        pupil.finish(view.observe(), view.info_for(pupil), session.terminated)
+        return session.moment.turn, wasted, session.moment.success
 
 
 def measure(starts: str, practice: int, seed: int) -> Sequence[float]:
@@ -67,7 +68,7 @@ def measure(starts: str, practice: int, seed: int) -> Sequence[float]:
         if starts == "from near to far" and mastered == READY:
             far, mastered = far + 1, 0
     tests = [school.episode(own, TURNS) for _ in range(TESTS)]
-    school.env.close()
+    school.session.world.close()
     return [float(np.mean([wasted for _, wasted, _ in tests])), float(np.mean([found for *_, found in tests]))]
 
 

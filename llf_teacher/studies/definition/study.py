@@ -9,6 +9,8 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
+from pz_envs.teacher_seat import is_count
+
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, supported_types
@@ -20,7 +22,6 @@ from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
-from pz_envs.teacher_seat import is_count
 from teachers.feedback import format_kinds
 from teachers.seeds import TREE
 from teachers.spec import unknown

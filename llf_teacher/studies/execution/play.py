@@ -2,15 +2,16 @@
 
 from collections.abc import Callable
 
-from llf_teacher.episodes.record import EpisodeSpec, Record, summary
-from llf_teacher.episodes.scenes import scenes, turn_row
+from llf_teacher.episodes.play import play as episode
+from llf_teacher.episodes.play import play_on
+from llf_teacher.episodes.record import EpisodeSpec, Record
+from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy, Student
 from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from llf_teacher.studies.definition.design import SAME, TEST_TYPE, TESTER
 from llf_teacher.studies.definition.options import read_options
-from pz_envs.seats import STUDENT, entitled
 
 
 def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Record:
@@ -31,25 +32,23 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
         text=player.text,
         **read_options(spec.options, spec.id, player.text),
     )
-    student = player.seat(env.family, env.aec.world)
+    student = player.seat(env.family, env.session.world)
     if spec.lessons:
         attend(spec, player, student)
-    rows = []
-    for scene in scenes(env, student, spec.seed, sample=spec.sample):
-        turn = scene.moment.turn
-        said = student.record() if turn else {}
-        rows.append(turn_row(env.aec, env.family.name, scene, env.teacher)._replace(**said))
+    recorder = Recorder(env.family.name, env.student_view, env.teacher)
+    for turn in episode(env, student, spec.seed, sample=spec.sample):
+        recorder.note(**(student.record() if turn.moment.turn else {}))
         if begins:
-            begins(turn + 1)
+            begins(turn.moment.turn + 1)
     env.close()
-    return Record(spec, summary(env.family.name, student.reads, rows), tuple(rows))
+    return Record(spec, recorder.episode(student.reads), tuple(recorder.rows))
 
 
 def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
     """Have the student's policy go through the lessons of an episode.
 
     The seed's streams go on from lesson to lesson, the test being their first episode. Lessons end as episodes of
-    studies do; the policy is told by `finish`.
+    studies do; `finish` of the policy is called at the end of each.
     """
     env = make(
         spec.taught,
@@ -61,16 +60,14 @@ def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
         **read_options(spec.options, spec.taught, player.text),
     )
     env.reset(seed=spec.seed)
-    aec, opening = env.aec, env.aec.moment
+    session, view = env.session, env.student_view
+    opening = session.moment
     for _ in range(spec.lessons):
         env.reset()
         if spec.worlds == SAME:
-            env.take_up(opening)
-        policy.reset(aec.seeds.stream("student"))
-        terminated = done = False
-        while not done:
-            action = policy.act(aec.observe(STUDENT), entitled(policy, aec))
-            _, _, terminated, _, _ = env.step(action)
-            done = env.family.is_over(aec.moment)
-        policy.finish(aec.observe(STUDENT), entitled(policy, aec), terminated)
+            env.resume_from(opening)
+        policy.reset(session.seeds.stream("student"))
+        for _ in play_on(env, policy):
+            pass
+        policy.finish(view.observe(), view.info_for(policy), session.terminated)
     env.close()

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from llf_teacher.episodes.play import play
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.studies.definition.custom_specs import parse_teacher
 from llf_teacher.studies.definition.options import read_options
@@ -95,20 +96,24 @@ def _rows(results: Results, setting: tuple[Any, ...], text: bool) -> Iterator[di
 
 def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) -> dict[str, Any]:
     """The fields of an episode, which is played again."""
-    observation, _ = env.reset(seed=row["seed"])
-    seen, did, rewards, ends = [observation], [], [], []
-    for turn in results.turns(row["key"])[1:]:
-        action = (turn.get("answer") or written(row["id"], turn)) if text else _native(env.action_space, turn["action"])
-        observation, reward, terminated, truncated, _ = env.step(action)
+    stored = results.turns(row["key"])
+    did = [
+        (turn.get("answer") or written(row["id"], turn)) if text else _native(env.action_space, turn["action"])
+        for turn in stored[1:]
+    ]
+    seen, rewards, ends = [], [], []
+    for turn, played in zip(stored, play(env, _Replay(did), row["seed"]), strict=True):
+        seen.append(env.observe())
+        if not played.moment.turn:
+            continue
+        reward = played.moment.reward
         if not np.isclose(reward, turn["reward"]):
             raise ValueError(
                 f"the episode {row['key']} does not play as it did: turn {turn['turn']} pays {reward:g}, not "
                 f"{turn['reward']:g}; use the release that played it, {row['version']}"
             )
-        seen.append(observation)
-        did.append(action)
         rewards.append(float(reward))
-        ends.append((terminated, truncated))
+        ends.append((played.terminated, played.truncated))
     ends[-1] = ends[-1][0], not ends[-1][0]  # a study ends an episode when it is solved
     return {
         "seed": row["seed"],
@@ -119,6 +124,21 @@ def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) 
         "truncations": [truncated for _, truncated in ends],
         "infos": {},
     }
+
+
+class _Replay:
+    """A policy that acts as it did before."""
+
+    def __init__(self, actions: list[Any]) -> None:
+        self._actions = actions
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin the episode."""
+        self._left = iter(self._actions)
+
+    def act(self, observation: Any, info: dict[str, Any]) -> Any:
+        """The next of the actions."""
+        return next(self._left)
 
 
 def _columns(values: list[Any]) -> Any:

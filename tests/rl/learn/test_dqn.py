@@ -7,7 +7,6 @@ from learning import ARMS, GRID, HOUSE
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
-from pz_envs.seats import STUDENT, entitled
 
 
 def lives(student, episodes, advice, seed=3):
@@ -58,12 +57,12 @@ def test_a_seed_is_a_lifetime_and_no_stream_is_shared():
 def test_its_values_become_what_is_paid():
     """Of arms that pay 0 or 1 by chance, without a future; of an arm that was pulled often enough."""
     env = llf_teacher.make(ARMS, teacher="silent", max_turns=600)
-    policy = parse_student("dqn(forget=False, gamma=0.0, epsilon=1.0, alpha=0.003)").seat(env.family, env.aec.world)
+    policy = parse_student("dqn(forget=False, gamma=0.0, epsilon=1.0, alpha=0.003)").seat(env.family, env.session.world)
     env.reset(seed=1)
     policy.reset(np.random.default_rng(0))
     paid = [[] for _ in range(10)]
     for _ in range(600):
-        action = policy.act(env.aec.observe(STUDENT), entitled(policy, env.aec))
+        action = policy.act(env.student_view.observe(), env.student_view.info_for(policy))
         _, reward, *_ = env.step(action)
         paid[action].append(reward)
     assert np.abs(np.array(policy.worth()) - [np.mean(each) for each in paid]).max() < 0.35
@@ -73,4 +72,4 @@ def test_its_values_become_what_is_paid():
 def test_it_refuses_what_is_no_choice(id):
     env = llf_teacher.make(id)
     with pytest.raises(ValueError, match="needs discrete actions"):
-        parse_student("dqn").seat(env.family, env.aec.world)
+        parse_student("dqn").seat(env.family, env.session.world)

@@ -9,6 +9,7 @@ import os
 import sqlite3
 import weakref
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
 from functools import cache, lru_cache, reduce
 from importlib import resources
 from operator import or_
@@ -282,11 +283,8 @@ def write(database: sqlite3.Connection, entries: Iterable[Entry]) -> int:
 
 def _copy(path: str, database: sqlite3.Connection) -> None:
     try:
-        file = sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)
-        try:
+        with closing(sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)) as file:
             file.backup(database)
-        finally:
-            file.close()
     except sqlite3.Error as error:
         raise _refusal(path, error) from None
 

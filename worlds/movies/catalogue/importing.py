@@ -89,11 +89,8 @@ def import_catalogue(
 
 def _fill(file: Path, source: Path, target: Path, votes: set[str] | None, progress: Progress | None) -> Imported:
     rows = _Rows(source, progress)
-    database = sqlite3.connect(file)
-    try:
+    with closing(sqlite3.connect(file)) as database:
         taken = write(database, (entry for entry in _entries(rows, votes) if entry))
-    finally:
-        database.close()
     if not taken:
         raise ValueError(f"{source}: none of {rows.count} rows is a film or a series with a year")
     Catalogue(str(file))  # it must open again

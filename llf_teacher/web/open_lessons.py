@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from llf_teacher.episodes.record import Record
 from llf_teacher.studies.store import Store
-from llf_teacher.web.lesson import LiveLesson
+from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.plan import Plan
 from pz_envs.seats import STUDENT, TEACHER
 
@@ -35,10 +35,10 @@ class Terms(NamedTuple):
 
 
 @dataclass
-class Session:
+class OpenLesson:
     """A lesson, and who may sit where in it."""
 
-    lesson: LiveLesson
+    lesson: PlannedLesson
     tokens: dict[str, str]
     """The secret of each seat, by the seat."""
     codes: dict[str, str] = field(default_factory=dict)
@@ -55,7 +55,7 @@ class FullError(ValueError):
     """There is no place for another lesson."""
 
 
-class Sessions:
+class OpenLessons:
     """The lessons of a server, each found by the secrets of its seats.
 
     Args:
@@ -65,13 +65,13 @@ class Sessions:
 
     def __init__(self, terms: Terms, clock: Callable[[], float] = time.monotonic) -> None:
         self.terms, self._clock = terms, clock
-        self._sessions: list[Session] = []
-        self._seats: dict[str, tuple[Session, str]] = {}
+        self._open: list[OpenLesson] = []
+        self._seats: dict[str, tuple[OpenLesson, str]] = {}
 
     def __len__(self) -> int:
-        return len(self._sessions)
+        return len(self._open)
 
-    def begin(self, plan: Plan) -> Session:
+    def begin(self, plan: Plan) -> OpenLesson:
         """A new lesson; without consent and codes, people sit in their seats at once.
 
         Raises:
@@ -79,91 +79,91 @@ class Sessions:
             ValueError: the lesson cannot be played.
         """
         self.sweep()
-        if len(self._sessions) >= self.terms.most:
+        if len(self._open) >= self.terms.most:
             raise FullError(
                 f"all {self.terms.most} places are taken; try again later, or start the server with more --sessions"
             )
         seats = plan.people or {plan.seat}
-        session = Session(LiveLesson(plan), {seat: secrets.token_urlsafe(16) for seat in sorted(seats)})
-        session.seen = self._clock()
+        opened = OpenLesson(PlannedLesson(plan), {seat: secrets.token_urlsafe(16) for seat in sorted(seats)})
+        opened.seen = self._clock()
         if not (self.terms.consent or self.terms.codes):
-            session.codes = dict.fromkeys(plan.people, "")
-        self._sessions.append(session)
-        self._seats |= {token: (session, seat) for seat, token in session.tokens.items()}
-        return session
+            opened.codes = dict.fromkeys(plan.people, "")
+        self._open.append(opened)
+        self._seats |= {token: (opened, seat) for seat, token in opened.tokens.items()}
+        return opened
 
-    def find(self, token: str) -> tuple[Session, str]:
+    def find(self, token: str) -> tuple[OpenLesson, str]:
         """The lesson and the seat that a secret is for.
 
         Raises:
             LookupError: there is none.
         """
         self.sweep()
-        session, seat = self._seats[token]
-        session.seen = self._clock()
-        return session, seat
+        opened, seat = self._seats[token]
+        opened.seen = self._clock()
+        return opened, seat
 
     def sweep(self) -> None:
         """Drop the lessons that nobody has looked at for long."""
         late = self._clock() - self.terms.idle
-        for session in [each for each in self._sessions if each.seen <= late]:
-            self._sessions.remove(session)
-            for token in session.tokens.values():
+        for opened in [each for each in self._open if each.seen <= late]:
+            self._open.remove(opened)
+            for token in opened.tokens.values():
                 del self._seats[token]
-            session.lesson.close()
+            opened.lesson.close()
 
-    def sit(self, session: Session, seat: str, agreed: Any, code: Any) -> None:
+    def sit(self, opened: OpenLesson, seat: str, agreed: Any, code: Any) -> None:
         """Let a person sit down.
 
         Raises:
             ValueError: it has not agreed, or gives no code where one is needed.
         """
-        if seat not in session.lesson.plan.people or seat in session.codes:
+        if seat not in opened.lesson.plan.people or seat in opened.codes:
             return
         if self.terms.consent and agreed is not True:
             raise ValueError("to take part you have to agree; without that nothing begins, and nothing is kept")
         if self.terms.codes and not (isinstance(code, str) and _CODE.fullmatch(code)):
             raise ValueError("give the code that you were given: 1 to 32 letters, digits, '-' or '_'")
-        session.codes[seat] = code if self.terms.codes else ""
-        session.version += 1
+        opened.codes[seat] = code if self.terms.codes else ""
+        opened.version += 1
 
-    def move(self, session: Session, seat: str, what: Any) -> None:
+    def move(self, opened: OpenLesson, seat: str, what: Any) -> None:
         """One turn in a seat; an episode that ends is written to the store.
 
         Raises:
-            ValueError: as of `LiveLesson.move`, or the person has not sat down.
+            ValueError: as of `PlannedLesson.move`, or the person has not sat down.
         """
-        lesson = session.lesson
-        if waiting := lesson.plan.people - session.codes.keys():
+        lesson = opened.lesson
+        if waiting := lesson.plan.people - opened.codes.keys():
             who = "you have" if seat in waiting else f"the {NAMES[min(waiting)]} has"
             raise ValueError(f"{who} not sat down yet; the lesson begins when all people have")
         lesson.move(seat, what)
-        session.version += 1
+        opened.version += 1
         if lesson.over and lesson.plan.people and self.terms.store is not None:
             with Store(self.terms.store) as store:
-                store.add(_unlike(self.record(session), store))
-            session.kept = True
+                store.add(_unlike(self.record(opened), store))
+            opened.kept = True
 
-    def undo(self, session: Session, seat: str) -> None:
+    def undo(self, opened: OpenLesson, seat: str) -> None:
         """Take the last turn back.
 
         Raises:
-            ValueError: as of `LiveLesson.undo`, or it may not be.
+            ValueError: as of `PlannedLesson.undo`, or it may not be.
         """
         if not self.terms.undo:
             raise ValueError("turns cannot be taken back here")
-        if session.kept:
+        if opened.kept:
             raise ValueError("the episode is in the study already; begin a new lesson")
-        session.lesson.undo(seat)
-        session.version += 1
+        opened.lesson.undo(seat)
+        opened.version += 1
 
-    def record(self, session: Session) -> Record:
+    def record(self, opened: OpenLesson) -> Record:
         """The episode as a store keeps it.
 
         Raises:
             ValueError: it is not over.
         """
-        return session.lesson.record(session.lesson.plan.spec(session.codes))
+        return opened.lesson.record(opened.lesson.plan.spec(opened.codes))
 
 
 NAMES = {STUDENT: "student", TEACHER: "teacher"}

@@ -4,15 +4,23 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 
-from pz_envs.seatings.classroom.spaces import sayings, teachers_choice, teachers_view
-from pz_envs.seatings.tutoring import TutoringEnv
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, check_flags, known_options
-from pz_envs.teacher_seat import CLAIMS, LEGAL, PROSE, SUBSET_BITS, TRAITS, check_cost, is_count
-from teachers.atoms import SILENCE, Moment
+from pz_envs.assembly import Parts, assemble
+from pz_envs.frames import tiled
+from pz_envs.parallel_seats import ParallelSeats
+from pz_envs.scripted import Attention, refuse_messages
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
+from pz_envs.settings import Settings, check_flags
+from pz_envs.subject import Seating, Subject
+from pz_envs.teacher_view import CHOICES, LEGAL, SUBSET_BITS, TRAITS, mask_space, words_space
+from teachers.atoms import KINDS, SILENCE, Moment
 from teachers.seeds import Seeds
+from teachers.session import CLAIMS, LONGEST, Purse, check_cost, is_count
+from worlds.pictures.canvas import Frame
+from worlds.spaces import Prose
 
-__all__ = ["MOST", "ClassroomEnv"]
+__all__ = ["MOST", "SEATING", "Classroom", "ClassroomEnv"]
 
 MOST = 64
 """Greatest number of students."""
@@ -22,7 +30,7 @@ _ATTENDED = 5  # the column of `students`
 class ClassroomEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0` to `student_<n - 1>`.
 
-    Each student is taught in a world of its own, as in `TutoringEnv`; they do not hear each other.
+    Each student is taught in a session of its own, as in `TutoringEnv`; they do not hear each other.
 
     Turn order:
         `reset` gives every student the instruction, free of charge. Then round follows round. In a round the teacher
@@ -76,13 +84,12 @@ class ClassroomEnv(SeatsEnv):
     drawn. Without a seed the streams go on.
 
     Args:
-        desks: one `TutoringEnv` per student, all alike, of the same speech (`kinds` in place of `message`), which share
-            the purse; see `Classroom.raw_env`.
+        lessons: the parts of one session per student, all alike, which share the purse.
+        settings: of each of them.
+        name: for `metadata`.
         attention: students that the teacher can turn to in a round, 1 to their number.
-        speech: `kinds`, `claims` or `message`.
         same_world: whether all students begin in equal worlds.
         attention_cost: paid by the teacher for turning to a student, at least 0.
-        render_mode: see `SeatsEnv`; a frame has one of each desk, which has to have the same render mode.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -92,27 +99,30 @@ class ClassroomEnv(SeatsEnv):
 
     def __init__(
         self,
-        desks: Sequence[TutoringEnv],
+        lessons: Sequence[Parts],
+        settings: Settings,
+        name: str = "tutoring",
         *,
         attention: int = 1,
-        speech: str = "kinds",
         same_world: bool = False,
         attention_cost: float = 0.01,
-        render_mode: str | None = None,
     ) -> None:
-        count = len(desks)
-        if not 1 <= count <= MOST:
-            raise ValueError(f"students must be 1 to {MOST}, got {count}")
+        count = len(lessons)
         if not is_count(attention, count):
             raise ValueError(
                 f"attention must be an integer from 1 to {count}, the number of students, got {attention!r}"
             )
         check_cost("attention_cost", attention_cost)
-        super().__init__(f"classroom_{desks[0].name}", speech, render_mode)
         check_flags(same_world=same_world)
-        self.desks = tuple(desks)
-        self.purse, self.max_turns = desks[0].purse, desks[0].max_turns
-        self._sayings = sayings(speech)
+        super().__init__(f"classroom_{name}", settings.speech, settings.render_mode)
+        self.sessions = tuple(parts.session for parts in lessons)
+        """One per student."""
+        self.student_views = tuple(parts.student_view for parts in lessons)
+        """What each student sees."""
+        self.teacher_views = tuple(parts.teacher_views[0] for parts in lessons)
+        """What the teacher sees of each student."""
+        self.purse, self.max_turns = self.teacher_views[0].offer.purse, self.sessions[0].max_turns
+        self._sayings = CHOICES.get(settings.speech, 2) - 1  # to choose from, for one student
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}
@@ -120,12 +130,11 @@ class ClassroomEnv(SeatsEnv):
         self._asking: int | None = None
         self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self.seeds = Seeds()
-        """The streams of this environment's episodes, beside those of the desks."""
-        self.observation_spaces[TEACHER] = teachers_view(self.desks, speech)
-        self.action_spaces[TEACHER] = teachers_choice(count, speech)
-        for student, desk in zip(self.students, self.desks, strict=True):
-            self.observation_spaces[student] = desk.observation_space(STUDENT)
-            self.action_spaces[student] = desk.action_space(STUDENT)
+        """The streams of this environment's episodes, beside those of the sessions."""
+        self.observation_spaces[TEACHER] = self._teachers_view()
+        self.action_spaces[TEACHER] = self._teachers_choice()
+        for student, view in zip(self.students, self.student_views, strict=True):
+            self.observation_spaces[student], self.action_spaces[student] = view.observation_space, view.action_space
 
     def address(self, student: int, said: int) -> int:
         """The teacher's action that says a subset of the kinds (1 to 31) or a claim (1 to 32) to a student (from 0)."""
@@ -133,50 +142,51 @@ class ClassroomEnv(SeatsEnv):
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
-        world = self.desks[0].world
-        world.check_reset(known_options(options, world))  # before any desk begins
+        world = self.sessions[0].world
+        options = known_options(options, world)
+        world.check_reset(options)  # before any session begins
         if seed is None:
             self.seeds.episode += 1
         else:
             self.seeds = Seeds(seed)
-        seeds = self.seeds.stream("class").integers(2**31, size=len(self.desks)).tolist()
+        seeds = self.seeds.stream("class").integers(2**31, size=len(self.sessions)).tolist()
         if seed is not None:
             seeds[0] = seed
-        for desk, own in zip(self.desks, seeds, strict=True):
-            desk.reset(seeds[0] if self.same_world else own, options)
+        for session, own in zip(self.sessions, seeds, strict=True):
+            session.open(seeds[0] if self.same_world else own, options)
         self._open_class()
 
-    def go_on(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+    def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
         """Begin another episode of the same lesson; see `SeatsEnv`."""
         self.seeds.episode += 1
-        for i, desk in enumerate(self.desks):
-            desk.go_on(None if start is None else start[i], options)
+        for i, session in enumerate(self.sessions):
+            session.start_next_episode(None if start is None else start[i], known_options(options, session.world))
         self._open_class()
 
     @property
     def truth_now(self) -> tuple[Any, ...]:
         """The truth of each student's world."""
-        return tuple(desk.truth_now for desk in self.desks)
+        return tuple(session.moment.after for session in self.sessions)
 
     def _open_class(self) -> None:
         self._open()
-        for student, desk in zip(self.students, self.desks, strict=True):
-            self.infos[student] = desk.infos[STUDENT]
+        for student, view in zip(self.students, self.student_views, strict=True):
+            self.infos[student] = view.info()
         self._paid = TEACHER
         self._terminated = True
-        self._class = list(range(len(self.desks)))
+        self._class = list(range(len(self.sessions)))
         self._trimmed = 0
         self._begin_round()
 
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         if agent != TEACHER:
-            return self.desks[self._number[agent]].observe(STUDENT)
+            return self.student_views[self._number[agent]].observe()
         if self.speech == "message":
             gone = {"state": "", "action": ""}
             return {
-                student: desk.describe() if i in self._class else gone.copy()
-                for i, (student, desk) in enumerate(zip(self.students, self.desks, strict=True))
+                student: teacher.words() if i in self._class else gone.copy()
+                for i, (student, teacher) in enumerate(zip(self.students, self.teacher_views, strict=True))
             }
         if self._rows is None:
             self._rows = self._table()
@@ -191,46 +201,43 @@ class ClassroomEnv(SeatsEnv):
         if self.speech == "claims":
             present = set(self._class)
             blank = np.zeros((CLAIMS, len(TRAITS)), np.int8)
-            tables = [desk.seat.table() if i in present else blank for i, desk in enumerate(self.desks)]
+            tables = [teacher.table() if i in present else blank for i, teacher in enumerate(self.teacher_views)]
             observation["claims"] = np.array(tables)
-        if self.desks[0].ask_cost is not None:
-            observation["asking"] = np.array([i == self._asking for i in range(len(self.desks))], np.int8)
+        if self.sessions[0].ask_cost is not None:
+            observation["asking"] = np.array([i == self._asking for i in range(len(self.sessions))], np.int8)
         return observation
 
     def moment_of(self, student: str) -> Moment[Any]:
         """A student's last turn."""
-        return self.desks[self._number[student]].moment
+        return self.sessions[self._number[student]].moment
 
     def as_text(self) -> str:
-        """Every desk."""
-        desks = zip(self.students, self.desks, strict=True)
-        return "\n\n".join(f"{student}: {desk.as_text()}" for student, desk in desks)
+        """Every student's session."""
+        views = zip(self.students, self.student_views, strict=True)
+        return "\n\n".join(f"{student}: {view.as_text()}" for student, view in views)
 
-    def frame(self) -> Any:
-        """Every desk, in rows; more than four at half their size."""
-        from pz_envs.frames import tiled
-
-        return tiled([desk.frame() for desk in self.desks])
+    def frame(self) -> Frame:
+        """A frame of every session, in rows; more than four at half their size."""
+        return tiled([view.frame() for view in self.student_views])
 
     def close(self) -> None:
-        """Close the worlds."""
+        """Close the window and the worlds."""
         super().close()
-        for desk in self.desks:
-            desk.close()
+        for session in self.sessions:
+            session.world.close()
 
-    def _company(self) -> str:
-        return f"students={len(self.desks)} {self.desks[0].teacher!r}"
+    def _parties(self) -> str:
+        return f"students={len(self.sessions)} {self.sessions[0].teacher!r}"
 
     def _act(self, agent: str, action: Any) -> None:
         if agent == TEACHER:
             self._teach(action)
             return
         i = self._number[agent]
-        desk = self.desks[i]
-        desk.student_turn(action)
-        self.infos[agent] = desk.infos[STUDENT]
-        self._pay(agent, desk.rewards[TEACHER], desk.rewards[STUDENT])
-        if desk.seat.asked:
+        reward = self.student_views[i].act(action)
+        self.infos[agent] = self.student_views[i].info()
+        self._pay(agent, self.teacher_views[i].reward(), reward)
+        if self.sessions[i].asked:
             self._asking, self._rows = i, None
             self.infos[TEACHER] = self._privilege()
             self.agent_selection = TEACHER
@@ -245,10 +252,10 @@ class ClassroomEnv(SeatsEnv):
         self._unheard = dict.fromkeys(self._class)  # in the order of the numbers
         self._left = min(self.attention, len(self._class))
         self._asking = self._rows = None
-        self._moments: tuple[Moment, ...] = tuple(desk.moment for desk in self.desks)
+        self._moments: tuple[Moment, ...] = tuple(session.moment for session in self.sessions)
         self._suggestions = tuple(
-            desk.seat.suggestion() if self.speech == "message" and i in self._unheard else SILENCE
-            for i, desk in enumerate(self.desks)
+            session.suggest() if self.speech == "message" and i in self._unheard else SILENCE
+            for i, session in enumerate(self.sessions)
         )
         self.infos[TEACHER] = self._privilege()
         self.agent_selection = TEACHER
@@ -263,7 +270,7 @@ class ClassroomEnv(SeatsEnv):
         if self._asking is not None:
             info["asking"] = self._asking
             if self.speech == "message":
-                info["suggestion"] = self.desks[self._asking].seat.suggestion()
+                info["suggestion"] = self.sessions[self._asking].suggest()
         return info
 
     def _teach(self, action: Any) -> None:
@@ -288,28 +295,32 @@ class ClassroomEnv(SeatsEnv):
 
     def _answer(self, asking: int, i: int | None, said: Any) -> None:
         """What the teacher says to a student who asks; what it says to another one is not heard."""
-        desk = self.desks[asking]
         reward = 0.0 if i is None else -self.attention_cost
         if i == asking:
-            reward += self._put(desk, said)
+            reward += self._say(asking, said)
         else:
-            desk.hear(SILENCE)
+            self._end_turn(asking)
         self._pay(TEACHER, reward, 0.0)
         self._asking, self._rows = None, None
         self.infos[TEACHER] = self._privilege()
         self.agent_selection = self.students[asking]
 
-    def _put(self, desk: TutoringEnv, said: Any) -> float:
-        """Let a student hear something; what that costs, negated."""
-        if self.speech == "kinds":
-            words: str = desk.seat.say(said)
-            self._trimmed = desk.seat.trimmed
-        elif self.speech == "claims":
-            desk.seat.choose(said)
-            words = desk.seat.chosen()
+    def _say(self, i: int, said: Any) -> float:
+        """Let a student hear something; the teacher's reward for that."""
+        session, teacher = self.sessions[i], self.teacher_views[i]
+        reward = teacher.act(said)
+        if not session.heard:  # one claim a turn
+            session.choose(0)
+        self._trimmed = teacher.offer.trimmed if self.speech == "kinds" else self._trimmed
+        return reward
+
+    def _end_turn(self, i: int) -> None:
+        """Let a student hear nothing, but for a notice that its text was no action, which is free."""
+        session = self.sessions[i]
+        if self.speech == "message" or session.asked:
+            session.say(SILENCE)
         else:
-            words = desk.seat.feedback(said)
-        return self.purse.pay(desk.hear(words))
+            session.say_kinds(0)
 
     def _understand(self, action: Any) -> tuple[int | None, Any]:
         """The student that an action turns to, and what it says: a subset or words.
@@ -321,12 +332,12 @@ class ClassroomEnv(SeatsEnv):
         if self.speech == "message":
             if not space.contains(action):
                 raise ValueError(
-                    f"the teacher's action must be a dict of `student`, 0 to {len(self.desks)}, and `words`, a string "
-                    f"of at most {PROSE} characters, got {action!r:.80}"
+                    f"the teacher's action must be a dict of `student`, 0 to {len(self.sessions)}, and `words`, a "
+                    f"string of at most {LONGEST} characters, got {action!r:.80}"
                 )
             student = int(action["student"]) - 1
             return (None if student < 0 else student), action["words"]
-        last = self._sayings * len(self.desks)
+        last = self._sayings * len(self.sessions)
         if not (type(action) is int and 0 <= action <= last) and not space.contains(action):
             raise ValueError(f"the teacher's action must be an integer from 0 to {last}, got {action!r}")
         student, said = divmod(int(action) - 1, self._sayings)
@@ -335,7 +346,7 @@ class ClassroomEnv(SeatsEnv):
     def _tell(self, i: int, said: Any) -> float:
         """Say something to a student; the teacher's reward for that."""
         del self._unheard[i]
-        reward = self._put(self.desks[i], said)
+        reward = self._say(i, said)
         if self._rows is not None:
             rows, true, mask = self._rows
             rows[i, _ATTENDED] = 1
@@ -348,15 +359,13 @@ class ClassroomEnv(SeatsEnv):
     def _dismiss(self) -> None:
         """End the teacher's part of the round: silence for the others, the end for whose episode is over."""
         for i in self._unheard:
-            desk = self.desks[i]
-            desk.hear(SILENCE if self.speech == "message" else desk.seat.say(0))
+            self._end_turn(i)
         self._unheard = {}
-        leaving = [i for i in self._class if any(self.desks[i].ended)]
+        leaving = [i for i in self._class if self.sessions[i].over]
         for i in leaving:
-            terminated, truncated = self.desks[i].ended
-            self.terminations[self.students[i]] = terminated
-            self.truncations[self.students[i]] = truncated
-            self._terminated &= terminated
+            session, student = self.sessions[i], self.students[i]
+            self.terminations[student], self.truncations[student] = session.terminated, session.truncated
+            self._terminated &= session.terminated
             self._class.remove(i)
         self._next = 0
         if self._class:
@@ -383,18 +392,102 @@ class ClassroomEnv(SeatsEnv):
         rows, true, legal = [], [], []
         present = set(self._class)
         nothing = np.zeros(self._sayings, np.int8)
-        for i, desk in enumerate(self.desks):
-            turn, reward, importance, _, over = desk.seat.features()
+        for i, teacher in enumerate(self.teacher_views):
+            turn, reward, importance, _, over = teacher.features()
             here = i in present
             heard = here and i not in self._unheard
-            available = desk.seat.available() if here else 0
+            available = teacher.offer.available() if here else 0
             rows.append((turn, reward, 0.0 if over else importance, over, here, heard))
             true.append(available)
             mute = not here or (heard if self._asking is None else i != self._asking)
             if mute:
                 legal.append(nothing)
             else:
-                legal.append(LEGAL[available, 1:] if self.speech == "kinds" else desk.seat.choices()[1:])
+                legal.append(LEGAL[available, 1:] if self.speech == "kinds" else teacher.choices()[1:])
         mask = np.ones(1 + self._sayings * len(rows), np.int8)
         mask[1:] = np.concatenate(legal)
         return np.array(rows, np.float32), SUBSET_BITS[true], mask
+
+    def _teachers_view(self) -> spaces.Dict:
+        count = len(self.sessions)
+        if self.speech == "message":
+            return spaces.Dict({student: words_space() for student in self.students})
+        low, high = self.teacher_views[0].feature_bounds()
+        more: dict[str, spaces.Space[Any]] = {}
+        if self.speech == "claims":
+            more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(TRAITS)), np.int8)
+        if self.sessions[0].ask_cost is not None:
+            more["asking"] = spaces.MultiBinary(count)
+        keep = [0, 1, 2, 4, 4, 4]  # presence and attendance have the bounds of `over`
+        return spaces.Dict(
+            {
+                "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),
+                "available": spaces.MultiBinary((count, len(KINDS))),
+                "purse": spaces.Box(0, 1, (2,), np.float32),
+                "action_mask": mask_space(1 + self._sayings * count),
+                **more,
+            }
+        )
+
+    def _teachers_choice(self) -> spaces.Space[Any]:
+        count = len(self.sessions)
+        if self.speech == "message":
+            return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(LONGEST)})
+        return spaces.Discrete(1 + self._sayings * count)
+
+
+class Classroom(Seating):
+    """One teacher and several students."""
+
+    defaults = {"speech": "kinds", "until_success": True}  # noqa: RUF012 (as of `Seating`)
+
+    def raw_env(
+        self,
+        subject: Subject,
+        settings: Settings,
+        *,
+        students: int = 8,
+        attention: int = 1,
+        same_world: bool = False,
+        attention_cost: float = 0.01,
+    ) -> ClassroomEnv:
+        """One teacher and its students; see `ClassroomEnv`. One budget is for the whole class.
+
+        Args:
+            subject: what is taught.
+            settings: of each student's lesson.
+            students: how many, 1 to 64.
+            attention: students that the teacher can turn to in a round, 1 to their number.
+            same_world: whether all students begin in equal worlds.
+            attention_cost: paid by the teacher for turning to a student, at least 0.
+
+        Raises:
+            ValueError: an argument is not allowed.
+        """
+        if not is_count(students, MOST):
+            raise ValueError(f"students must be an integer from 1 to {MOST}, got {students!r}")
+        purse = Purse(settings.cost, settings.budget)
+        return ClassroomEnv(
+            [assemble(subject, settings, purse=purse, instructs=True) for _ in range(students)],
+            settings,
+            subject.name,
+            attention=attention,
+            same_world=same_world,
+            attention_cost=attention_cost,
+        )
+
+    def parallel_env(
+        self, subject: Subject, settings: Settings, *, rule: str = "round_robin", **own: Any
+    ) -> ParallelSeats:
+        """The students, which act at the same time; a scripted teacher divides its attention by a rule.
+
+        See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
+
+        Raises:
+            ValueError: an argument is not allowed, such as `speech="message"`.
+        """
+        refuse_messages(settings.speech)
+        return ParallelSeats(self.seats(subject, settings, **own), {TEACHER: Attention(rule)})
+
+
+SEATING = Classroom()

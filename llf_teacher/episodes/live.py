@@ -1,0 +1,166 @@
+"""A lesson with people in some of its seats, whose turns can be taken back."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from llf_teacher.episodes.record import TurnRow
+from llf_teacher.episodes.recorder import Recorder
+from llf_teacher.registry import Entry
+from llf_teacher.students.student import Student
+from pz_envs.assembly import assemble
+from pz_envs.frames import Watch
+from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.settings import Settings
+from teachers.seeds import Seeds
+
+__all__ = ["WATCHER", "LiveLesson", "Saying"]
+
+WATCHER = "watcher"
+"""Moves where no person has a seat: each move is a turn of both."""
+Saying = Sequence[int] | int | str | None
+"""What a person in the teacher's seat says: claims by their numbers, kinds by a subset's number, words, or None, what
+the personality would.
+"""
+
+
+class LiveLesson:
+    """An episode that people and policies play together, each in a seat.
+
+    It ends as episodes of studies do: by the world, by its length, or by success, unless the task is asked repeatedly.
+    A seat without a person plays by itself up to where a person is to move.
+
+    Args:
+        entry: the environment.
+        settings: of the lesson, with a render mode.
+        seed: of the episode.
+        people: the seats of people.
+        student: what plays the student's seat where no person has it.
+
+    Raises:
+        ValueError: the student cannot play here.
+    """
+
+    def __init__(
+        self, entry: Entry, settings: Settings, seed: int, people: frozenset[str], student: Student | None = None
+    ) -> None:
+        self.family, self.settings, self.seed, self.people = entry.family, settings, seed, people
+        self.reads = "words" if student is None else student.reads
+        self.session, self.view, (self.teacher_view,) = assemble(entry.family, settings, undoable=True)
+        self._policy = None if student is None else student.seat(entry.family, self.session.world)
+        self._recorder = Recorder(self.family.name, self.view)
+        self.moves: list[tuple[str, Any]] = []
+        """Who moved, and what."""
+        self.undone = 0
+        """How many turns were taken back."""
+        if self._policy is not None:
+            self._policy.reset(Seeds(seed).stream("student"))
+        self.session.open(seed)
+        self._play_up_to_people()
+
+    @property
+    def rows(self) -> list[TurnRow]:
+        """The turns that are complete: the teacher has spoken."""
+        return self._recorder.rows
+
+    @property
+    def over(self) -> bool:
+        """Whether the last word has been said."""
+        return self.session.done
+
+    @property
+    def to_move(self) -> str:
+        """The seat whose turn it is: `STUDENT`, `TEACHER` or `WATCHER`; empty when it is over."""
+        if self.over:
+            return ""
+        if not self.people:
+            return WATCHER
+        return STUDENT if self.session.heard else TEACHER
+
+    def move(self, who: str, what: Any) -> None:
+        """One turn: a student's text, a teacher's `Saying`; of a watcher anything.
+
+        Raises:
+            ValueError: it is another seat's turn, or nothing that can be said; nothing has changed.
+        """
+        if self.over:
+            raise ValueError("the episode is over; begin a new lesson to go on")
+        if who != self.to_move:
+            raise ValueError("it is the turn of the other seat; wait until it has moved")
+        if who == TEACHER:
+            self._say(what)
+        else:
+            self._act(what if who == STUDENT else None)
+        self.moves.append((who, what))
+        self._play_up_to_people()
+
+    def undo(self, who: str) -> None:
+        """Take the last turn back.
+
+        Raises:
+            ValueError: there is none, or another seat has made it.
+        """
+        if not self.moves:
+            raise ValueError("there is no turn to take back")
+        if self.moves[-1][0] != who:
+            raise ValueError("the other seat has moved since; only the last turn can be taken back, by who made it")
+        policy, view, session = self._policy, self.view, self.session
+        if policy is not None:
+            policy.reset(Seeds(self.seed).stream("student"))
+        session.undo(who == TEACHER, lambda: policy and policy.act(view.observe(), view.info_for(policy)))
+        self._recorder.forget(session.moment.turn + session.heard)
+        self.moves.pop()
+        self.undone += 1
+
+    def watch(self, who: str) -> Watch:
+        """The lesson as a seat may see it: with the truth, but for a student until it is over."""
+        watch = self.view.kept()
+        return watch if who != STUDENT or self.over else watch.without_truth()
+
+    def close(self) -> None:
+        """Close the world."""
+        self.session.world.close()
+
+    def _play_up_to_people(self) -> None:
+        if not self.session.heard and TEACHER not in self.people:
+            self.session.speak()
+            self._note()
+        if self.people == {TEACHER} and self.to_move == STUDENT:
+            self._act(None)
+
+    def _act(self, text: str | None) -> None:
+        """The student's turn; None: of the policy."""
+        view, policy = self.view, self._policy
+        view.act(text if policy is None else policy.act(view.observe(), view.info_for(policy)))
+
+    def _say(self, saying: Saying) -> None:
+        """The turn of a person who teaches."""
+        session, speech = self.session, self.settings.speech
+        if saying is None and speech != "claims":
+            session.speak()
+        elif speech == "kinds":
+            session.say_kinds(saying)  # type: ignore[arg-type]  # which says what is allowed
+        elif speech == "message":
+            if not isinstance(saying, str):
+                raise ValueError("in this lesson the teacher speaks in its own words; give a text")
+            session.say(saying)
+        else:
+            listed = len(self.teacher_view.offer.listed())
+            if isinstance(saying, str | int):
+                raise ValueError("in this lesson the teacher chooses among claims; give their numbers")
+            chosen = range(listed) if saying is None else saying
+            if unknown_numbers := [i for i in chosen if not 0 <= i < listed]:
+                raise ValueError(
+                    f"there is no claim {unknown_numbers[0]}; there are {listed} to choose from, counted from 0"
+                )
+            for i in dict.fromkeys(chosen):
+                if not session.heard:
+                    session.choose(1 + i)
+            if not session.heard:
+                session.choose(0)
+        self._note()
+
+    def _note(self) -> None:
+        """Note the turn, now that the teacher has spoken."""
+        policy = self._policy
+        answer = policy.record() if policy is not None and self.session.moment.turn else {}
+        self._recorder.note(**answer)

@@ -1,0 +1,39 @@
+"""The loop over a session: a policy in the student's seat plays an episode."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from llf_teacher.gym import StudentEnv
+from teachers.seeds import Seeds
+from teachers.session import Turn
+
+__all__ = ["play", "play_on"]
+
+
+def play(
+    env: StudentEnv, policy: Any, seed: int, options: dict[str, Any] | None = None, sample: int = 0
+) -> Iterator[Turn]:
+    """Play an episode, which stops at success, as LLF-Bench's evaluation does, unless the task is asked repeatedly.
+
+    Args:
+        env: with a teacher in the other seat.
+        policy: has `reset(rng)` and `act(observation, info)`.
+        seed: of the episode, for world, teacher and policy.
+        options: those of the world's `reset`.
+        sample: which of its streams the policy draws from.
+
+    Yields:
+        The record of each turn, the opening first.
+    """
+    policy.reset(Seeds(seed).stream("student", sample))
+    env.reset(seed=seed, options=options)
+    yield from play_on(env, policy)
+
+
+def play_on(env: StudentEnv, policy: Any) -> Iterator[Turn]:
+    """Play the rest of an episode; the record of each turn, the last one that is over first."""
+    session, view = env.session, env.student_view
+    yield session.turn
+    while not session.done:
+        env.step(policy.act(view.observe(), view.info_for(policy)))
+        yield session.turn

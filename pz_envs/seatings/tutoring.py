@@ -1,0 +1,173 @@
+"""Tutoring: a teacher and a student take turns over a world."""
+
+from typing import Any
+
+from pz_envs.assembly import Parts, assemble
+from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
+from pz_envs.settings import Settings
+from pz_envs.subject import Seating, Subject
+from teachers.atoms import Moment
+from worlds.pictures.canvas import Frame
+
+__all__ = ["SEATING", "Tutoring", "TutoringEnv"]
+
+
+class TutoringEnv(SeatsEnv):
+    """An AEC environment with the agents `teacher_0` and `student_0`: the two seats of a `teachers.session.Session`.
+
+    The teacher opens; then student and teacher alternate, and the teacher has the last word: after the student's final
+    action nothing terminates until the teacher has spoken.
+
+    Student:
+        Observation: Dict of `state` (the world's space; `Prose` with `text=True`), `instruction` and `feedback`
+        (`Prose`), what the teacher last said, and `image`, if there is one. Of an opening utterance with atoms the
+        advice for the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
+        `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world does not
+        step, the turn counts. Info: what the world says, with `success`, and `atoms`, what was said last.
+        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
+        `pz_envs.numbers`, and `student_view.fields` for what is where. The action is the world's, the info has no
+        `atoms`.
+
+    Teacher, `speech="message"`:
+        Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
+        Action: `Prose`; an `Utterance` brings its atoms along, of which those are heard that `feedback_type` allows.
+        Info: the privileged `moment`, and `suggestion`, the utterance that the seat's own teacher would say.
+
+    Teacher, `speech="kinds"`:
+        Observation: Dict of
+            `available`, MultiBinary(5): the kinds of which there is a claim to say, in the order r, hp, hn, fp, fn;
+            `features`, Box (5,) float32: turn / max_turns, 0 to 1; the last reward, in the world's `reward_range`;
+            importance of the next action, 0 to the oracle's `max_importance`; share of the budget that is left, 0 to 1,
+            1 without a budget; 1 if the episode is over, else 0;
+            `action_mask`, int8 (32,).
+        The claims are those of the seat's own teacher after its personality: true, if that does not err.
+        Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to say are
+        not said. `reset` says the instruction itself. Info: the privileged `moment`, and `trimmed`, the kinds of its
+        last action of which nothing could be said, as a subset's number.
+
+    Teacher, `speech="claims"`:
+        Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim that
+        there is to say its kind, one of five, and whether it is about an action, a plan, or an edit of a text.
+        Action: Discrete(33): i says claim i - 1, and the seat is asked again; 0, or what cannot be said, ends the
+        teacher's turn, which ends by itself when nothing else can be said. The student hears all of it at once, in
+        speaking order. Info: the privileged `moment`; `claims`, those of the numbers; and `sentences`, their sound.
+
+    Asking, with `ask_cost`: in place of an action the student may ask, once a turn; see `pz_envs.asking` for how. The
+    world does not step and the turn does not count; the teacher is asked for its advice (fp, fn) on the moment, its
+    observation has one more entry `asked`, MultiBinary(1), its info `asked`, and then the student acts. A second
+    question in a turn is taken for a text that is no action: it costs the turn.
+
+    Rewards: at the student's step it gets the world's reward, or pays `ask_cost` for a question, and the teacher gets
+    its `teacher_reward`; at its own step the teacher pays `cost` for each atom of feedback, one for a text without any.
+
+    Seeds: `reset(seed)` is the bare world's; all other streams are those of `teachers.seeds.Seeds`, or go on.
+
+    Args:
+        parts: of `pz_envs.assembly.assemble`.
+        settings: the same as there.
+        name: for `metadata`.
+    """
+
+    metadata = {**SeatsEnv.metadata, "name": "tutoring_v0"}  # noqa: RUF012 (PettingZoo's convention)
+
+    def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring") -> None:
+        super().__init__(name, settings.speech, settings.render_mode)
+        self.session, self.student_view, (self.teacher_view,) = parts
+        self.max_turns = self.session.max_turns
+        self.possible_agents = [TEACHER, STUDENT]
+        for agent, view in ((TEACHER, self.teacher_view), (STUDENT, self.student_view)):
+            self.observation_spaces[agent], self.action_spaces[agent] = view.observation_space, view.action_space
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        """Begin an episode; without a seed the random streams go on. `options` are the world's."""
+        self.session.open(seed, known_options(options, self.session.world))
+        self._enter()
+
+    def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+        """Begin another episode of the same lesson; see `SeatsEnv`."""
+        self.session.start_next_episode(start, known_options(options, self.session.world))
+        self._enter()
+
+    @property
+    def truth_now(self) -> Any:
+        """The world's truth as it is."""
+        return self.session.moment.after
+
+    def observe(self, agent: str) -> Any:
+        """What an agent sees now."""
+        return (
+            self.student_view.observe()
+            if agent == STUDENT
+            else self.teacher_view.observe(self.agent_selection == TEACHER)
+        )
+
+    def moment_of(self, student: str) -> Moment[Any]:
+        """The student's last turn."""
+        return self.session.moment
+
+    def as_text(self) -> str:
+        """The world and the teacher's last words; with a render mode the turn and the student's action, too."""
+        return self.student_view.as_text()
+
+    def frame(self) -> Frame:
+        """The episode now, uint8 (480, 640, 3)."""
+        return self.student_view.frame()
+
+    def close(self) -> None:
+        """Close the window and the world."""
+        super().close()
+        self.session.world.close()
+
+    def _parties(self) -> str:
+        return f"{self.session.teacher!r}"
+
+    def _enter(self) -> None:
+        self._open()
+        self.infos[STUDENT] = self.student_view.info()
+        self._pass_to_teacher()
+
+    def _act(self, agent: str, action: Any) -> None:
+        if agent == STUDENT:
+            reward = self.student_view.act(action)
+            paid = self.teacher_view.reward()
+            # What is paid between two turns of an agent adds up, to a sum that is never -0.0.
+            self.rewards = {TEACHER: paid, STUDENT: reward}
+            self._cumulative_rewards[TEACHER] += paid
+            self._cumulative_rewards[STUDENT] = 0.0 + reward
+            self.infos[STUDENT] = self.student_view.info()
+            self._pass_to_teacher()
+        else:
+            cost = self.teacher_view.act(action)
+            self.rewards = {TEACHER: cost, STUDENT: 0.0}
+            self._cumulative_rewards[TEACHER] = 0.0 + cost
+            if self.speech == "kinds" and self.teacher_view.offer.trimmed != self.infos[TEACHER]["trimmed"]:
+                self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.teacher_view.offer.trimmed}
+            if self.session.heard:
+                self._pass_to_student()
+
+    def _pass_to_teacher(self) -> None:
+        self.infos[TEACHER] = self.teacher_view.info()
+        self.agent_selection = TEACHER
+
+    def _pass_to_student(self) -> None:
+        """The student reads what was said, which ends a finished episode."""
+        session = self.session
+        if session.over:
+            self.terminations = dict.fromkeys(self.agents, session.terminated)
+            self.truncations = dict.fromkeys(self.agents, session.truncated)
+        self.agent_selection = STUDENT
+
+
+class Tutoring(Seating):
+    """One teacher, one student."""
+
+    def raw_env(self, subject: Subject, settings: Settings) -> TutoringEnv:
+        """The bare AEC environment; see `TutoringEnv`.
+
+        Raises:
+            ValueError: a setting is not allowed.
+        """
+        return TutoringEnv(assemble(subject, settings), settings, subject.name)
+
+
+SEATING = Tutoring()

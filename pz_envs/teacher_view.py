@@ -1,0 +1,188 @@
+"""A teacher's seat over a session: what is seen from it, what its action means, and what it is paid."""
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
+from teachers.atoms import KINDS, ActionClaim, EditClaim, Moment, ParseFailure, PlanClaim
+from teachers.common import Late
+from teachers.session import BIT, CLAIMS, LONGEST, SUBSETS, Session
+from teachers.teacher import Teacher
+from worlds.spaces import Prose
+
+__all__ = ["LEGAL", "SUBSET_BITS", "TRAITS", "TeacherView", "choices_of", "mask_space", "message_space", "words_space"]
+
+CHOICES = {"kinds": SUBSETS, "claims": 1 + CLAIMS}
+"""Number of actions of a teacher that chooses, by its speech."""
+TRAITS = (*KINDS, "action", "plan", "edit")
+"""The columns of `TeacherView.table`: the kind of a claim, and its role."""
+FEATURES = ("turn", "reward", "importance", "budget", "over")
+"""What the numbers of `TeacherView.features` are."""
+SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
+"""Per subset its members, 0 or 1 a kind, shape (32, 5)."""
+LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
+"""Per subset of what is true the subsets that can be said, shape (32, 32); silence always can."""
+ACTIONS = ("all", "compact")
+"""Which subsets a teacher chooses from: all, or those that its feedback type and its oracle leave; see `choices_of`."""
+_FLOAT = np.dtype(np.float32)
+_BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
+
+
+class TeacherView:
+    """The seat of one teacher; `pz_envs.seatings.tutoring.TutoringEnv` says what its spaces hold.
+
+    Args:
+        session: what is played.
+        speech: what its action is: `message`, `kinds` or `claims`.
+        reward: its reward of a student's turn; see `pz_envs.rewards`.
+        number: which of the session's teachers it is.
+    """
+
+    def __init__(
+        self, session: Session, speech: str, reward: str | TeacherReward = "student_reward", number: int = 0
+    ) -> None:
+        self.session, self.speech, self.number = session, speech, number
+        self.offer = session.offers[number]
+        self.low, self.high = session.world.reward_range
+        self._reward = parse_teacher_reward(reward)
+        self._act = {"message": session.say, "kinds": session.say_kinds, "claims": session.choose}[speech]
+        self.observation_space: spaces.Dict = words_space() if speech == "message" else self._choosing_space()
+        self.action_space: spaces.Space[Any] = (
+            message_space() if speech == "message" else spaces.Discrete(CHOICES[speech])
+        )
+
+    def act(self, action: Any) -> float:
+        """Speak; the teacher's reward for that.
+
+        Raises:
+            ValueError: the action is outside the action space; nothing has changed.
+        """
+        return self._act(action, self.number)
+
+    def reward(self) -> float:
+        """What the teacher is paid for what the student has just done; 0 for a question."""
+        session = self.session
+        if session.asked:
+            return 0.0
+        moment, reward = session.moment, self._reward
+        return moment.reward if reward is student_reward else reward(moment, self.offer.teacher.oracle)
+
+    def observe(self, acts: bool = True) -> dict[str, Any]:
+        """The observation; `acts`: whether it is the teacher's turn, else only silence is legal."""
+        if self.speech == "message":
+            return self.words()
+        available = self.offer.available()
+        observation: dict[str, Any] = {
+            "available": _BITS[available].copy(),
+            "features": np.fromiter(self.features(), _FLOAT, 5),
+        }
+        if self.session.ask_cost is not None:
+            observation["asked"] = np.array([self.session.asked], np.int8)
+        if self.speech == "kinds":
+            observation["action_mask"] = _MASKS[available if acts else 0].copy()
+        else:
+            observation["claims"] = self.table()
+            observation["action_mask"] = self.choices() if acts else np.eye(1, 1 + CLAIMS, dtype=np.int8)[0]
+        return observation
+
+    def info(self) -> dict[str, Any]:
+        """The info: the privileged moment, and what could be said."""
+        offer = self.offer
+        info: dict[str, Any] = {"moment": offer.moment}
+        if self.speech == "kinds":
+            info["trimmed"] = offer.trimmed
+        elif self.speech == "message":
+            info["suggestion"] = offer.suggestion()
+        else:
+            info |= {"claims": tuple(offer.listed()), "sentences": offer.sentences()}
+        if offer.asked:
+            info["asked"] = True
+        return info
+
+    def words(self) -> dict[str, str]:
+        """The world and the student's last action as text."""
+        session = self.session
+        action = session.moment.action
+        action = action.got if type(action) is ParseFailure else action
+        return {"state": session.world.describe(session.state), "action": "" if action is None else f"{action}"}
+
+    def features(self) -> tuple[float, float, float, float, float]:
+        """Turn / max_turns, the last reward, importance of the next action, share of the budget left, 1 if over."""
+        moment: Moment[Any] = self.offer.moment
+        oracle, purse, reward = self.offer.teacher.oracle, self.offer.purse, moment.reward
+        importance, most = oracle.importance(moment.after), oracle.max_importance
+        if not self.low <= reward <= self.high:
+            reward = self.low if reward < self.low else self.high
+        return (
+            moment.turn / self.session.max_turns,
+            reward,
+            importance if importance <= most else most,
+            1.0 if purse.budget is None else purse.share,
+            moment.over,
+        )
+
+    def feature_bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and greatest values of the features, float32 arrays of shape (5,)."""
+        low, high = (0, self.low, 0, 0, 0), (1, self.high, self.offer.teacher.oracle.max_importance, 1, 1)
+        return np.array(low, np.float32), np.array(high, np.float32)
+
+    def table(self) -> np.ndarray:
+        """The kind and the role of each claim that can be chosen, 0 or 1, int8 (32, 8); see `TRAITS`."""
+        table = np.zeros((CLAIMS, len(TRAITS)), np.int8)
+        for i, claim in enumerate(self.offer.listed()):
+            bare = claim.claim if isinstance(claim, Late) else claim
+            roles = (isinstance(bare, role) for role in (ActionClaim, PlanClaim, EditClaim))
+            table[i] = (*(claim.kind is kind for kind in KINDS), *roles)
+        return table
+
+    def choices(self) -> np.ndarray:
+        """Which choices are legal, int8 (33,): 0 ends the turn, i says claim i - 1."""
+        mask = np.zeros(1 + CLAIMS, np.int8)
+        mask[self.offer.choices()] = 1
+        return mask
+
+    def _choosing_space(self) -> spaces.Dict:
+        asked = {"asked": spaces.MultiBinary(1)} if self.session.ask_cost is not None else {}
+        listed = {"claims": spaces.Box(0, 1, (CLAIMS, len(TRAITS)), np.int8)} if self.speech == "claims" else {}
+        return spaces.Dict(
+            {
+                "available": spaces.MultiBinary(len(KINDS)),
+                "features": spaces.Box(*self.feature_bounds()),
+                **asked,
+                **listed,
+                "action_mask": mask_space(CHOICES[self.speech]),
+            }
+        )
+
+
+def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[int, ...]:
+    """The subsets that a teacher chooses from, by the number of its action.
+
+    Raises:
+        ValueError: there is no such choice, or the teacher does not say kinds.
+    """
+    if actions not in ACTIONS:
+        raise ValueError(f"actions {actions!r} is unknown; allowed: {', '.join(ACTIONS)}")
+    if actions == "all":
+        return tuple(range(SUBSETS))
+    if speech != "kinds":
+        raise ValueError(f"actions='compact' needs speech='kinds', got {speech!r}; with it give actions='all'")
+    able = sum(BIT[kind] for kind in teacher.kinds.intersection(teacher.oracle.feedback_types))
+    return tuple(subset for subset in range(SUBSETS) if not subset & ~able)
+
+
+def mask_space(actions: int) -> spaces.Box:
+    """The space of a mask of so many actions."""
+    return spaces.Box(0, 1, (actions,), np.int8)
+
+
+def message_space() -> Prose:
+    """The space of a teacher's own words."""
+    return Prose(LONGEST)
+
+
+def words_space() -> spaces.Dict:
+    """The space of the world and the student's last action as text."""
+    return spaces.Dict({"state": Prose(LONGEST), "action": Prose(LONGEST)})
