@@ -12,39 +12,51 @@ __all__ = ["COMPILED", "compiled"]
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
-"""Whether functions are compiled: numba can be imported, and `NUMBA_DISABLE_JIT` does not disable it."""
+"""Whether functions are compiled: numba is installed, and its variable `NUMBA_DISABLE_JIT` is unset or 0."""
 if COMPILED:
     try:
         import numba
-    except ImportError:  # or numba does not support this version of NumPy
+    except ImportError:  # or it does not know this version of NumPy yet
         COMPILED = False
 
 
 def compiled(function: _Function) -> _Function:
-    """Compile a function at the first call with arguments of these types, where numba is installed.
+    """Compile a function when it is first called with arguments of these types, where that can be done.
 
-    The function may use the part of Python that numba supports, and call compiled functions of its own folder only:
-    machine code is cached between processes until a file of that folder changes. Results are equal to the last bit,
-    except for those of `math.hypot`, for which numba has another formula.
+    It may use what numba supports of Python, and call compiled functions that are names of its module: machine code is
+    kept between processes for as long as nothing changes in the folder of its module, nor in theirs. Results are equal
+    to the last bit, except for `math.hypot`, which numba computes by another formula.
     """
     if not COMPILED:
         return function
     given = numba.config.CACHE_DIR
-    cache = _cache_folder(Path(function.__code__.co_filename).parent, given)
+    folders = _folders(function)
+    cache = _cache_folder(folders, given)
     try:
         cache.mkdir(parents=True, exist_ok=True)
     except OSError:
-        return cast("_Function", numba.njit(function))
-    numba.config.CACHE_DIR = str(cache)
-    try:
-        return cast("_Function", numba.njit(cache=True)(function))
-    finally:
-        numba.config.CACHE_DIR = given
+        made = numba.njit(function)
+    else:
+        numba.config.CACHE_DIR = str(cache)
+        try:
+            made = numba.njit(cache=True)(function)
+        finally:
+            numba.config.CACHE_DIR = given
+    made.folders = folders
+    return cast("_Function", made)
+
+
+def _folders(function: Callable[..., Any]) -> tuple[Path, ...]:
+    """The folder of a function's module, then those of the compiled functions that are names of the module."""
+    names = [each for each in function.__globals__.values() if isinstance(each, numba.core.dispatcher.Dispatcher)]
+    others = {folder for each in names for folder in each.folders}
+    own = Path(function.__code__.co_filename).parent
+    return own, *sorted(others - {own})
 
 
 @lru_cache
-def _cache_folder(folder: Path, given: str) -> Path:
-    """The cache for a folder's present sources; numba's own cache depends on one file only."""
-    sources = b"".join([path.read_bytes() for path in sorted(folder.glob("*.py"))])
+def _cache_folder(folders: tuple[Path, ...], given: str) -> Path:
+    """Where machine code is kept that depends on the sources in these folders: numba by itself checks one file only."""
+    sources = b"".join([path.read_bytes() for folder in folders for path in sorted(folder.glob("*.py"))])
     name = f"compiled-{hashlib.sha256(sources).hexdigest()[:16]}"
-    return Path(given or folder / "__pycache__") / name
+    return Path(given or folders[0] / "__pycache__") / name

@@ -182,9 +182,9 @@ class Forgets(GridworldPicture):
 @pytest.mark.parametrize(
     ("liar", "match"),
     [
-        (Tells, "the picture shows what nobody may know"),
-        (Writes, "the text shows what nobody may know"),
-        (Betrays, "a student could tell"),
+        (Tells, "the picture shows what the student may not know"),
+        (Writes, "the text shows what the student may not know"),
+        (Betrays, "a student can distinguish the turns"),
         (Blank, "is blank"),
         (Bright, "the same in light and dark"),
         (Forgets, "two pictures of the same sight differ"),

@@ -377,9 +377,9 @@ def test_the_first_seats_are_over_the_given_environment():
     env = gymnasium.make(CART)
     lesson = llf_teacher.Lesson(env)
     first, second = lesson.raw_env(), lesson.raw_env()
-    assert first.world.env is env
+    assert first.session.world.env is env
     second.reset(seed=0)
-    assert second.world.env is not env
+    assert second.session.world.env is not env
     first.reset(seed=0)
     first.close()
 

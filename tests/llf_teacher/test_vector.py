@@ -214,7 +214,7 @@ def test_words_are_those_of_the_lesson(id):
         words = batch.words([4, 1])
         for row, said in zip((4, 1), words, strict=True):
             lesson = batch.lesson(row)
-            atoms = lesson.lesson.session.atoms
+            atoms = lesson.session.atoms
             assert [atom.text for atom in said.atoms] == [atom.text for atom in atoms]
             assert any(atom.kind is None for atom in atoms) == (turn == 0)
         batch.step(actions_of(batch, rng))
@@ -320,7 +320,7 @@ def test_bad_actions_change_nothing(actions, message):
     assert batch.moments.turn.tolist() == [0, 0, 0]
     with pytest.raises(ValueError, match="a row must be an integer from 0 to 2, got 3"):
         batch.lesson(3)
-    with pytest.raises(ValueError, match="reset knows no option 'nonsense'"):
+    with pytest.raises(ValueError, match="reset option 'nonsense' is unknown"):
         batch.reset(options={"nonsense": 3})
     with pytest.raises(ValueError, match="a list of 3 of these"):
         batch.reset(seed=[1, 2])
@@ -337,7 +337,7 @@ def test_gymnasiums_wrappers_take_it(mode):
 
 
 def test_a_loss_of_ones_own_has_no_arrays():
-    with pytest.raises(ValueError, match="in arrays there are the named losses only, got a function"):
+    with pytest.raises(ValueError, match="loss in arrays must be a named one, got a function"):
         batch_of("llf-optimization-Booth-v0", 2, loss=lambda x1, x2: x1**2 + x2**2, domain=(-1.0, 1.0))
 
 
