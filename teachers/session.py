@@ -394,6 +394,8 @@ class Session:
         self.state = self.world.observe()
         self._open_lesson()
         if moment.turn:
+            if not self.instructs:
+                self.offers[0].suggestion()  # with the instruction its oracle starts
             self.follow(moment, terminated)
             if self.observer is not None:
                 self.observer.begin(moment)
