@@ -7,11 +7,11 @@ from typing import Any, SupportsFloat
 import gymnasium
 import numpy as np
 from gymnasium import spaces
-from pz_envs.teacher_seat import PROSE
 
 from teachers.atoms import KINDS
 from teachers.feedback import ALL, MIXED, draw_kinds, parse_kinds
 from teachers.phrasebook import Paraphrase, check_paraphrase
+from teachers.session import LONGEST
 from worlds.spaces import Prose
 
 __all__ = ["Feedback", "LLFWrapper"]
@@ -91,7 +91,7 @@ class LLFWrapper(Forwarding):
         self.set_feedback_type(feedback_type)
         self.set_paraphrase_method("random")
         self.observation_space = spaces.Dict(
-            {"observation": env.observation_space, "instruction": Prose(PROSE), "feedback": Prose(PROSE)}
+            {"observation": env.observation_space, "instruction": Prose(LONGEST), "feedback": Prose(LONGEST)}
         )
 
     @property

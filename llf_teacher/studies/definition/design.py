@@ -4,13 +4,12 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pz_envs.teacher_seat import is_count
-
 from llf_teacher.registry import entry, supported_types
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
 from teachers.atoms import KINDS
 from teachers.feedback import NONE, format_kinds
+from teachers.session import is_count
 from teachers.spec import unknown
 
 BASELINE = "silent"

@@ -9,8 +9,6 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
-from pz_envs.teacher_seat import is_count
-
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, supported_types
@@ -24,6 +22,7 @@ from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
 from teachers.feedback import format_kinds
 from teachers.seeds import TREE
+from teachers.session import is_count
 from teachers.spec import unknown
 
 
