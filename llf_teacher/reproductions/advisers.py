@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from llf_teacher.gym import TeacherVectorEnv
 from llf_teacher.gym.lifetime import HALF
-from llf_teacher.reproductions.classes import ADVICE, COLUMN, STUDENT
+from llf_teacher.reproductions.classes import ADVICE, COLUMN, class_of, moves_left
 from worlds.batches import Bools, Floats, Ints
 
 ROUNDS, ROWS = 4, 512
@@ -40,20 +39,7 @@ class Lessons:
     def __init__(
         self, id: str, seeds: Sequence[int], *, episodes: int, turns: int, budget: int, **options: Any
     ) -> None:
-        self._env = TeacherVectorEnv(
-            id,
-            len(seeds),
-            student=STUDENT,
-            episodes=episodes,
-            max_turns=turns,
-            feedback_type="fp",
-            budget=budget,
-            cost=0.0,
-            teacher_reward="student_progress",
-            announce=True,
-            pool=1,  # who has ended is not looked at
-            **options,
-        )
+        self._env = class_of(id, len(seeds), episodes=episodes, turns=turns, budget=budget, **options)
         self._living = np.ones(len(seeds), bool)
         self.lost = np.zeros(len(seeds))
         """Moves that each student has wasted."""
@@ -64,9 +50,10 @@ class Lessons:
         may = (life[:, COLUMN["mistake"]] > 0) & (observation["action_mask"][:, ADVICE] > 0) & self._living
         self.rows: Ints = np.flatnonzero(may)
         """Those in which there is something to decide."""
-        share, episode = life[self.rows, COLUMN["way"]], life[self.rows, COLUMN["episode"]]
-        way = np.rint(HALF * share / (1 - share))
-        self.choices = Choices(way, features[self.rows, 2], episode, features[self.rows, 3])
+        life = life[self.rows]
+        self.choices = Choices(
+            moves_left(life), features[self.rows, 2], life[:, COLUMN["episode"]], features[self.rows, 3]
+        )
 
     def go_on(self, corrects: Bools) -> None:
         """A turn in all lifetimes."""

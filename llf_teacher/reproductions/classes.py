@@ -35,6 +35,42 @@ class Glance(NamedTuple):
     rng: np.random.Generator
 
 
+def class_of(
+    id: str, count: int, *, episodes: int, turns: int, budget: int, student: str = STUDENT, **options: Any
+) -> TeacherVectorEnv:
+    """Lifetimes side by side, each in a world of its own, whose teacher is paid by the student's progress.
+
+    Args:
+        id: the environment.
+        count: of the lifetimes.
+        episodes: of a lifetime.
+        turns: of an episode, at most.
+        budget: pieces of advice in a lifetime, at least 1.
+        student: its spec.
+        options: the world's.
+    """
+    return TeacherVectorEnv(
+        id,
+        count,
+        student=student,
+        episodes=episodes,
+        max_turns=turns,
+        feedback_type="fp",
+        budget=budget,
+        cost=0.0,
+        teacher_reward="student_progress",
+        announce=True,
+        pool=1,  # a lifetime that has ended is not used again
+        **options,
+    )
+
+
+def moves_left(life: Floats) -> Floats:
+    """Moves from here to the treasure, one per row of `lifetime`, the teacher's observation."""
+    share = life[:, COLUMN["way"]]
+    return np.rint(HALF * share / (1 - share))
+
+
 Rule = Callable[[Glance], Bools]
 """In which rows to spend a piece of advice."""
 
@@ -65,20 +101,7 @@ def accompanied(
         student: its spec.
         options: the world's.
     """
-    env = TeacherVectorEnv(
-        id,
-        LIFETIMES,
-        student=student,
-        episodes=episodes,
-        max_turns=turns,
-        feedback_type="fp",
-        budget=budget,
-        cost=0.0,
-        teacher_reward="student_progress",
-        announce=True,
-        pool=1,  # who has ended is not looked at
-        **options,
-    )
+    env = class_of(id, LIFETIMES, episodes=episodes, turns=turns, budget=budget, student=student, **options)
     observation, _ = env.reset(seed=list(range(seed * LIFETIMES, (seed + 1) * LIFETIMES)))
     living, regret, said = np.ones(LIFETIMES, bool), np.zeros(LIFETIMES), np.zeros(LIFETIMES)
     most, before = env.oracle.oracle.max_importance, np.zeros(LIFETIMES)
@@ -86,14 +109,14 @@ def accompanied(
     rng = np.random.default_rng(seed)
     while living.any():
         features, life = observation["features"], observation["lifetime"].astype(float)
-        importance, share = features[:, 2].astype(float), life[:, COLUMN["way"]]
+        importance = features[:, 2].astype(float)
         opening = features[:, 0] == 0
         seen = Glance(
             importance=importance,
             mistake=life[:, COLUMN["mistake"]] > 0,
             erred=~opening & (life[:, COLUMN["optimal"]] == 0),
             before=np.where(opening, 0.0, before),
-            way=np.rint(HALF * share / (1 - share)),
+            way=moves_left(life),
             rng=rng,
         )
         speaks = rule(seen) & (observation["action_mask"][:, ADVICE] > 0) & living

@@ -1,7 +1,7 @@
 """What plots of rows have in common."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def spread(estimates: Sequence[Estimate]) -> list[list[float]]:
+def line(axes: "Axes", places: Sequence[float], found: Sequence[Estimate], label: str, **style: Any) -> None:
+    """A line of means with their intervals.
+
+    Args:
+        axes: to draw on.
+        places: where on the horizontal axis each estimate stands.
+        found: the estimates.
+        label: what the legend calls it.
+        style: as of Matplotlib's `errorbar`.
+    """
+    axes.errorbar(places, [each.mean for each in found], _spread(found), label=label, **{"marker": "o"} | style)
+
+
+def _spread(estimates: Sequence[Estimate]) -> list[list[float]]:
     """How far intervals reach below and above their means, as Matplotlib wants it."""
     return [[each.mean - each.low for each in estimates], [each.high - each.mean for each in estimates]]
 
@@ -27,5 +40,5 @@ def bars(axes: "Axes", groups: Sequence[str], series: Mapping[str, Sequence[Esti
     places, width = np.arange(len(groups)), 0.8 / len(series)
     for number, (name, found) in enumerate(series.items()):
         shift = (number - (len(series) - 1) / 2) * width
-        axes.bar(places + shift, [each.mean for each in found], width, yerr=spread(found), label=name)
+        axes.bar(places + shift, [each.mean for each in found], width, yerr=_spread(found), label=name)
     axes.set_xticks(places, groups)

@@ -10,7 +10,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
-from llf_teacher.serialization import to_json
+from llf_teacher.serialization import to_json, write_json_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
@@ -221,12 +221,7 @@ def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:
 
 
 def _write_jsonl(path: Path, rows: Rows, columns: Columns) -> int:
-    count = 0
-    with path.open("w", encoding="utf-8") as file:
-        for row in rows:
-            file.write(to_json(row) + "\n")
-            count += 1
-    return count
+    return write_json_lines(path, rows)
 
 
 def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:

@@ -14,10 +14,9 @@ import llf_teacher
 from llf_teacher.models.images import PIXELS, data_url
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import run
-from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions
-from llf_teacher.studies.report.definition import to_toml
 from pz_envs.family import all_families
 
 GRIDWORLD = "llf-gridworld-v0"

@@ -6,11 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
-from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.execution.runner import RunOptions, Shard, run
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
-from llf_teacher.studies.report.definition import to_toml
 from llf_teacher.studies.store import Store
 
 HERE = RunOptions("here")

@@ -77,7 +77,7 @@ def test_tests_have_no_section_of_a_family(page):
 
 
 def test_attempts_are_told(store, page):
-    told = part(page, "attempts")
+    told = part(page, "time_to_success")
     group, cells = next(iter(read(store, STUDY).taught.items()))
     found = attempts(cells, group.max_turns)["oracle", "obedient"]
     assert "acc@1 acc@2 acc@4" in told

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.reviews import commented
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
@@ -100,7 +100,7 @@ def draw(values: Values, figure: "Figure") -> None:
     for axes, learner in zip(panels, LEARNERS, strict=True):
         for choice in REVIEWS:
             found = [mean_interval(_lost(values, learner, choice, budget)) for budget in BUDGETS]
-            axes.errorbar(BUDGETS, [each.mean for each in found], spread(found), marker="o", label=choice)
+            line(axes, BUDGETS, found, choice)
         axes.set(title=learner, xlabel="claims in a lifetime", xscale="log")
         axes.set_xticks(BUDGETS, BUDGETS)
         axes.minorticks_off()

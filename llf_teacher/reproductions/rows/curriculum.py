@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from llf_teacher.registry import entry
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.students.builtin.q_learning import QLearning
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
@@ -119,7 +119,7 @@ def draw(values: Values, figure: "Figure") -> None:
     axes = figure.subplots()
     for starts in STARTS:
         found = [mean_interval(values(starts=starts, practice=n)[:, 0]) for n in PRACTICE]
-        axes.errorbar(PRACTICE, [each.mean for each in found], spread(found), marker="o", label=starts)
+        line(axes, PRACTICE, found, starts)
     axes.set(xlabel="moves of practice", ylabel="moves wasted in an episode of the test", xscale="log")
     axes.legend()
 

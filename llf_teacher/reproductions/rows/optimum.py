@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.optimum import Life, Rooms, Span, least, lived
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
@@ -143,8 +143,8 @@ def draw(values: Values, figure: "Figure") -> None:
         for teacher in TEACHERS:
             found = _regrets(values, case, teacher)
             budgets = range(len(found))
-            style = "k-o" if teacher == BEST else "-o"
-            axes.errorbar(budgets, [each.mean for each in found], spread(found), fmt=style, label=teacher, markersize=4)
+            style = {"color": "black"} if teacher == BEST else {}
+            line(axes, budgets, found, teacher, markersize=4, **style)
         axes.set(title=name, xlabel="budget", xticks=budgets, ylim=(0, None))
     panels[0].set_ylabel("regret per episode")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right center", fontsize="small")

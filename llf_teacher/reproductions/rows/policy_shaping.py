@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
@@ -67,7 +67,7 @@ def draw(values: Values, figure: "Figure") -> None:
             found = [
                 mean_interval(values(student=student, likelihood=likelihood, consistency=c)[:, 0]) for c in CONSISTENCY
             ]
-            axes.errorbar(CONSISTENCY, [each.mean for each in found], spread(found), marker="o", label=name)
+            line(axes, CONSISTENCY, found, name)
         axes.axhline(alone, color="gray", linestyle="--", label="rewards alone")
         axes.set(title=f"a label in {likelihood:.0%} of turns", xlabel="share of right labels")
     panels[0].set_ylabel("regret per episode")

@@ -1,9 +1,7 @@
 """Two stores compared: what differs in the cells that both have, and what only one has."""
 
-import sqlite3
 from array import array
 from collections.abc import Sequence
-from contextlib import closing
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +11,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.analysis.resampling import bootstrap_means
 from llf_teacher.studies.analysis.statistics import LEVEL, Estimate, mean_intervals
 from llf_teacher.studies.store import Store
+from llf_teacher.studies.store.database import read_only
 
 _RESAMPLES = 9999
 FIELDS = tuple(name for name in EpisodeSpec._fields if name not in ("seed", "version", "rules"))
@@ -81,7 +80,7 @@ def _cells(store: Store) -> dict[Setting, Episodes]:
     names = ", ".join(FIELDS)
     query = f"SELECT {names}, rules, seed, regret, success FROM result JOIN setting USING (setting) ORDER BY rules"  # noqa: S608
     found: dict[Setting, tuple[str, array[float]]] = {}
-    with closing(sqlite3.connect(f"{store.path.absolute().as_uri()}?mode=ro", uri=True)) as db:
+    with read_only(store.path) as db:
         for *setting, rules, seed, regret, success in db.execute(query):
             if found.get(tuple(setting), ("",))[0] != rules:
                 found[tuple(setting)] = rules, array("d")

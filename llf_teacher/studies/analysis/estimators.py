@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from llf_teacher.studies.analysis.resampling import bootstrap_counts
 from llf_teacher.studies.analysis.statistics import LEVEL, Band, Estimate
 
 RESAMPLES = 1999
@@ -181,12 +182,7 @@ def _drawn(sizes: Sequence[int]) -> Iterator[list[Table]]:
     batch = max(1, _BATCH // sum(sizes))
     for start in range(0, resamples, batch):
         samples = min(batch, resamples - start)
-        yield [_times(rng, samples, size) for size in sizes]
-
-
-def _times(rng: np.random.Generator, samples: int, size: int) -> Table:
-    drawn = rng.integers(0, size, (samples, size)) + size * np.arange(samples)[:, None]
-    return np.bincount(drawn.ravel(), minlength=samples * size).reshape(samples, size).astype(float)
+        yield [bootstrap_counts(rng, samples, size).astype(float) for size in sizes]
 
 
 def _estimate(value: float, samples: Sequence[Table], tasks: Sequence[Table]) -> Estimate:

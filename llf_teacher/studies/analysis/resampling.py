@@ -54,7 +54,8 @@ def bootstrap_means(table: NDArray[np.float64], resamples: int, stratum: int = 0
         resamples: number of bootstrap samples.
         stratum: tables of other strata are drawn independently.
     """
-    return np.concatenate([block @ table for block in _blocks(_counts, len(table), resamples, stratum)]) / len(table)
+    blocks = _blocks(bootstrap_counts, len(table), resamples, stratum)
+    return np.concatenate([block @ table for block in blocks]) / len(table)
 
 
 def sign_flips(table: NDArray[np.float64], resamples: int) -> NDArray[np.float64]:
@@ -85,8 +86,8 @@ def _beyond(sums: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[n
     return np.asarray(np.abs(sums) >= np.abs(values.sum(axis=0)) - _TIED * np.abs(values).sum(axis=0))
 
 
-def _counts(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
-    """How often each of n is drawn in n draws."""
+def bootstrap_counts(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
+    """How often each of n is drawn in n draws, shape (rows, n)."""
     drawn = rng.integers(0, n, (rows, n)) + n * np.arange(rows)[:, None]
     return np.bincount(drawn.ravel(), minlength=rows * n).reshape(rows, n).astype(np.int8)
 

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
@@ -24,6 +25,8 @@ from teachers.feedback import format_kinds
 from teachers.seeds import TREE
 from teachers.session import is_count
 from teachers.spec import unknown
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 class Grid(NamedTuple):
@@ -58,7 +61,7 @@ class Study:
     """Turns after which episodes are truncated; None: each family's."""
     samples: int = 1
     """How often each episode is played, by students that draw otherwise each time, in the same world with the same
-    teacher. The report averages them within a seed; see `llf_teacher.studies.analysis.samples`. Tests behind lessons
+    teacher. The report averages them within a seed; see `llf_teacher.studies.analysis.pass_at_k`. Tests behind lessons
     are played once.
     """
     fewer: Mapping[str, Mapping[str, Sequence[str] | Sequence[int] | int]] = field(default_factory=dict)
@@ -305,6 +308,43 @@ def load_study(path: Path) -> Study:
         return Study(**table)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
+
+
+def to_toml(study: Study) -> str:
+    """The study as a file for `llf study run`."""
+    values = study.as_dict()
+    patterns = {name: values.pop(name) for name in ("fewer", "options")}
+    tables = {name: table for name in ("looks", "transfer", "names") if (table := values.pop(name))}
+    values["transcripts"] = values["transcripts"] or None
+    lines = _assignments(values)
+    for name, table in tables.items():
+        lines += ["", f"[{name}]", *_assignments(table)]
+    for name, tables_ in patterns.items():
+        for pattern, lists in tables_.items():
+            lines += ["", f"[{name}.{json.dumps(pattern)}]", *_assignments(lists)]
+    return "\n".join(lines) + "\n"
+
+
+def _assignments(values: Mapping[str, Any]) -> list[str]:
+    lines = []
+    for key, value in values.items():
+        name = key if _BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)
+        if name == "seeds" and value == list(range(len(value))):
+            lines.append(f"{name} = {len(value)}")
+        elif isinstance(value, list) and len(value) > 1:
+            items = "".join(f"    {_value(item)},\n" for item in value)
+            lines.append(f"{name} = [\n{items}]")
+        elif value is not None:
+            lines.append(f"{name} = {_value(value)}")
+    return lines
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{name} = {_value(each)}" for name, each in value.items()) + " }"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    return json.dumps(value)
 
 
 def quickstart() -> Study:

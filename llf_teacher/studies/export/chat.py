@@ -4,13 +4,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.studies.export.dialogue import exchanges, facts, write_lines
+from llf_teacher.serialization import write_json_lines
+from llf_teacher.studies.export.dialogue import exchanges, facts
 from llf_teacher.studies.results import Results
 
 
 def write(results: Results, path: Path) -> int:
     """Write the file; the number of episodes."""
-    return write_lines(path, _rows(results))
+    return write_json_lines(path, _rows(results))
 
 
 def _rows(results: Results) -> Iterator[dict[str, Any]]:

@@ -1,9 +1,8 @@
 """A stored episode as a chat model would have had it."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from llf_teacher.registry import entry
@@ -85,13 +84,3 @@ def facts(episode: dict[str, Any]) -> dict[str, Any]:
     """What tells an episode from others."""
     names = ("key", "id", "family", "teacher", "student", "instruction_type", "feedback_type", "seed", "sample")
     return {name: episode[name] for name in names}
-
-
-def write_lines(path: Path, rows: Iterable[dict[str, Any]]) -> int:
-    """Write rows as JSON, one a line; the number of them."""
-    count = 0
-    with path.open("w", encoding="utf-8") as file:
-        for row in rows:
-            file.write(to_json(row) + "\n")
-            count += 1
-    return count

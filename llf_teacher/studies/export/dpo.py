@@ -8,8 +8,9 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.serialization import write_json_lines
 from llf_teacher.students.conversation import Conversation
-from llf_teacher.studies.export.dialogue import exchanges, said, write_lines
+from llf_teacher.studies.export.dialogue import exchanges, said
 from llf_teacher.studies.results import Results
 from teachers.spec import check_range
 
@@ -34,7 +35,7 @@ def write(results: Results, path: Path, *, margin: float = 0.0) -> int:
         seen.execute(_TABLE)
         for row in _seen(results):
             seen.execute("INSERT OR IGNORE INTO seen VALUES (?, ?, ?, ?, ?, ?)", row)
-        return write_lines(path, _pairs(seen, margin))
+        return write_json_lines(path, _pairs(seen, margin))
 
 
 def _seen(results: Results) -> Iterator[tuple[Any, ...]]:

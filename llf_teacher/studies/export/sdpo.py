@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.studies.export.dialogue import exchanges, facts, write_lines
+from llf_teacher.serialization import write_json_lines
+from llf_teacher.studies.export.dialogue import exchanges, facts
 from llf_teacher.studies.results import Results
 from teachers.spec import check_range
 
@@ -22,7 +23,7 @@ def write(results: Results, path: Path, *, regret_above: float | None = None) ->
     """
     if regret_above is not None:
         check_range("regret_above", regret_above, 0, 1e9)
-    return write_lines(path, _rows(results, regret_above))
+    return write_json_lines(path, _rows(results, regret_above))
 
 
 def _rows(results: Results, regret_above: float | None) -> Iterator[dict[str, Any]]:

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.studies.export.dialogue import advised, exchanges, facts, said, spelt, write_lines
+from llf_teacher.serialization import write_json_lines
+from llf_teacher.studies.export.dialogue import advised, exchanges, facts, said, spelt
 from llf_teacher.studies.results import Results
 from teachers.spec import check_range
 
@@ -31,7 +32,7 @@ def write(
     for name, value in (("success", success), ("hindsight", hindsight)):
         if not isinstance(value, bool):
             raise ValueError(f"{name} must be True or False, got {value!r}")
-    return write_lines(path, _rows(results, success, regret_below, hindsight))
+    return write_json_lines(path, _rows(results, success, regret_below, hindsight))
 
 
 def _rows(results: Results, success: bool, regret_below: float | None, hindsight: bool) -> Iterator[dict[str, Any]]:

@@ -7,7 +7,7 @@ import itertools
 import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from llf_teacher.registry import entry
 from llf_teacher.studies.analysis.outcomes import SETTING, Column, Outcomes, gathered
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.store import Store
+from llf_teacher.studies.store.database import read_only
 from teachers.atoms import KINDS, Label
 
 CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
@@ -150,7 +151,7 @@ class Columns:
         return found
 
     def sampled(self) -> Iterator[dict[str, Any]]:
-        """The episodes of a study of several samples, as `llf_teacher.studies.analysis.samples` takes them."""
+        """The episodes of a study of several samples, as `llf_teacher.studies.analysis.pass_at_k` takes them."""
         rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
         for setting, seed, first in rows:
             yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}
@@ -208,7 +209,7 @@ def _curves(spec: EpisodeSpec, rows: list[tuple[int, int, int, bytes]]) -> Curve
 
 @contextmanager
 def columns(store: Store, planned: Plan) -> Iterator[Columns]:
-    """Read a store's columns by a connection of one's own."""
-    with closing(sqlite3.connect(f"{store.path.absolute().as_uri()}?mode=ro", uri=True)) as db:
+    """Read a store's columns through a connection of their own, in one transaction."""
+    with read_only(store.path) as db:
         db.execute("BEGIN")
         yield Columns(db, planned)

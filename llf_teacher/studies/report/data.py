@@ -87,6 +87,11 @@ class Data:
         return tuple(student for student, (failed, turns) in answers.items() if failed == turns > 0)
 
     @cached_property
+    def units(self) -> dict[str, str]:
+        """The unit of regret of each family."""
+        return {family.name: family.regret_unit for family in all_families()}
+
+    @cached_property
     def outcomes(self) -> Outcomes:
         """What came of the episodes, for what is said over sections."""
         with columns(self.store, self.planned) as there:

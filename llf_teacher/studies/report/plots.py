@@ -7,7 +7,8 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,9 +23,11 @@ SERIES = [shade.light for name, shade in SHADES.items() if name.startswith("seri
 MARKERS = "osD^vPX"
 """One less than colours, so that pairs of both last longer."""
 _STRIPE = 8.0  # points
+_BESIDE = 2  # panels in a row
 WIDTH = 10.0
 """Inches; the page scales it."""
 STYLE: dict[str, Any] = {
+    "axes.axisbelow": True,
     "axes.edgecolor": SHADES["muted"].light,
     "axes.labelcolor": SHADES["muted"].light,
     "axes.labelsize": 9,
@@ -57,6 +60,54 @@ STYLE: dict[str, Any] = {
 """Matplotlib's settings, in which figures are drawn and saved."""
 
 
+def _intervals(
+    ax: Axes,
+    rows: Sequence[str],
+    series: Sequence[str],
+    estimates: Mapping[tuple[str, str], Estimate],
+    *,
+    spacing: float = 0.2,
+    at_zero: bool = False,
+    marks: Mapping[tuple[str, str], Sequence[float]] | None = None,
+    line: Mapping[str, Any] = MappingProxyType({"linewidth": 1.6, "alpha": 0.55}),
+    **dot: Any,
+) -> None:
+    """Draw a dot with its interval per row and series, on stripes that tell rows apart.
+
+    Args:
+        ax: to draw on.
+        rows: labels from top to bottom.
+        series: labels in the order of their colours.
+        estimates: by (row, series); what is missing stays blank.
+        spacing: rows between two series, at most.
+        at_zero: whether there is a line at 0.
+        marks: values of (row, series) that are drawn faintly behind the dots.
+        line: style of intervals.
+        dot: style of dots.
+    """
+    for row in range(1, len(rows), 2):
+        ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
+    if at_zero:
+        ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
+    offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(spacing, 0.8 / len(series))
+    for name, offset, color, marker in zip(series, offsets, cycle(SERIES), cycle(MARKERS), strict=False):
+        pairs = {(row, name): i + offset for i, row in enumerate(rows) if (row, name) in estimates}
+        if marks is not None:
+            points = [(value, y) for pair, y in pairs.items() for value in marks[pair]]
+            ax.plot(*zip(*points, strict=True), "|", color=color, alpha=0.35, markersize=6, clip_on=False)
+        ys, found = list(pairs.values()), [estimates[pair] for pair in pairs]
+        ax.hlines(ys, [e.low for e in found], [e.high for e in found], color, **line)
+        dots = ax.plot([e.mean for e in found], ys, marker, color=color, label=named(name), **dot)[0]
+        dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
+    ax.grid(axis="x")
+
+
+def _label_rows(ax: Axes, rows: Sequence[str]) -> None:
+    """Name the rows, the first one at the top."""
+    ax.set_ylim(len(rows) - 0.5, -0.5)
+    ax.set_yticks(range(len(rows)), [folded(row) for row in rows], color=SHADES["ink"].light)
+
+
 def dot_plot(
     rows: Sequence[str],
     series: Sequence[str],
@@ -76,25 +127,14 @@ def dot_plot(
     pitch = max(0.36, 0.1 * len(series) + 0.04, tallest(rows))
     figure = Figure(figsize=(WIDTH, pitch * len(rows) + 1.0))
     axes = figure.subplots(1, 2, sharey=True)
-    offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.2, 0.8 / len(series))
     for ax, estimates, label in zip(axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True):
-        for row in range(1, len(rows), 2):
-            ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
-        for name, offset, color, marker in zip(series, offsets, cycle(SERIES), cycle(MARKERS), strict=False):
-            there = [(i + offset, estimates[row, name]) for i, row in enumerate(rows) if (row, name) in estimates]
-            ys = [y for y, _ in there]
-            ax.hlines(ys, [e.low for _, e in there], [e.high for _, e in there], color, linewidth=1.6, alpha=0.55)
-            dots = ax.plot([e.mean for _, e in there], ys, marker, color=color, label=named(name), clip_on=False)[0]
-            dots.set_in_layout(False)  # without data it would have no extent, which the layout cannot bear
+        _intervals(ax, rows, series, estimates, clip_on=False)
         ax.set_xlabel(label)
-        ax.grid(axis="x")
-        ax.set_axisbelow(True)
     axes[0].set_xlim(0, 1)
     axes[0].xaxis.set_major_formatter(PercentFormatter(1))
     axes[1].set_xlim(left=0)
     axes[1].xaxis.set_major_locator(ticks())
-    axes[0].set_ylim(len(rows) - 0.5, -0.5)
-    axes[0].set_yticks(range(len(rows)), [folded(row) for row in rows], color=SHADES["ink"].light)
+    _label_rows(axes[0], rows)
     legend(figure, axes[0], 1.0)
     return figure
 
@@ -119,26 +159,53 @@ def gain_plot(
     ax = figure.subplots()
     ends = [end for gain in gains.values() for end in gain[:3] if not math.isnan(end)]
     least, most = min([-0.1, *ends]) - 0.03, max([1.0, *ends]) + 0.03
-    for row in range(1, len(rows), 2):
-        ax.axhspan(row - 0.5, row + 0.5, color=SHADES["stripe"].light, linewidth=0, zorder=0)
-    ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
-    offsets = (np.arange(len(series)) - (len(series) - 1) / 2) * min(0.22, 0.8 / len(series))
-    for name, offset, color, marker in zip(series, offsets, cycle(SERIES), cycle(MARKERS), strict=False):
-        there = [(i + offset, (row, name)) for i, row in enumerate(rows) if (row, name) in gains]
-        marks = [(min(max(share, least), most), y) for y, pair in there for share in single[pair]]
-        ax.plot(*zip(*marks, strict=True), "|", color=color, alpha=0.35, markersize=6, clip_on=False)
-        ys, estimates = [y for y, _ in there], [gains[pair] for _, pair in there]
-        ax.hlines(ys, [e.low for e in estimates], [e.high for e in estimates], color, linewidth=2)
-        ax.plot([e.mean for e in estimates], ys, marker, color=color, label=named(name), markersize=5.5)
+    marks = {pair: [min(max(share, least), most) for share in shares] for pair, shares in single.items()}
+    line = {"linewidth": 2, "alpha": None}
+    _intervals(ax, rows, series, gains, spacing=0.22, at_zero=True, marks=marks, line=line, markersize=5.5)
     ax.set_xlim(least, most)
     ax.xaxis.set_major_formatter(PercentFormatter(1))
     ax.xaxis.set_major_locator(ticks())
     ax.set_xlabel(f"share of the regret with {baseline} that the teacher spares the student")
-    ax.grid(axis="x")
-    ax.set_axisbelow(True)
-    ax.set_ylim(len(rows) - 0.5, -0.5)
-    ax.set_yticks(range(len(rows)), [folded(row) for row in rows], color=SHADES["ink"].light)
+    _label_rows(ax, rows)
     legend(figure, ax, 1.0)
+    return figure
+
+
+class Pane(NamedTuple):
+    """One panel of `panel_plot`."""
+
+    title: str
+    unit: str
+    """Of its axis."""
+    dots: Mapping[tuple[str, str], Estimate]
+    """By row and series; what is missing stays blank."""
+
+
+def panel_plot(panels: Sequence[Pane], rows: Sequence[str], series: Sequence[str], label: str) -> Figure:
+    """A dot with its interval per row and series, beside a line at 0; panels share rows and series, not the axis.
+
+    Args:
+        panels: at least one.
+        rows: labels from top to bottom.
+        series: labels in the order of their colours.
+        label: what is shown, in the unit of each panel.
+    """
+    columns = min(_BESIDE, len(panels))
+    height = math.ceil(len(panels) / columns)
+    pitch = max(0.22, 0.1 * len(series) + 0.04, tallest(rows))
+    figure = Figure(figsize=(WIDTH, (pitch * len(rows) + 0.75) * height + 0.5))
+    grid = figure.subplots(height, columns, sharey=True, squeeze=False).flatten()
+    for ax, panel in zip(grid, panels, strict=False):
+        _intervals(ax, rows, series, panel.dots, at_zero=True)
+        ax.set_title(textwrap.fill(panel.title, 100 // columns), loc="left", color=SHADES["ink"].light)
+        ax.set_xlabel(f"{label} ({panel.unit})")
+        ax.xaxis.set_major_locator(ticks())
+    for ax in grid[len(panels) :]:
+        ax.set_axis_off()
+    _label_rows(grid[0], rows)
+    for ax in grid[:: len(grid) // height]:
+        ax.tick_params(axis="y", labelcolor=SHADES["ink"].light)
+    legend(figure, grid[0], 1.0)
     return figure
 
 
@@ -161,7 +228,6 @@ def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], 
         _curves(ax, bands, looks)
         ax.set_title(textwrap.fill(title, 100 // columns), loc="left", color=SHADES["ink"].light)
         ax.grid(axis="y")
-        ax.set_axisbelow(True)
         ax.margins(x=0)
     axes[0].xaxis.set_major_locator(ticks(integer=True))
     axes[0].yaxis.set_major_locator(ticks())
@@ -203,6 +269,29 @@ def _curves(ax: Axes, bands: Mapping[str, Band], looks: Mapping[str, tuple[str, 
             first = 1 + list(looks).index(name) * every // len(looks)  # so that markers of near lines do not meet
             line = ax.plot(turns, mean, color=color, linestyle=stripes, clip_on=False, zorder=3)[0]
             line.set(marker=marker, markevery=(first, every))
+
+
+def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]]) -> Figure:
+    """Performance profiles: the share of the runs above a score, a line and a band each.
+
+    Args:
+        profiles: scores and shares, 0 to 1, by label.
+    """
+    figure = Figure(figsize=(WIDTH, 3.4))
+    ax = figure.subplots()
+    for (name, (scores, band)), color, marker in zip(profiles.items(), cycle(SERIES), cycle(MARKERS), strict=False):
+        ax.fill_between(scores, band.low, band.high, color=color, alpha=0.15, linewidth=0)
+        ax.plot(scores, band.mean, color=color, marker=marker, markevery=5, label=named(name))
+    ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
+    ax.set_ylim(0, 1)
+    ax.margins(x=0)
+    ax.xaxis.set_major_formatter(PercentFormatter(1))
+    ax.yaxis.set_major_formatter(PercentFormatter(1))
+    ax.set_xlabel("share of the baseline's mean regret that the student is spared")
+    ax.set_ylabel("runs above it")
+    ax.grid()
+    legend(figure, ax, 2.2)
+    return figure
 
 
 def ticks(integer: bool = False) -> MaxNLocator:

@@ -1,6 +1,5 @@
 """Stores of the schema before, read into one of now."""
 
-import contextlib
 import json
 import sqlite3
 from collections.abc import Callable
@@ -8,7 +7,7 @@ from pathlib import Path
 
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, TurnRow, summary
 from llf_teacher.studies.store import Store, StoreError
-from llf_teacher.studies.store.database import SCHEMA_VERSION
+from llf_teacher.studies.store.database import SCHEMA_VERSION, read_only
 
 _OLD = 3
 _SUCCESS = TurnRow._fields.index("success")
@@ -31,7 +30,7 @@ def migrate(old: Path, new: Path, progress: Callable[[int, int], object] | None 
     """
     if not old.is_file():
         raise StoreError(f"there is no file {old}; give a store of an earlier release")
-    with contextlib.closing(sqlite3.connect(f"{old.absolute().as_uri()}?mode=ro", uri=True)) as db, Store(new) as store:
+    with read_only(old) as db, Store(new) as store:
         db.row_factory = sqlite3.Row
         try:
             (version,) = db.execute("PRAGMA user_version").fetchone()

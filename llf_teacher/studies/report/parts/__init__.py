@@ -3,7 +3,6 @@
 from llf_teacher.studies.report.parts import (
     ablation,
     accounting,
-    attempts,
     families,
     findings,
     introduction,
@@ -13,6 +12,7 @@ from llf_teacher.studies.report.parts import (
     notes,
     overall,
     samples,
+    time_to_success,
     transfer,
 )
 from llf_teacher.studies.report.parts.part import Part
@@ -24,7 +24,7 @@ PARTS: tuple[Part, ...] = (
     overall.PART,
     families.PART,
     samples.PART,
-    attempts.PART,
+    time_to_success.PART,
     ablation.PART,
     matrix.PART,
     transfer.PART,
