@@ -1,4 +1,4 @@
-"""Lifetimes in arrays that rows have in common: many learners of Q-values at once, each with a teacher by a rule."""
+"""Lifetimes in arrays, for several rows: many Q-learners at once, each with a teacher that follows a rule."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,17 +10,17 @@ from llf_teacher.gym.lifetime import FIELDS, HALF, NEAR
 from worlds.batches import Bools, Floats
 
 LIFETIMES = 50
-"""In a class; a class is what a seed stands for."""
+"""Lifetimes of a class; each seed stands for a class."""
 STUDENT = "q_learning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)"
-"""Takes the advised action for the turn, and learns from what comes of it."""
+"""Takes the advised action, and learns from its result."""
 ADVICE = 0b01000
 """The teacher's choice of `fp` alone."""
 COLUMN = {name: number for number, name in enumerate(FIELDS)}
-"""Where the numbers of a lifetime stand."""
+"""Column of each number in `lifetime`."""
 
 
 class Glance(NamedTuple):
-    """What a teacher sees of each lifetime, one value a row."""
+    """What a teacher observes of each lifetime, one value per row."""
 
     importance: Floats
     """Moves between the best and the worst next action."""
@@ -35,19 +35,19 @@ class Glance(NamedTuple):
     rng: np.random.Generator
 
 
-def class_of(
+def teacher_env(
     id: str, count: int, *, episodes: int, turns: int, budget: int, student: str = STUDENT, **options: Any
 ) -> TeacherVectorEnv:
-    """Lifetimes side by side, each in a world of its own, whose teacher is paid by the student's progress.
+    """Lifetimes side by side, each in its own world; the teacher's reward is the student's progress.
 
     Args:
         id: the environment.
         count: of the lifetimes.
         episodes: of a lifetime.
-        turns: of an episode, at most.
+        turns: greatest number of an episode.
         budget: pieces of advice in a lifetime, at least 1.
         student: its spec.
-        options: the world's.
+        options: of the world.
     """
     return TeacherVectorEnv(
         id,
@@ -72,36 +72,36 @@ def moves_left(life: Floats) -> Floats:
 
 
 Rule = Callable[[Glance], Bools]
-"""In which rows to spend a piece of advice."""
+"""Gives per row whether to spend a piece of advice."""
 
 
 class Lives(NamedTuple):
-    """What became of a class, an average over its lifetimes each."""
+    """The outcome of a class: means over its lifetimes."""
 
     regret: float
     """Per episode."""
     said: float
     """Pieces of advice."""
     greatest: float
-    """Share of turns in which importance had the greatest value that it can have."""
+    """Share of turns with the greatest possible importance."""
 
 
 def accompanied(
     id: str, rule: Rule, *, seed: int, episodes: int, turns: int, budget: int, student: str = STUDENT, **options: Any
 ) -> Lives:
-    """A class of lifetimes, each in a world of its own, with a teacher who advises by a rule.
+    """Play a class of lifetimes, each in its own world, with a teacher that advises by a rule.
 
     Args:
         id: the environment.
-        rule: when to advise.
+        rule: whether to advise.
         seed: of the class; different ones have no world in common.
         episodes: of a lifetime.
-        turns: of an episode, at most.
+        turns: greatest number of an episode.
         budget: pieces of advice in a lifetime, at least 1.
         student: its spec.
-        options: the world's.
+        options: of the world.
     """
-    env = class_of(id, LIFETIMES, episodes=episodes, turns=turns, budget=budget, student=student, **options)
+    env = teacher_env(id, LIFETIMES, episodes=episodes, turns=turns, budget=budget, student=student, **options)
     observation, _ = env.reset(seed=list(range(seed * LIFETIMES, (seed + 1) * LIFETIMES)))
     living, regret, said = np.ones(LIFETIMES, bool), np.zeros(LIFETIMES), np.zeros(LIFETIMES)
     most, before = env.oracle.oracle.max_importance, np.zeros(LIFETIMES)

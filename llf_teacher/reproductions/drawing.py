@@ -1,4 +1,4 @@
-"""What plots of rows have in common."""
+"""Plots with intervals, for several rows."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -16,26 +16,26 @@ def line(axes: "Axes", places: Sequence[float], found: Sequence[Estimate], label
 
     Args:
         axes: to draw on.
-        places: where on the horizontal axis each estimate stands.
+        places: positions on the horizontal axis.
         found: the estimates.
-        label: what the legend calls it.
+        label: in the legend.
         style: as of Matplotlib's `errorbar`.
     """
     axes.errorbar(places, [each.mean for each in found], _spread(found), label=label, **{"marker": "o"} | style)
 
 
 def _spread(estimates: Sequence[Estimate]) -> list[list[float]]:
-    """How far intervals reach below and above their means, as Matplotlib wants it."""
+    """The lengths of intervals below and above their means, as Matplotlib takes them."""
     return [[each.mean - each.low for each in estimates], [each.high - each.mean for each in estimates]]
 
 
 def bars(axes: "Axes", groups: Sequence[str], series: Mapping[str, Sequence[Estimate]]) -> None:
-    """Bars with intervals, a group beside the other, in each a bar of every series.
+    """Groups of bars with intervals, one bar per series.
 
     Args:
         axes: to draw on.
         groups: their names.
-        series: by its name, an estimate per group.
+        series: an estimate per group, by name of the series.
     """
     places, width = np.arange(len(groups)), 0.8 / len(series)
     for number, (name, found) in enumerate(series.items()):

@@ -1,7 +1,8 @@
-"""Teachers and students of the user's own in a study, by where they are defined: `my_package.my_module:Sleepy(naps=2)`.
+"""Specs of the user's own teachers and students in a study, such as `my_package.my_module:Sleepy(naps=2)`.
 
-Studies hold text, which a file can say and another process can read. So an object is named by its module, its class and
-its parameters, and whoever plays imports that module; names without a colon are those of the shelves, as ever.
+A study holds text, which can be written to a file and read in another process. A spec with a colon names an object by
+its module, its class and its parameters; the process that plays imports the module. A name without a colon is one of
+the built-in registries'.
 """
 
 import importlib
@@ -21,13 +22,13 @@ from teachers.personality import Personality, Pipeline, parse_personality, stage
 from teachers.spec import import_call, unknown
 
 MAIN = "__main__"
-"""The program itself, a notebook's cells included: what is defined there, no other process can import."""
+"""The running program, cells of a notebook included; other processes cannot import what is defined there."""
 
 
 def parse_teacher(spec: str | Personality | Speaker) -> Personality | Speaker:
     """The teacher that a spec string describes; `package.module:Class(key=...)` is one of the user's own.
 
-    That is a personality, a policy by its factory, `llm_teacher(...)`, or a personality with a voice, as in
+    It is a personality, a policy by its factory, `llm_teacher(...)`, or a personality with a voice, as in
     `oracle | voice(tone='curt')`.
 
     Raises:
@@ -52,20 +53,20 @@ def _joined(parts: Iterable[str]) -> Personality:
 
 
 def arguments_of(teacher: Personality | Speaker, feedback_type: str) -> dict[str, Any]:
-    """What `llf_teacher.make` is told of a teacher; without feedback a policy only gives the instruction."""
+    """The arguments of `llf_teacher.make` for a teacher; without feedback a policy only gives the instruction."""
     if isinstance(teacher, Personality):
         return {"teacher": teacher}
-    told = teacher.arguments()
-    if not isinstance(told["teacher"], Personality) and not parse_kinds(feedback_type):
-        told["teacher"] = Quiet(told["teacher"])
-    return told
+    arguments = teacher.arguments()
+    if not isinstance(arguments["teacher"], Personality) and not parse_kinds(feedback_type):
+        arguments["teacher"] = Quiet(arguments["teacher"])
+    return arguments
 
 
 def teacher_spec(teacher: Any) -> str:
-    """A teacher, given as text or as an object, as text by which `parse_teacher` finds it.
+    """The spec string of a teacher, which is given as text or as an object.
 
     Raises:
-        ValueError: there is no such teacher, or it cannot be found by a text.
+        ValueError: there is no such teacher, or no text describes it.
     """
     if callable(teacher) and not isinstance(teacher, Personality | Speaker):
         teacher = f"{teacher.__module__}:{_global(teacher)}"
@@ -74,11 +75,11 @@ def teacher_spec(teacher: Any) -> str:
     try:
         found = parse_teacher(text)
     except ValueError as error:
-        raise ValueError(f"{teacher!r} cannot be found by {text!r}: {error}") from None
+        raise ValueError(f"{teacher!r} cannot be made from its spec {text!r}: {error}") from None
     if found != parsed:
         raise ValueError(
-            f"{teacher!r} is not what {text!r} makes; the parameters of a teacher in a study must be numbers, texts, "
-            "or lists of them"
+            f"{teacher!r} is not equal to what its spec {text!r} makes; parameters of a teacher in a study must be "
+            "numbers, texts, or lists of them"
         )
     return text
 
@@ -90,39 +91,39 @@ def _text(teacher: Personality | Speaker) -> str:
 
 
 def student_spec(student: Any) -> str:
-    """The same of a student; a function or a class is the factory of an agent, as in `module:factory`.
+    """The spec string of a student; a function or a class is the factory of an agent, as in `module:factory`.
 
     Raises:
-        ValueError: there is no such student, or it cannot be found by a text.
+        ValueError: there is no such student, or no text describes it.
     """
     if callable(student) and not isinstance(student, Student):
         student = f"{student.__module__}:{_global(student)}"
     return str(parse_student(student))
 
 
-def homeless(specs: Iterable[str]) -> list[str]:
-    """Those of some teachers and students that are defined in `MAIN`."""
+def defined_in_main(specs: Iterable[str]) -> list[str]:
+    """The specs that name something in `MAIN`."""
     return [spec for spec in specs if any(part.split(":")[0].strip() == MAIN for part in _parts(spec) if ":" in part)]
 
 
 def check_portable(specs: Iterable[str]) -> None:
-    """Make sure that teachers and students can be made in another process.
+    """Check that teachers and students can be made in another process.
 
     Raises:
-        ValueError: some are defined in the program that runs.
+        ValueError: some are defined in the running program.
     """
-    if found := homeless(specs):
+    if found := defined_in_main(specs):
         raise ValueError(
-            f"{', '.join(found)}: what a program or a notebook defines itself, no other process can import; put it "
-            "into a module of its own and name that, as in 'my_module:MyClass', or play in this process, by workers=1 "
-            "without limits, or by RunOptions('here')"
+            f"{', '.join(found)}: other processes cannot import what a program or a notebook defines; put it into a "
+            "module and name that, as in 'my_module:MyClass', or play in this process, by workers=1 without limits, or "
+            "by RunOptions('here')"
         )
 
 
 def _parts(spec: str) -> Iterator[str]:
-    """The stages of a spec, which `|` separates outside of brackets and strings."""
+    """The stages of a spec: its parts between each `|` outside of brackets and strings."""
     depth, start = 0, 0
-    lines = [0, *itertools.accumulate(len(line) + 1 for line in spec.split("\n"))]  # where they begin
+    lines = [0, *itertools.accumulate(len(line) + 1 for line in spec.split("\n"))]  # the offset of each line
     try:
         for token in tokenize.generate_tokens(io.StringIO(spec).readline):
             depth += (token.string in ("(", "[", "{")) - (token.string in (")", "]", "}"))
@@ -131,12 +132,12 @@ def _parts(spec: str) -> Iterator[str]:
                 yield spec[start:at]
                 start = at + 1
     except (tokenize.TokenError, SyntaxError):
-        pass  # the rest is one part, which will not do either
+        pass  # the rest is one part, which is refused later
     yield spec[start:]
 
 
 def _one(part: str) -> Personality:
-    """One stage."""
+    """The personality of one stage."""
     if not is_agent(part):
         return parse_personality(part.strip())
     module, name, values = import_call("teacher", "Class", part.strip())
@@ -152,16 +153,14 @@ def _one(part: str) -> Personality:
 
 
 def _named(stage: Personality) -> str:
-    """A stage as text, with its module if it is on no shelf."""
+    """A stage as text, with its module if it is not built in."""
     on_shelf = type(stage).__module__.rpartition(".")[0] == stage.shelf
     return f"{stage}" if on_shelf else f"{type(stage).__module__}:{_global(type(stage))}{f'{stage}'[len(stage.name) :]}"
 
 
 def _global(thing: Any) -> str:
-    """The name under which its module has it."""
+    """The name of a thing in its module."""
     name = getattr(thing, "__qualname__", "")
     if not name.isidentifier() or getattr(importlib.import_module(thing.__module__), name, None) is not thing:
-        raise ValueError(
-            f"{thing!r} cannot be found by its name; define it in a module, outside of functions and classes"
-        )
+        raise ValueError(f"{thing!r} has no global name; define it in a module, outside of functions and classes")
     return str(name)

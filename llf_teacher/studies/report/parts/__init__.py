@@ -1,4 +1,4 @@
-"""The parts of a report, each a module with a template of the same name; here is their order."""
+"""The parts of a report in their order; each is a module with a template of the same name."""
 
 from llf_teacher.studies.report.parts import (
     ablation,

@@ -1,4 +1,4 @@
-"""What each family says: success and regret of every teacher with every student, and transcripts."""
+"""The results of each family: success and regret of every teacher with every student, and transcripts."""
 
 import sqlite3
 from collections.abc import Mapping
@@ -23,14 +23,14 @@ class Transcript(NamedTuple):
 
 
 def transcript(store: Store, spec: EpisodeSpec) -> Transcript:
-    """An episode that the store holds.
+    """An episode of the store with its turns.
 
     Raises:
-        StoreError: its turns are not there, or cannot be read.
+        StoreError: its turns are incomplete or cannot be read.
     """
     episode, turns = store.episode(spec.key), store.turns(spec.key)
     if len(turns) != episode["turns"] + 1:
-        raise StoreError(f"{store.path}: the turns of the episode {spec.key} are not all there; see `llf study check`")
+        raise StoreError(f"{store.path}: the turns of the episode {spec.key} are incomplete; see `llf study check`")
     return Transcript(episode, prepare_turns(turns, episode["family"]))
 
 

@@ -1,4 +1,4 @@
-"""Whose the gain is: students and teachers crossed, beyond being told to try again."""
+"""Whose the gain is: students and teachers crossed, beside the control `retry_only`."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -12,13 +12,13 @@ from llf_teacher.studies.report.plots import Pane, panel_plot
 
 
 class Verdicts(NamedTuple):
-    """Tables by whose share of the variance of gains is greater; `sure` are those whose interval is on one side."""
+    """Numbers of tables, by whose share of the variance of gains is greater, and with an interval that excludes 0."""
 
     all: int
     students: int
-    sure_students: int
+    significant_students: int
     teachers: int
-    sure_teachers: int
+    significant_teachers: int
 
 
 def verdicts(found: Sequence[Matrix]) -> Verdicts:

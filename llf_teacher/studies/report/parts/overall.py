@@ -1,4 +1,4 @@
-"""What each teacher spares its students over all families, by estimators for many tasks."""
+"""The regret that each teacher saves over all families, by estimators for many tasks."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,7 +12,7 @@ from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import profile_plot
 
 _SHOWN = (0.0, 0.5, 0.9)
-_CURVES = 8  # that can be told apart
+_CURVES = 8  # greatest number of curves
 
 
 def _typed(found: Sequence[Overall]) -> bool:
@@ -20,7 +20,7 @@ def _typed(found: Sequence[Overall]) -> bool:
 
 
 def _plot(data: Data, found: Sequence[Overall]) -> Plot:
-    """A line a teacher; of many, those whose interquartile means are greatest, and the least."""
+    """A line per teacher; of many, those with the greatest interquartile means and that with the least."""
     ranked = sorted(found, key=lambda each: -each.middle.mean)
     drawn = ranked if len(ranked) <= _CURVES else [*ranked[: _CURVES - 1], ranked[-1]]
     typed = _typed(found)

@@ -1,4 +1,4 @@
-"""What several samples of the same episodes say: pass@k."""
+"""pass@k of several samples of the same episodes."""
 
 from collections import defaultdict
 from collections.abc import Mapping

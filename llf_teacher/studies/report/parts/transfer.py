@@ -1,4 +1,4 @@
-"""What lessons have left in a test without a teacher."""
+"""The effect of lessons in a test without a teacher."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,12 +12,12 @@ from llf_teacher.studies.report.plots import Pane, panel_plot
 
 
 def _row(group: Group) -> str:
-    """The lessons, as a row of the figure names them."""
+    """The label of lessons in the figure."""
     return f"{group.lessons} {group.worlds}, {group.feedback_type}"
 
 
 def _plot(data: Data, found: Sequence[AfterLessons]) -> Plot | None:
-    """A panel for each environment of tests, a row for each kind of lessons; None if nothing is compared."""
+    """A panel per environment of tests, a row per kind of lessons; None without a comparison."""
     panes: dict[str, Pane] = {}
     rows: dict[str, None] = {}
     series: dict[str, None] = {}
