@@ -135,7 +135,7 @@ def test_a_bad_one_is_refused(mine, spec, match):
 
 
 def test_what_no_text_finds_is_refused(mine):
-    with pytest.raises(ValueError, match="cannot be found by its name; define it in a module, outside of functions"):
+    with pytest.raises(ValueError, match="has no global name; define it in a module, outside of functions"):
         teacher_spec(mine.outer())
     with pytest.raises(ValueError, match="cannot be found by"):
         teacher_spec(mine.Sleepy(who=object()))
@@ -170,7 +170,8 @@ def test_a_notebooks_own_is_for_this_process_alone(monkeypatch):
     assert study.teachers[0] == "__main__:Shy"
     assert [play(spec).episode.claims > 0 for spec in study.episodes()] == [False, True]
     with pytest.raises(
-        ValueError, match=r"^vague \| __main__:Shy, __main__:f\(\): what a program .* in this process, by workers=1"
+        ValueError,
+        match=r"^vague \| __main__:Shy, __main__:f\(\): other processes cannot import what a program .* in this process, by workers=1",
     ):
         check_portable([*study.teachers[1:], "vague | __main__:Shy", "__main__:f()", "random"])
     check_portable(["oracle", "llf_teacher.__main__:x", "drifting(to='__main__:x')"])
@@ -187,7 +188,8 @@ def test_it_is_refused_before_anything_runs_and_played_here(monkeypatch, tmp_pat
         (1, RunOptions(limits=Limits(turn_seconds=9))),
     ):
         with pytest.raises(
-            ValueError, match=r"__main__:Shy: what a program .* by workers=1 without limits, or by RunOptions"
+            ValueError,
+            match=r"__main__:Shy: other processes cannot import what a program .* by workers=1 without limits, or by RunOptions",
         ):
             run(study, tmp_path / "s.db", workers, options=options)
         assert not (tmp_path / "s.db").exists()

@@ -100,8 +100,8 @@ def test_names_are_in_the_studys_file(told, tmp_path):
     [
         ({"obedeint": "B"}, "names: unknown teacher or student 'obedeint'; did you mean obedient"),
         ({"obedient": ""}, "a name must be a text of 1 to 60 printable characters, got ''"),
-        ({"obedient": "silent"}, "'silent' stands for several"),
-        ({"obedient": "A", "silent": "A"}, "'A' stands for several"),
+        ({"obedient": "silent"}, "a name must be unique, got 'silent' several times"),
+        ({"obedient": "A", "silent": "A"}, "a name must be unique, got 'A' several times"),
         (["obedient"], "names must be a table"),
     ],
 )
