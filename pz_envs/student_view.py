@@ -93,12 +93,9 @@ class StudentView:
         return seen | {"image": self.image()} if self.visual else seen
 
     def info(self) -> dict[str, Any]:
-        """The info: what the world says, with `success`, and `atoms` once there are any; none beside numbers."""
-        session = self.session
-        info = session.info.copy()
-        if self.numbers is None and (session.heard or not (session.moment.turn or session.asked)):
-            info["atoms"] = session.atoms
-        return info
+        """The info: that of the session, without `atoms` beside numbers; a new dict in each turn."""
+        info = self.session.info
+        return info if self.numbers is None else {name: value for name, value in info.items() if name != "atoms"}
 
     def info_for(self, policy: Any) -> dict[str, Any]:
         """The info that a policy in this seat may see; see `info_for`."""

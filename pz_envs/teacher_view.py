@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from pz_envs.rewards import TeacherReward, parse_teacher_reward
+from pz_envs.rewards import TeacherReward, parse_teacher_reward, student_reward
 from teachers.atoms import KINDS, ActionClaim, EditClaim, Moment, ParseFailure, PlanClaim
 from teachers.common import Late
 from teachers.session import BIT, CLAIMS, LONGEST, SUBSETS, Session
@@ -64,7 +64,10 @@ class TeacherView:
     def reward(self) -> float:
         """What the teacher is paid for what the student has just done; 0 for a question."""
         session = self.session
-        return 0.0 if session.asked else self._reward(session.moment, self.offer.teacher.oracle)
+        if session.asked:
+            return 0.0
+        moment, reward = session.moment, self._reward
+        return moment.reward if reward is student_reward else reward(moment, self.offer.teacher.oracle)
 
     def observe(self, acts: bool = True) -> dict[str, Any]:
         """The observation; `acts`: whether it is the teacher's turn, else only silence is legal."""

@@ -3,14 +3,13 @@
 An episode goes like this, with teachers that say what they suggest:
 
     session.open(seed)                     the world is reset; there is an opening moment to speak of
-    turn = session.speak()                 the teachers give the instruction and advise the first action
+    session.speak()                        the teachers give the instruction and advise the first action
     while not session.done:
         session.act(action)                the world takes the student's action, which gives a moment
-        turn = session.speak()             the teachers speak of it
+        session.speak()                    the teachers speak of it; `session.turn` is the record of both
 
 In place of `act` a student may `ask`. In place of `speak` each teacher may `say` words, `say_kinds` of feedback or
-`choose` one claim after the other. When every teacher has spoken, the student hears all of it, and `session.turn` is
-the record of the turn.
+`choose` one claim after the other. When every teacher has spoken, the student hears all of it.
 
 Nothing else advances a taught world or makes a teacher judge or speak. Environments, studies, pages and kits are views.
 """
@@ -79,7 +78,7 @@ class Turn(NamedTuple):
     state: Any
     """What the world shows now: its observation."""
     info: dict[str, Any]
-    """What the world says beside that, with `success`, and `parse_failure` for a text that was no action."""
+    """What the world says beside that, with `success`, `parse_failure` for a text that was no action, and `atoms`."""
     terminated: bool
     """Whether the episode has ended other than by its length."""
     truncated: bool
@@ -146,11 +145,14 @@ class Offer:
     Args:
         teacher: its oracle sees the truth; its personality chooses the claims.
         purse: several offers can share one.
+        speaker: the seat of the teacher, where several teachers speak; else empty.
     """
 
-    def __init__(self, teacher: Teacher, purse: Purse) -> None:
-        self.teacher, self.purse = teacher, purse
+    def __init__(self, teacher: Teacher, purse: Purse, speaker: str = "") -> None:
+        self.teacher, self.purse, self.speaker = teacher, purse, speaker
         self.moment: Moment[Any]
+        self.said: str | None = None
+        """What the teacher has said of the moment; None if it has yet to speak."""
         self.asked = False
         """Whether the student asks for advice on the moment."""
         self.trimmed = 0
@@ -164,10 +166,8 @@ class Offer:
 
     def see(self, moment: Moment[Any], asked: bool = False, briefs: bool = False) -> None:
         """The moment to speak of; `briefs`: the suggestion of this moment begins with the instruction."""
-        self.moment, self.asked, self._briefs = moment, asked, briefs
-        self.chosen = []
-        self._claims = self._suggestion = None
-        self._kinds = -1
+        self.moment, self.asked, self._briefs, self.chosen, self._kinds = moment, asked, briefs, [], -1
+        self.said = self._claims = self._suggestion = None
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; the teacher is asked once a moment, when they are needed."""
@@ -320,7 +320,9 @@ class Session:
         undoable: bool = False,
     ) -> None:
         self.world, self.teacher, self.max_turns, self.repeated = world, teachers[0], max_turns, repeated
-        self.offers = tuple(map(Offer, teachers, purses or [Purse(0.0) for _ in teachers]))
+        purses = purses or [Purse(0.0) for _ in teachers]
+        seats = [f"teacher_{number}" for number in range(len(teachers))] if len(teachers) > 1 else [""]
+        self.offers = tuple(map(Offer, teachers, purses, seats))
         """What each of the teachers has to say."""
         self.instructs, self.until_success = instructs, until_success and not repeated
         self.ask_cost, self.failure_reward = ask_cost, failure_reward
@@ -333,7 +335,7 @@ class Session:
         self.state: Any = None
         """What the world shows now: its observation; each action makes a new one."""
         self.info: dict[str, Any]
-        """What the world says beside that; a new dict in each turn."""
+        """What the world says beside that, with `success`, and `atoms` once the student has heard; new in each turn."""
         self.terminated = self.truncated = False
         self.instruction: str = SILENCE
         """The episode's instruction."""
@@ -343,8 +345,6 @@ class Session:
         """The claims that the student has heard since it last acted or asked."""
         self.asked = False
         """Whether the student has asked in this turn."""
-        self.turn: Turn
-        """The record of the last turn that is complete."""
         self._inputs: list[tuple[Callable[..., Any], tuple[Any, ...], list[tuple[bool, bool]]]] | None = None
         self.heard = True
         """Whether the student has heard all teachers since it last acted or asked."""
@@ -365,7 +365,7 @@ class Session:
             offer.purse.spent = offer.trimmed = 0
         self._inputs = None
         if self._undoable and seed is not None:
-            self._inputs, self._opening = [], (seed, options)
+            self._inputs, self._opened = [], (seed, options)
         return self._begin(seed, options, None)
 
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> Moment[Any]:
@@ -420,13 +420,14 @@ class Session:
         self.terminated = self.truncated = self.asked = False
         self.instruction = self.feedback = SILENCE
         self.moment = Moment.opening(self.world.truth)._replace(ask_cost=self.ask_cost)
-        self.info, self.atoms = self._reset_info.copy(), ()
+        self.info, self.atoms = {**self._reset_info, "atoms": ()}, ()
         for number, offer in enumerate(self.offers):
             offer.teacher.begin(self.seeds, number)
             if self.instructs or number:
                 opening = offer.teacher.open(self.moment)  # with which each oracle starts
                 if not number:
-                    self.instruction, self.atoms = opening, opening.atoms
+                    self.instruction = opening
+                    self.atoms = self.info["atoms"] = opening.atoms
         self._await_teachers()
         if self.observer is not None:
             self.observer.begin(self.moment, self.atoms)
@@ -442,7 +443,10 @@ class Session:
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        given, action = action, self.read(action)
+        if self._inputs is not None:
+            self._keep(Session.act, action)
+        if type(action) is not ParseFailure:
+            action = self.read(action)
         world, last = self.world, self.moment
         turn = last.turn + 1
         if type(action) is ParseFailure:
@@ -462,7 +466,6 @@ class Session:
             self.info = info
         self.moment, self.terminated, self.truncated = moment, terminated, truncated
         self.atoms, self.asked = (), False
-        self._keep(Session.act, given)
         self._await_teachers()
         if self.observer is not None:
             self.observer.acted(moment)
@@ -474,8 +477,6 @@ class Session:
         Raises:
             ValueError: the action is outside the action space.
         """
-        if type(action) is ParseFailure:
-            return action
         return self.world.legal(action) if self._read is None else self._read(action, self.world)
 
     def ask(self) -> float:
@@ -492,17 +493,19 @@ class Session:
             raise ValueError(f"the student cannot ask: {why}; let it act")
         self.asked = True
         self.state = copy.deepcopy(self.state)
-        self.info = {key: value for key, value in self.info.items() if key != "parse_failure"}
+        self.info = {key: value for key, value in self.info.items() if key not in ("atoms", "parse_failure")}
         self.atoms = ()
-        self._keep(Session.ask)
+        if self._inputs is not None:
+            self._keep(Session.ask)
         self._await_teachers()
         return -self.ask_cost
 
     def _await_teachers(self) -> None:
-        self.heard, self._spoken = False, {}
         moment, asked = self.moment, self.asked
+        self.heard, self._spoken, self._opening = False, [], not (moment.turn or asked)
+        briefs = self._opening and not self.instructs
         for offer in self.offers:
-            offer.see(moment, asked, not (moment.turn or asked or self.instructs))
+            offer.see(moment, asked, briefs)
 
     # The teachers' half of a turn.
 
@@ -510,16 +513,18 @@ class Session:
         """What a teacher would say now: all that it has to say, in its words."""
         return self.offers[teacher].suggestion()
 
-    def speak(self) -> Turn:
+    def speak(self) -> None:
         """Every teacher that has not spoken says what it suggests, as far as its budget allows."""
-        self._keep(Session.speak)
-        for number, offer in enumerate(self.offers):
-            if number not in self._spoken:
-                said: str = offer.suggestion()
-                if offer.purse.budget is not None or not self.moment.turn:
-                    said = offer.allowed(said)
-                self._put(number, said)
-        return self.turn
+        if self._inputs is not None:
+            self._keep(Session.speak)
+        moment = self.moment
+        for offer in self.offers:
+            if offer.said is None:
+                said = offer.suggestion()
+                if offer.purse.budget is None and moment.before is not None:
+                    self._put(offer, said, len(said.atoms))  # all of them are feedback
+                else:
+                    self._put(offer, offer.allowed(said))
 
     def say(self, words: str, teacher: int = 0) -> float:
         """A teacher says words of its own: those that feedback type and budget allow.
@@ -540,8 +545,9 @@ class Session:
         elif type(words) is Utterance and not self.moment.turn:
             words = Utterance.of([atom for atom in words.atoms if atom.kind is not None])
         words = offer.allowed(words)
-        self._keep(Session.say, words, teacher)
-        return self._put(teacher, words)
+        if self._inputs is not None:
+            self._keep(Session.say, words, teacher)
+        return self._put(offer, words)
 
     def say_kinds(self, subset: int, teacher: int = 0) -> float:
         """A teacher says its claims of a subset of the kinds; arguments as in `say`.
@@ -549,9 +555,11 @@ class Session:
         Raises:
             ValueError: it is no subset's number; nothing has changed.
         """
-        said = self.offers[teacher].of_kinds(subset)
-        self._keep(Session.say_kinds, subset, teacher)
-        return self._put(teacher, said)
+        offer = self.offers[teacher]
+        said = offer.of_kinds(subset)
+        if self._inputs is not None:
+            self._keep(Session.say_kinds, subset, teacher)
+        return self._put(offer, said, len(said.atoms) if self.moment.before is not None else None)
 
     def choose(self, choice: int, teacher: int = 0) -> float:
         """A teacher chooses one more claim to say, or with 0 none; the others as in `say`.
@@ -564,69 +572,67 @@ class Session:
         offer = self.offers[teacher]
         before = len(offer.chosen)
         done = offer.choose(choice)
-        self._keep(Session.choose, choice, teacher)
+        if self._inputs is not None:
+            self._keep(Session.choose, choice, teacher)
         reward = offer.purse.pay(len(offer.chosen) - before)
         if done:
-            self._put(teacher, offer.of_chosen(), paid=True)
+            self._put(offer, offer.of_chosen(), 0)
         return reward
 
-    def _put(self, number: int, said: str, paid: bool = False) -> float:
-        """What a teacher says; the student hears it when all have spoken. The teacher's reward."""
-        moment, offer = self.moment, self.offers[number]
-        opening = not (moment.turn or self.asked)
-        words = said
-        if len(self.offers) > 1:
-            said = self._signed(number, said)
-        elif opening and not self.instructs:
+    def _put(self, offer: Offer, said: str, atoms: int | None = None) -> float:
+        """What a teacher says, and the atoms that it pays for, by default those of feedback; its reward.
+
+        The student hears it when all have spoken.
+        """
+        words, several = said, len(self.offers) > 1
+        if several:
+            said = self._signed(offer.speaker, said)
+        elif self._opening and not self.instructs:
             self.instruction, said = _parted(said)
-        reward = 0.0 if paid else offer.purse.pay(price(said))
-        self._spoken[number] = said
-        if len(self._spoken) == len(self.offers):
-            self._hear(said if len(self.offers) == 1 else self.said_so_far(), words, opening)
+        offer.said = said
+        reward = offer.purse.pay(price(said) if atoms is None else atoms)
+        if several:
+            self._spoken.append(said)
+            if len(self._spoken) < len(self.offers):
+                return reward
+            said = words = self.said_so_far()
+        self.feedback, self.heard = said, True
+        if self._opening:
+            self.atoms += _atoms(said if self.instructs else words)
+        else:
+            self.atoms = said.atoms if type(said) is Utterance else ()
+        self.info["atoms"] = self.atoms
+        if self.observer is not None:
+            self.observer.said(words, self.turn)
         return reward
 
     def said_so_far(self) -> Utterance:
-        """What has been said since the student acted, in the order of speaking."""
-        said = [words for words in self._spoken.values() if words]
+        """What several teachers have said since the student acted, in the order of speaking."""
+        said = [words for words in self._spoken if words]
         return Utterance(" ".join(said), tuple(atom for words in said for atom in _atoms(words)))
 
-    def has_spoken(self, teacher: int) -> bool:
-        """Whether a teacher has spoken since the student acted."""
-        return teacher in self._spoken
-
-    def said_by(self, teacher: int) -> str:
-        """What a teacher has said since the student acted."""
-        return self._spoken.get(teacher, SILENCE)
-
-    def _signed(self, number: int, said: str) -> Utterance:
+    def _signed(self, speaker: str, said: str) -> Utterance:
         """Words whose atoms name their speaker; a notice that was given in this turn is left out."""
         atoms = _atoms(said)
-        given = [atom.claim for words in self._spoken.values() for atom in _atoms(words) if atom.kind is None]
+        given = [atom.claim for words in self._spoken for atom in _atoms(words) if atom.kind is None]
         if any(atom.claim in given for atom in atoms):
             said = Utterance.of(atoms := tuple(atom for atom in atoms if atom.claim not in given))
-        return Utterance(said, tuple(atom._replace(speaker=f"teacher_{number}") for atom in atoms))
+        return Utterance(said, tuple(atom._replace(speaker=speaker) for atom in atoms))
 
-    def _hear(self, feedback: str, words: str, opening: bool) -> None:
-        self.feedback, self.heard = feedback, True
-        given: str = SILENCE
-        if opening:
-            given = self.instruction
-            self.atoms += _atoms(feedback if self.instructs else words)
-        else:
-            self.atoms = _atoms(feedback)
-        self.turn = Turn(
+    @property
+    def turn(self) -> Turn:
+        """The record of the turn, which is complete once the student has heard all teachers."""
+        return Turn(
             self.moment,
             self.state,
             self.info,
             self.terminated,
             self.truncated,
-            given,
-            feedback,
+            self.instruction if self._opening else SILENCE,
+            self.feedback if self.heard else SILENCE,
             self.atoms,
             self.asked,
         )
-        if self.observer is not None:
-            self.observer.said(words, self.turn)
 
     # The end of an episode, and the way back.
 
@@ -664,7 +670,7 @@ class Session:
             ends = [i + 1 for i in (-1, *ends) if i + 1 < len(inputs) and i + 1 not in ends]
         if not ends:
             raise ValueError("there is no turn to take back")
-        self.open(*self._opening)
+        self.open(*self._opened)
         for method, arguments, asked_for in inputs[: ends[-1]]:
             for offer, needed in zip(self.offers, asked_for, strict=True):
                 offer.prepare(*needed)
@@ -674,8 +680,8 @@ class Session:
 
     def _keep(self, method: Callable[..., Any], *arguments: Any) -> None:
         """Note an input, and what the teachers have been asked for before it."""
-        if self._inputs is not None:
-            self._inputs.append((method, arguments, [offer.prepared for offer in self.offers]))
+        assert self._inputs is not None  # noqa: S101  # or nothing is kept
+        self._inputs.append((method, arguments, [offer.prepared for offer in self.offers]))
 
     def mistake(self, action: Any) -> bool:
         """Whether an action of the student would be a mistake now.
@@ -688,8 +694,7 @@ class Session:
             ValueError: the action is outside the action space.
         """
         oracle, now = self.teacher.oracle, self.moment.after
-        action = self.read(action)
-        if type(action) is ParseFailure:
+        if type(action) is ParseFailure or type(action := self.read(action)) is ParseFailure:
             return True
         values = oracle.values(now)
         if values is not None:

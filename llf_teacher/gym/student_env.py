@@ -8,7 +8,7 @@ from llf_teacher.gym.seat_env import SeatEnv
 from pz_envs.numbers import Field
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
-from teachers.atoms import Moment
+from teachers.atoms import SILENCE, Moment
 
 
 class StudentEnv(SeatEnv):
@@ -40,6 +40,7 @@ class StudentEnv(SeatEnv):
         super().__init__(env_id, settings, keywords, refused=("speech",))
         self.teacher = self.session.teacher if self._policy is None else self._policy
         """What speaks: the session's own teacher, or the policy that was given."""
+        self._speak = self.session.speak if self._policy is None else self._speak_by_policy
         self.privileged_info = self.settings.privileged_info
         view = self.student_view
         self._numbers = view.numbers is not None
@@ -80,11 +81,12 @@ class StudentEnv(SeatEnv):
         session = self.session
         reward = self.student_view.act(action)
         self._speak()
-        self._running = not session.over
+        self._running = not (session.terminated or session.truncated)
         observation = self.observe()
         if self.render_mode == "human":
             self.render()
-        return observation, reward, session.terminated, session.truncated, self._info()
+        info = self._info() if self.privileged_info else self.student_view.info()
+        return observation, reward, session.terminated, session.truncated, info
 
     def resume_from(self, moment: Moment[Any], terminated: bool = False) -> None:
         """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
@@ -97,24 +99,23 @@ class StudentEnv(SeatEnv):
 
     def observe(self) -> Any:
         """The observation that `reset` or the last `step` gave."""
-        view, turn = self.student_view, self.session.turn
+        view, session = self.student_view, self.session
         if self._numbers:
             return view.observe()
-        seen = {"observation": view.state(), "instruction": turn.instruction, "feedback": turn.feedback}
+        instruction = SILENCE if session.moment.turn or session.asked else session.instruction
+        seen = {"observation": view.state(), "instruction": instruction, "feedback": session.feedback}
         return seen | {"image": view.image()} if view.visual else seen
 
     def _info(self) -> dict[str, Any]:
         """The seat's info, with what is privileged if that is wanted."""
         info = self.student_view.info()
         if self.privileged_info:
+            info = {**info}
             info["moment"] = self.session.moment
             if changes := getattr(self.teacher, "changes", ()):
                 info["changes"] = changes
         return info
 
-    def _speak(self) -> None:
-        """The teacher's turn."""
-        if self._policy is None:
-            self.session.speak()
-        else:
-            self.session.say(self._policy.act(self.teacher_view.observe(), self.teacher_view.info()))
+    def _speak_by_policy(self) -> None:
+        """The turn of a policy in the teacher's seat."""
+        self.session.say(self._policy.act(self.teacher_view.observe(), self.teacher_view.info()))

@@ -312,7 +312,6 @@ class ClassroomEnv(SeatsEnv):
         if not session.heard:  # one claim a turn
             session.choose(0)
         self._trimmed = teacher.offer.trimmed if self.speech == "kinds" else self._trimmed
-        self.infos[self.students[i]].update(self.student_views[i].info())
         return reward
 
     def _end_turn(self, i: int) -> None:
@@ -322,7 +321,6 @@ class ClassroomEnv(SeatsEnv):
             session.say(SILENCE)
         else:
             session.say_kinds(0)
-        self.infos[self.students[i]].update(self.student_views[i].info())
 
     def _understand(self, action: Any) -> tuple[int | None, Any]:
         """The student that an action turns to, and what it says: a subset or words.

@@ -170,7 +170,7 @@ class PanelEnv(SeatsEnv):
             self.infos[agent] = {**self.infos[agent], "trimmed": view.offer.trimmed}
         if self.session.heard:
             self._end_round()
-        elif self.session.has_spoken(view.number):
+        elif view.offer.said is not None:
             self.agent_selection = self._waiting.pop(0)
 
     def _begin_round(self) -> None:
@@ -184,8 +184,7 @@ class PanelEnv(SeatsEnv):
 
     def _end_round(self) -> None:
         session = self.session
-        self._said = {teacher: session.said_by(view.number) for teacher, view in self.teacher_views.items()}
-        self.infos[STUDENT].update(self.student_view.info())
+        self._said = {teacher: view.offer.said or SILENCE for teacher, view in self.teacher_views.items()}
         if session.over:
             self.terminations = dict.fromkeys(self.agents, session.terminated)
             self.truncations = dict.fromkeys(self.agents, session.truncated)

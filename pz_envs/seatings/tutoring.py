@@ -152,7 +152,6 @@ class TutoringEnv(SeatsEnv):
     def _pass_to_student(self) -> None:
         """The student reads what was said, which ends a finished episode."""
         session = self.session
-        self.infos[STUDENT].update(self.student_view.info())
         if session.over:
             self.terminations = dict.fromkeys(self.agents, session.terminated)
             self.truncations = dict.fromkeys(self.agents, session.truncated)

@@ -113,7 +113,8 @@ def _watch(session: Session, moments: Iterable[Moment]) -> list[tuple[Atom, ...]
     said = []
     for moment in moments:
         session.follow(moment)
-        said.append(session.speak().atoms)
+        session.speak()
+        said.append(session.atoms)
     return said
 
 

@@ -96,7 +96,8 @@ class Pupil:
             heard.append([])
             for moment in moments:
                 session.follow(moment)
-                atoms = tuple(atom for atom in session.speak().atoms if atom.kind is not None)
+                session.speak()
+                atoms = tuple(atom for atom in session.atoms if atom.kind is not None)
                 heard[-1].append(Taught(moment, atoms, session.teacher.oracle.judge(moment)))
         return heard
 
@@ -121,7 +122,8 @@ class Pupil:
             history.append(moment)
             for each in watching:
                 each.follow(moment)
-            yield [(atom, history[atom.about_turn], lab) for each in watching for atom in each.speak().atoms]
+                each.speak()
+            yield [(atom, history[atom.about_turn], lab) for each in watching for atom in each.atoms]
 
     def judged(self, seed: int = 0) -> Iterator[tuple[Oracle, Moment]]:
         """An oracle that has started its episode, and a moment of it."""

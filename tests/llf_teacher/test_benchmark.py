@@ -226,7 +226,7 @@ def test_the_extra_fast_has_to_be_there(monkeypatch):
 
 @pytest.mark.full
 def test_a_slowed_copy_fails_and_the_other_way_round_passes(tmp_path):
-    line = "        self._running = not session.over\n"
+    line = "        self._running = not (session.terminated or session.truncated)\n"
     copy(tmp_path, "llf_teacher/gym/student_env.py", line, line + "        sum(range(4000))\n")
 
     def judged(mine, other):

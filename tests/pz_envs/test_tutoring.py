@@ -250,7 +250,8 @@ def test_suggestions_that_are_taken_in_the_seat_are_what_the_session_says_by_its
     other.session.open(5)
     for action in ("2", "\x00", "0", "1", "1", "0", None):
         one.step(one.infos[TEACHER]["suggestion"])
-        assert repr(one.session.turn) == repr(other.session.speak())
+        other.session.speak()
+        assert repr(one.session.turn) == repr(other.session.turn)
         if action is not None:
             one.step(action)
             other.session.act(action)
