@@ -171,7 +171,7 @@ def test_a_notebooks_own_is_for_this_process_alone(monkeypatch):
     assert [play(spec).episode.claims > 0 for spec in study.episodes()] == [False, True]
     with pytest.raises(
         ValueError,
-        match=r"^vague \| __main__:Shy, __main__:f\(\): other processes cannot import what a program .* in this process, by workers=1",
+        match=r"^vague \| __main__:Shy, __main__:f\(\): other processes cannot .* in this process, by workers=1",
     ):
         check_portable([*study.teachers[1:], "vague | __main__:Shy", "__main__:f()", "random"])
     check_portable(["oracle", "llf_teacher.__main__:x", "drifting(to='__main__:x')"])
@@ -189,7 +189,7 @@ def test_it_is_refused_before_anything_runs_and_played_here(monkeypatch, tmp_pat
     ):
         with pytest.raises(
             ValueError,
-            match=r"__main__:Shy: other processes cannot import what a program .* by workers=1 without limits, or by RunOptions",
+            match=r"__main__:Shy: other processes cannot .* by workers=1 without limits, or by RunOptions",
         ):
             run(study, tmp_path / "s.db", workers, options=options)
         assert not (tmp_path / "s.db").exists()

@@ -119,7 +119,7 @@ def test_keys_of_episodes_without_lessons_are_those_of_ever():
         ({"lessons": [1], "test": []}, "transfer: unknown key 'test'"),
         (
             {"lessons": [1], "students": ["random"]},
-            "transfer: students must remember earlier episodes, got random; .* with forget=False",
+            "students must remember earlier episodes, got random; .* with forget=False",
         ),
         ({"lessons": [1], "teachers": ["nobody"]}, "transfer: teachers: unknown personality 'nobody'"),
         ({"lessons": [1], "taught": ["llf-poem-Haiku-v0"]}, "transfer: taught: the study has no id of the family of"),
