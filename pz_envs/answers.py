@@ -1,4 +1,4 @@
-"""Answers as chat models write them: what is thought aloud is parted from what is said."""
+"""Answers of chat models: reasoning between marks is split from the answer."""
 
 import re
 from typing import NamedTuple
@@ -24,22 +24,30 @@ _MARK = re.compile(  # all begin with a bracket, which makes the search fast
 
 
 class Parted(NamedTuple):
-    """An answer, parted."""
+    """A text with its reasoning split off."""
 
     thought: str
-    """What stands between reasoning marks, the parts joined by blank lines."""
+    """The text between reasoning marks, its parts joined by blank lines."""
     answer: str
-    """What stands outside of them."""
+    """The text outside the marks."""
+    text: str
+    """The whole text."""
+    unended: bool = False
+    """Whether the text ends within reasoning."""
 
 
-def split_thought(text: str) -> Parted:
-    """Part an answer from the reasoning that is marked in it; without marks the answer is the text as it is.
+def split_thought(text: str | Parted) -> Parted:
+    """Split the reasoning that is marked in a text from the answer; without marks the answer is the whole text.
+
+    A `Parted` is returned as it is, so that a text is searched once, where it arrives.
 
     Marks are `<think>...</think>` and its like (`<thinking>`, `<thought>`, `<reasoning>`, `<reflection>`,
     `<scratchpad>`, `<analysis>`; in any case), `[THINK]...[/THINK]`, those of Kimi, Seed, Gemma and OpenThinker, and
-    the channels of gpt-oss. Reasoning that never ends takes all the rest. An end without a beginning, which a chat
-    template has put into the prompt, makes reasoning of all before it. Takes time in proportion to the text's length.
+    the channels of gpt-oss. Reasoning that never ends takes all the rest. If an end has no beginning, which a chat
+    template has put into the prompt, all text before it is reasoning. The time is linear in the text's length.
     """
+    if isinstance(text, Parted):
+        return text
     thought: list[str] = []
     answer: list[str] = []
     thinking, at, marked = False, 0, False
@@ -53,6 +61,7 @@ def split_thought(text: str) -> Parted:
             answer = []
         thinking = bool(mark["open"])
     if not marked:
-        return Parted("", text)
+        return Parted("", text, text)
     (thought if thinking else answer).append(text[at:])
-    return Parted("\n\n".join(filter(None, map(str.strip, thought))), "\n".join(filter(None, map(str.strip, answer))))
+    thoughts = "\n\n".join(filter(None, map(str.strip, thought)))
+    return Parted(thoughts, "\n".join(filter(None, map(str.strip, answer))), text, thinking)

@@ -66,8 +66,8 @@ class Lesson(Subject):
         learning: Learning = StateValues(),  # noqa: B008 (a frozen value)
     ) -> None:
         self._oracle = RewardOracle if oracle is None else _checked(oracle)
-        # Who never looks at a truth need not pay for copies.
-        if snapshot == "auto" and not getattr(self._oracle, "looks", True):
+        # An oracle that reads no truth needs no copies of it.
+        if snapshot == "auto" and not getattr(self._oracle, "needs_truth", True):
             snapshot = "replay"
         self._world: GymWorld | None = GymWorld(
             env,

@@ -12,8 +12,8 @@ from gymnasium.spaces.utils import flatdim, flatten, flatten_space
 from teachers.atoms import FP, HP, KINDS, Atom, FeedbackType, R, action_of
 from teachers.common import Reward
 from teachers.session import CLAIMS
+from worlds.actions import native
 from worlds.world import World
-from worlds.wrapped.actions import native
 
 Embed = Callable[[str], Any]
 """Gives the vector of a text: finite numbers, always as many."""

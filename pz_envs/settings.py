@@ -66,7 +66,7 @@ class SettingsKeywords(TeacherKeywords, total=False):
 class Settings:
     """What a lesson is, but for its environment.
 
-    Doors, such as `llf_teacher.make`, take such a value as `settings`, or its fields as keywords, and with both the
+    Doors take such a value as `settings`, or its fields as keywords, and with both the
     keywords count. They take a world's options as keywords, too; type checkers know these only within `options`.
 
     Raises:

@@ -5,6 +5,7 @@ from typing import Any
 
 from gymnasium import spaces
 
+from pz_envs.answers import split_thought
 from pz_envs.asking import ASK, asking_space, read_question
 from pz_envs.frames import Watch
 from pz_envs.numbers import Field, Numbers
@@ -71,6 +72,8 @@ class StudentView:
         """
         session = self.session
         if session.ask_cost is not None:
+            if isinstance(action, str) and isinstance(self.action_space, spaces.Text):
+                action = split_thought(action)
             asks, action = read_question(action, self.action_space)
             if asks and not session.asked:
                 return session.ask()
@@ -95,7 +98,9 @@ class StudentView:
     def info(self) -> dict[str, Any]:
         """The info: that of the session, without `atoms` beside numbers; a new dict in each turn."""
         info = self.session.info
-        return info if self.numbers is None else {name: value for name, value in info.items() if name != "atoms"}
+        if self.numbers is None:
+            return info
+        return {name: value for name, value in info.items() if name != "atoms"}
 
     def info_for(self, policy: Any) -> dict[str, Any]:
         """The info that a policy in this seat may see; see `info_for`."""

@@ -14,7 +14,7 @@ from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.answers import split_thought
+from pz_envs.answers import Parted, split_thought
 from pz_envs.forms import behind_marker, fenced, labelled, paragraphs, spans, tagged, unlabelled, without_stops
 from pz_envs.pieces import LONGEST, TwoActions, read_piece, strict_value, the_one
 from teachers.atoms import ParseFailure
@@ -39,27 +39,37 @@ UNFIT = "it is too long, or has characters that are not allowed"
 def read_text(action: Any, world: World[Any]) -> Any:
     """What a student wrote, as an action in canonical form, or a `ParseFailure`.
 
+    Args:
+        action: a string, or what `split_thought` made of it.
+        world: the world whose action it is.
+
     Raises:
-        ValueError: it is no string.
+        ValueError: it is neither.
     """
-    return parse_action(_string(action), world)
+    return parse_action(_checked(action), world)
 
 
 def read_verbatim(action: Any, world: World[Any]) -> Any:
-    """A text, taken as it is by a world whose actions are texts, or a `ParseFailure`; errors as in `read_text`."""
-    return legal_text(_string(action), world)
+    """A text, taken as it is by a world whose actions are texts, or a `ParseFailure`; as in `read_text`."""
+    said = _checked(action)
+    return legal_text(said.text if isinstance(said, Parted) else said, world)
 
 
-def _string(action: Any) -> str:
-    if not isinstance(action, str):
+def _checked(action: Any) -> str | Parted:
+    if not isinstance(action, str | Parted):
         raise ValueError(f"the student's action must be a string, got {action!r}; the state is unchanged")
     return action
 
 
-def parse_action(text: str, world: World[Any]) -> Any:
-    """The action that a text stands for, in canonical form, or a `ParseFailure`."""
-    thought, answer = split_thought(text)
-    unended = not answer and thought and not split_thought(f"{text}.").answer
+def parse_action(said: str | Parted, world: World[Any]) -> Any:
+    """The action that a text stands for, in canonical form, or a `ParseFailure`.
+
+    Args:
+        said: the text, or what `split_thought` made of it.
+        world: the world whose action it is.
+    """
+    thought, answer, text, unended = split_thought(said)
+    unended = unended and bool(thought) and not answer
     if unended and _MARKER.search(text):
         answer = behind_marker(text) or ""  # reasoning that never ends, and yet gives an answer
     got = answer if thought and answer else text

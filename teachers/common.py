@@ -48,11 +48,11 @@ class _Outcome(Verdict[Any]):
     __slots__ = ()
 
     def applies(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Any action, or text that is none."""
+        """Any action, also a text that is none."""
         return moment.action is not None
 
     def good(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Ask the record."""
+        """Look up the success of the moment."""
         return moment.success
 
 
@@ -92,7 +92,7 @@ class Truism(Claim[Any]):
 
 
 class _Judged(Grounded[Any], ActionClaim[Any]):
-    """A verdict that gives no reason; its ground is one that does, or its opposite that does not hold."""
+    """A verdict without a reason; its ground is one with a reason that holds, or its opposite that does not."""
 
     __slots__ = ()
     action_slot = ""
@@ -154,7 +154,7 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
         )
 
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
-        """Claim that it does matter: the opposite verdict."""
+        """The opposite of the ground."""
         cls = Wrong if self.mine >= self.other else Right
         return (cls.on(self._ground, action=self.action),)
 
@@ -267,7 +267,7 @@ class MayAsk(Claim[Any]):
     cost: float
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Ask the seat, which notes it at the opening."""
+        """Compare with the price in the opening moment."""
         return moment.ask_cost == self.cost
 
 
@@ -287,7 +287,7 @@ class Syntax(Claim[Any]):
     expected: str
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Ask the world."""
+        """Compare with the syntax that the world states."""
         return self.expected == lab.action_syntax
 
 
@@ -295,14 +295,14 @@ class Syntax(Claim[Any]):
 class Late(Claim[Any]):
     """A claim about an earlier turn: true if `claim` was true at that turn.
 
-    It exists between a personality and the voice only; the atom holds the claim itself and its turn.
+    It is passed from a personality to the voice only; the atom holds the claim itself and its turn.
     """
 
     claim: Claim[Any]
     turn: int
 
     @property
-    def kind(self) -> FeedbackType | None:  # type: ignore[override]  # as for a truism
+    def kind(self) -> FeedbackType | None:  # type: ignore[override]  # that of the claim
         """The kind of the claim that comes late."""
         return self.claim.kind
 

@@ -12,8 +12,7 @@ __all__ = ["COMPILED", "compiled"]
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
-"""Whether functions are compiled: if numba is there, and its own switch, the environment variable `NUMBA_DISABLE_JIT`,
-does not say no."""
+"""Whether functions are compiled: numba is installed, and its variable `NUMBA_DISABLE_JIT` is unset or 0."""
 if COMPILED:
     try:
         import numba
@@ -24,28 +23,40 @@ if COMPILED:
 def compiled(function: _Function) -> _Function:
     """Compile a function when it is first called with arguments of these types, where that can be done.
 
-    It may use what numba knows of Python, and call compiled functions of its own folder alone: machine code is kept
-    between processes for as long as nothing in that folder changes. Results are equal to the last bit, but for
-    `math.hypot`, which numba has another formula for.
+    It may use what numba supports of Python, and call compiled functions that are names of its module: machine code is
+    kept between processes for as long as nothing changes in the folder of its module, nor in theirs. Results are equal
+    to the last bit, except for `math.hypot`, which numba computes by another formula.
     """
     if not COMPILED:
         return function
     given = numba.config.CACHE_DIR
-    kept = _kept(Path(function.__code__.co_filename).parent, given)
+    folders = _folders(function)
+    cache = _cache_folder(folders, given)
     try:
-        kept.mkdir(parents=True, exist_ok=True)
+        cache.mkdir(parents=True, exist_ok=True)
     except OSError:
-        return cast("_Function", numba.njit(function))
-    numba.config.CACHE_DIR = str(kept)
-    try:
-        return cast("_Function", numba.njit(cache=True)(function))
-    finally:
-        numba.config.CACHE_DIR = given
+        made = numba.njit(function)
+    else:
+        numba.config.CACHE_DIR = str(cache)
+        try:
+            made = numba.njit(cache=True)(function)
+        finally:
+            numba.config.CACHE_DIR = given
+    made.folders = folders
+    return cast("_Function", made)
+
+
+def _folders(function: Callable[..., Any]) -> tuple[Path, ...]:
+    """The folder of a function's module, then those of the compiled functions that are names of the module."""
+    names = [each for each in function.__globals__.values() if isinstance(each, numba.core.dispatcher.Dispatcher)]
+    others = {folder for each in names for folder in each.folders}
+    own = Path(function.__code__.co_filename).parent
+    return own, *sorted(others - {own})
 
 
 @lru_cache
-def _kept(folder: Path, given: str) -> Path:
-    """Where machine code of a folder is kept, as it is now: numba by itself looks at one file only."""
-    sources = b"".join([path.read_bytes() for path in sorted(folder.glob("*.py"))])
+def _cache_folder(folders: tuple[Path, ...], given: str) -> Path:
+    """Where machine code is kept that depends on the sources in these folders: numba by itself checks one file only."""
+    sources = b"".join([path.read_bytes() for folder in folders for path in sorted(folder.glob("*.py"))])
     name = f"compiled-{hashlib.sha256(sources).hexdigest()[:16]}"
-    return Path(given or folder / "__pycache__") / name
+    return Path(given or folders[0] / "__pycache__") / name

@@ -14,10 +14,10 @@ _ALLOWED = (
 
 
 def parse_kinds(feedback_type: str | Iterable[str]) -> frozenset[FeedbackType]:
-    """The kinds that a feedback type allows at most; `m` allows all.
+    """The kinds that a feedback type allows; `m` allows all.
 
     Raises:
-        ValueError: it is no feedback type.
+        ValueError: it is not a feedback type.
     """
     if isinstance(feedback_type, str):
         if feedback_type in (ALL, MIXED):
@@ -36,7 +36,7 @@ def parse_kinds(feedback_type: str | Iterable[str]) -> frozenset[FeedbackType]:
 
 
 def format_kinds(feedback_type: str | Iterable[str]) -> str:
-    """A feedback type as files hold it: `a`, `n`, `m` or kinds in speaking order, joined by `+`."""
+    """The canonical text of a feedback type: `a`, `n`, `m` or kinds in speaking order, joined by `+`."""
     kinds = parse_kinds(feedback_type)
     if isinstance(feedback_type, str) and feedback_type in (ALL, NONE, MIXED):
         return feedback_type
@@ -44,7 +44,7 @@ def format_kinds(feedback_type: str | Iterable[str]) -> str:
 
 
 def draw_kinds(kinds: Set[FeedbackType], rng: np.random.Generator) -> frozenset[FeedbackType]:
-    """A uniformly drawn non-empty subset; empty if there is nothing to draw from."""
+    """A uniformly drawn non-empty subset; empty if `kinds` is empty."""
     ordered = [kind for kind in KINDS if kind in kinds]
     if not ordered:
         return frozenset()

@@ -1,4 +1,4 @@
-"""Fingerprints: a number for each state, the same in every process, for personalities that tell states apart."""
+"""Fingerprints: a number for each state, the same in every process, for personalities that distinguish states."""
 
 import dataclasses
 import hashlib
@@ -13,13 +13,13 @@ _BYTES = 8
 
 
 class Fingerprints:
-    """Fingerprints of truths and actions. What truths share by reference, such as a map, is read once."""
+    """Fingerprints of truths and actions. What truths share by reference, such as a map, is hashed once."""
 
     def __init__(self) -> None:
         self._known: dict[int, tuple[Any, bytes]] = {}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Fingerprints":
-        return Fingerprints()  # what is known is known by its place in memory
+        return Fingerprints()  # digests are cached by address
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Fingerprints, ()
@@ -28,7 +28,7 @@ class Fingerprints:
         """A number of 64 bits that is equal for equal values.
 
         Raises:
-            TypeError: the value holds something of which nothing is known but where in memory it is.
+            TypeError: the value contains an object that has no value of its own, only an address.
         """
         return int.from_bytes(self._digest(value), "big")
 

@@ -1,4 +1,4 @@
-"""The interface of every oracle: it sees a world's truth and states what is true of a turn."""
+"""The interface of oracles, which state what is true of a turn from the truth of a world."""
 
 import sys
 from abc import ABC, abstractmethod
@@ -8,45 +8,41 @@ from typing import Any, ClassVar, Generic
 
 import numpy as np
 
-from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, TruthT, WorldT
+from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, TruthT, WorldT, fast_constructor
 from teachers.common import Reward
-from teachers.making import maker
 
 ALL_KINDS = frozenset(KINDS)
 ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
-"""What an oracle may be able to do, and a personality may need; see `Oracle.abilities`."""
+"""Abilities that an oracle may have and a personality may need; see `Oracle.abilities`."""
 
-_KEPT = 64  # rewards
-_reward = maker(Reward)
+_reward = fast_constructor(Reward)
 
 
 class RefusalError(TypeError):
-    """What an oracle raises that is asked for something that it does not know."""
+    """Raised by an oracle that is asked for something that it cannot compute."""
 
 
 class Oracle(ABC, Generic[TruthT, WorldT]):
-    """Knows everything about one world and lies about nothing.
+    """States what is true of one world.
 
-    An oracle implements `_basics`, `_hindsight` and `_advice`, `_practice` and `_solution` if it gives such
-    instructions, and what it can of `values`, `importance`, `plan` and `regret`. Each states the claims that are true
-    and worth saying, none if there are none.
+    A subclass implements `_basics`, `_hindsight` and `_advice`; `_practice` and `_solution` if it gives such
+    instructions; and what it can of `values`, `importance`, `plan` and `regret`. Claims are true and worth saying.
 
     Args:
         scratch: makes a scratch world of the taught world's class and options.
     """
 
     instruction_types: ClassVar[tuple[str, ...]] = ("b", "p", "c")
-    """The instructions that it can give."""
+    """The supported types of instructions."""
     feedback_types: ClassVar[tuple[FeedbackType, ...]] = KINDS
-    """The kinds of feedback that it can give."""
-    looks: ClassVar[bool] = True
-    """Whether it, or one of its claims, ever looks at a truth."""
+    """The supported kinds of feedback."""
+    needs_truth: ClassVar[bool] = True
+    """Whether it, or one of its claims, ever reads a truth."""
     max_importance: ClassVar[float] = 1.0
-    """Greatest value that `importance` can have."""
+    """The upper bound of `importance`."""
 
     def __init__(self, scratch: Callable[[], WorldT]) -> None:
         self._scratch = scratch
-        self._rewards: dict[float, Reward] = {}  # of a world that pays the same ones again and again
 
     @cached_property
     def lab(self) -> WorldT:
@@ -55,10 +51,10 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
 
     @classmethod
     def abilities(cls) -> frozenset[str]:
-        """What it can do, of `ABILITIES`.
+        """The members of `ABILITIES` that it has.
 
-        A method counts if the class brings its own, and those that follow from `values` count with these. `hindsight`
-        is to state hp and hn, `advice` to state fp, and `hints` to have fp claims with coarser ones.
+        A method counts if the class overrides it; importance, plan and regret, which follow from `values`, count with
+        it. `hindsight` is hp and hn among the feedback types, `advice` is fp, `hints` are fp claims with coarser ones.
         """
         own = {
             name
@@ -79,25 +75,25 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return claims_of(cls.__module__)
 
     def start(self, truth: TruthT) -> None:
-        """Begin an episode: look at the world as reset left it."""
+        """Begin an episode at the truth after the world's reset."""
 
     def brief(self, truth: TruthT, instruction_type: str, rng: np.random.Generator | None = None) -> tuple[Claim, ...]:
         """The parts of the instruction.
 
         Args:
             truth: the world's truth at the start.
-            instruction_type: `b` goal, actions, syntax; `p` adds how some actions went that the oracle
-                tried out; `c` adds enough to infer an optimal policy.
-            rng: from which `p` draws what is tried out. All else that an oracle says is determined by the truth.
+            instruction_type: `b` has goal, actions and syntax; `p` adds hindsight on some actions that the oracle
+                tries; `c` adds enough to infer an optimal policy.
+            rng: draws the actions of `p`. All other claims follow from the truth.
 
         Raises:
             ValueError: `p` without a generator.
-            TypeError: a hook has returned something else than a tuple of claims.
+            TypeError: a hook did not return a tuple of claims.
         """
         parts = self._parts("_basics", self._basics(truth))
         if instruction_type == "p":
             if rng is None:
-                raise ValueError("the instruction `p` draws what is tried out; it needs a generator, rng=...")
+                raise ValueError("the instruction type 'p' draws actions to try; pass a generator as rng=...")
             return parts + self._parts("_practice", self._practice(truth, rng))
         return parts + self._parts("_solution", self._solution(truth)) if instruction_type == "c" else parts
 
@@ -111,31 +107,23 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         claims: list[Claim] = []
         if moment.before is not None:
             if R in kinds:
-                reward = moment.reward + 0.0  # never -0.0
-                claims.append(self._rewards.get(reward) or self._told(reward))
+                claims.append(_reward(moment.reward + 0.0))  # never -0.0
             self._hindsight(claims, moment, kinds)
         if not moment.over:
             self._advice(claims, moment, kinds)
         return tuple(claims)
-
-    def _told(self, reward: float) -> Reward:
-        """The claim about a reward, which is kept if there are few."""
-        claim = _reward(reward)
-        if len(self._rewards) < _KEPT:
-            self._rewards[reward] = claim
-        return claim
 
     @abstractmethod
     def _basics(self, truth: TruthT) -> tuple[Claim, ...]:
         """Goal, meaning of the actions, syntax of the answer."""
 
     def _practice(self, truth: TruthT, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """Hindsight on some actions that were tried out."""
-        raise RefusalError(f"{type(self).__name__} has `p` among its instruction_types, but no _practice")
+        """Hindsight on some actions that the oracle tries."""
+        raise RefusalError(f"{type(self).__name__} has 'p' in its instruction_types, but does not implement _practice")
 
     def _solution(self, truth: TruthT) -> tuple[Claim, ...]:
         """Enough to infer an optimal policy."""
-        raise RefusalError(f"{type(self).__name__} has `c` among its instruction_types, but no _solution")
+        raise RefusalError(f"{type(self).__name__} has 'c' in its instruction_types, but does not implement _solution")
 
     @abstractmethod
     def _hindsight(self, claims: list[Claim], moment: Moment[TruthT], kinds: Set[FeedbackType]) -> None:
@@ -150,17 +138,17 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return None
 
     def importance(self, truth: TruthT) -> float:
-        """How much is at stake in the next action: the best value less the worst, at most `max_importance`.
+        """What is at stake in the next action: the best value minus the worst, at most `max_importance`.
 
-        Without values it is not known, and 0.
+        0 if there are no values.
         """
         values = self.values(truth)
         return 0.0 if values is None else max(values) - min(values)
 
     def plan(self, truth: TruthT, n: int) -> tuple[Any, ...]:
-        """At most `n` actions of an optimal policy from here on; none where nothing is known.
+        """At most `n` actions of an optimal policy from here on; empty where none is known.
 
-        As it stands the action of the greatest value, if there are values and they differ.
+        By default the action of the greatest value, if there are values and they differ.
         """
         values = self.values(truth)
         if n < 1 or values is None or max(values) == min(values):
@@ -168,10 +156,10 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return (values.index(max(values)),)
 
     def regret(self, moment: Moment[TruthT]) -> float:
-        """Value lost by the executed action against the best one, or, if none was executed, by the turn; see `idle`.
+        """Value lost by the executed action compared with the best one; if none was executed, see `idle`.
 
         Raises:
-            RefusalError: the oracle does not know.
+            RefusalError: the oracle has no values.
         """
         if moment.before is None:
             return self.idle(moment.after)
@@ -180,12 +168,12 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return lost
 
     def idle(self, truth: TruthT) -> float:
-        """Value lost by a turn in which nothing moved, for the text that was given was no action.
+        """Value lost by a turn in which no action was executed, because the student's text was none.
 
-        As it stands what the worst action loses; who knows better what a turn is worth says it here.
+        By default what the worst action loses; override it where a turn has another value.
 
         Raises:
-            RefusalError: the oracle does not know.
+            RefusalError: the oracle has no values.
         """
         return max(values := self._known(truth)) - min(values)
 
@@ -196,11 +184,11 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         return values
 
     def falsehoods(self, claim: Claim, moment: Moment[TruthT]) -> list[Claim]:
-        """Every plausible claim in place of `claim` that is false, checked to be so."""
+        """Every counterpart of a claim that is false, by its check."""
         return [c for c in claim.counterparts(moment, self.lab) if not c.holds(moment, self.lab)]
 
     def distort(self, claim: Claim, moment: Moment[TruthT], rng: np.random.Generator) -> Claim | None:
-        """A false claim in place of `claim`, checked to be false; None if there is no plausible one."""
+        """A random one of the `falsehoods` of a claim; None if there is none."""
         false = self.falsehoods(claim, moment)
         return false[rng.integers(len(false))] if false else None
 
@@ -208,7 +196,7 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
 def claims_of(module: str) -> tuple[type[Claim], ...]:
     """The claim classes that a module defines, in its order; bases of claims have names that begin with `_`.
 
-    A package may have them in a module `claims` of its own: these come after those that it defines itself.
+    A package may define them in its module `claims`; these come after those of its `__init__`.
     """
     inner = f"{module}.claims"
     return tuple(

@@ -1,8 +1,8 @@
-"""Personalities: what becomes of an oracle's claims before they are said.
+"""Personalities, which choose, delay, change or withhold an oracle's claims before they are said.
 
-A personality is a frozen value in a module of its name under `teachers/personalities/`. One that remembers nothing is a
-function, decorated by `personality`; another one is a dataclass whose fields are its parameters, with a `Stage` that
-holds one episode's memory. Personalities compose left to right with `|`, and are written as strings that round-trip:
+A personality is a frozen value in a module of its name under `teachers/personalities/`. Without memory it is a
+function, decorated by `personality`; with memory it is a dataclass, whose fields are its parameters, and a `Stage`,
+which holds the memory of one episode. Personalities compose left to right with `|`, and their strings round-trip:
 `mistake(eps=0.1) | delayed(turns=2)`.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 from teachers import personalities
 from teachers.atoms import Claim
 from teachers.oracle import ABILITIES, Oracle
-from teachers.spec import Shelf, Spec, unknown
+from teachers.spec import Registry, Spec, unknown
 from teachers.view import View
 
 __all__ = [
@@ -34,63 +34,63 @@ __all__ = [
 ]
 
 Claims = Sequence[Claim[Any]]
-"""What is said, in its order."""
+"""Claims in the order in which they are said."""
 P = ParamSpec("P")
 S = TypeVar("S", bound="Personality")
 
 
 class Stage(ABC, Generic[S]):
-    """One personality in one episode."""
+    """A personality in one episode."""
 
     def __init__(self, spec: S, rng: np.random.Generator) -> None:
         self.spec = spec
         """The personality, for its parameters."""
         self.rng = rng
-        """A random stream of its own."""
+        """Its own random stream."""
         self.begin()
 
     def begin(self) -> None:
-        """Set up what is to be remembered within the episode."""
+        """Set up the memory of the episode."""
 
     @abstractmethod
     def speak(self, claims: Claims, view: View) -> Claims:
-        """What to say, given what the oracle, or the stage before, would say. Called once a turn."""
+        """The claims to say, given those of the oracle or of the stage before. Called once a turn."""
 
 
 class Personality(Spec):
     """Base of all personalities: a frozen value that starts a `Stage` for each episode."""
 
-    shelf: ClassVar[str] = personalities.__name__
+    package: ClassVar[str] = personalities.__name__
     stage: ClassVar[type[Stage[Any]]]
-    """What it is in an episode."""
+    """The class of its stages."""
     source: ClassVar[str] = "ours"
-    """Where the definition comes from."""
+    """The source of the definition."""
 
-    # A subclass sets these, as in `honest = False`, or works them out of its parameters, as a property.
+    # A subclass sets these, as in `honest = False`, or computes them from its parameters in a property.
 
     @property
     def needs(self) -> frozenset[str]:
-        """What the oracle must be able to do, of `teachers.oracle.ABILITIES`."""
+        """The abilities that the oracle must have, of `teachers.oracle.ABILITIES`."""
         return frozenset()
 
     @property
     def honest(self) -> bool:
-        """Whether every claim that it makes is true, if those that it is given are."""
+        """Whether all claims that it says are true if those that it is given are."""
         return True
 
     @property
     def reveals(self) -> bool:
-        """Whether it may tell the action to take; one that may not is audited for it."""
+        """Whether it may reveal the action to take; if not, audits check that it does not."""
         return True
 
     @property
     def transparent(self) -> bool:
-        """Whether it passes every claim on as it is, so that it need not be asked."""
+        """Whether it passes on every claim unchanged, so that it need not be called."""
         return False
 
     @property
     def mute(self) -> bool:
-        """Whether it withholds everything, so that neither it nor the oracle need be asked."""
+        """Whether it withholds every claim, so that neither it nor the oracle need be called."""
         return False
 
     def start(self, rng: np.random.Generator) -> Stage[Any]:
@@ -98,7 +98,7 @@ class Personality(Spec):
         return self.stage(self, rng)
 
     def __or__(self, after: "Personality") -> "Pipeline":
-        """One after the other, which sees only what the first lets pass; the order matters.
+        """A pipeline of both, in which the second gets the claims that the first passes on; the order matters.
 
         `harsh | mistake(eps=1)` errs about blame, and so praises what was wrong; `mistake(eps=1) | harsh` errs about
         everything and keeps what then is blame: of what was right.
@@ -107,7 +107,7 @@ class Personality(Spec):
 
 
 class _Turn(Stage["Memoryless"]):
-    """Has nothing to remember."""
+    """Calls the function of a personality without memory."""
 
     def speak(self, claims: Claims, view: View) -> Claims:
         return self.spec.says(claims, view, self.rng, **vars(self.spec))
@@ -117,12 +117,12 @@ class Memoryless(Personality):
     """Base of the personalities that are functions; see `personality`."""
 
     says: ClassVar[Callable[..., Claims]]
-    """What it says in a turn, of claims, view, random stream and parameters."""
+    """The claims to say, given claims, view, random stream and parameters."""
     stage = _Turn
 
 
-class _Maker(Protocol):
-    """Makes a class of a function, which a type checker may take for a function of the parameters."""
+class _Decorator(Protocol):
+    """Turns a function into a class, which type checkers see as a function of the parameters."""
 
     @overload
     def __call__(
@@ -141,8 +141,8 @@ def personality(
     reveals: bool = True,
     transparent: bool = False,
     mute: bool = False,
-) -> _Maker:
-    """Make a personality of a function that is asked once a turn and remembers nothing.
+) -> _Decorator:
+    """Return a decorator that turns a function into a personality without memory; it is called once a turn.
 
     The function takes the claims, the view and, if it draws, a random stream; then the parameters by keyword, each with
     a default. Its name becomes that of a frozen class of these parameters: `mistake(eps=0.2)` is a personality.
@@ -153,8 +153,8 @@ def personality(
     The arguments are the attributes of `Personality`.
 
     Raises:
-        TypeError: the function's signature is another one.
-        ValueError: no oracle has the abilities that it needs, or a default is out of range.
+        TypeError: the function has another signature.
+        ValueError: an ability in `needs` is unknown, or a default is out of range.
     """
     for need in needs:
         if need not in ABILITIES:
@@ -199,15 +199,15 @@ def _read(function: Callable[..., Claims]) -> tuple[bool, dict[str, Any]]:
     )
     if first not in (["claims", "view"], ["claims", "view", "rng"]) or not free:
         raise TypeError(
-            f"{function.__name__}{signature} is no personality: it must take (claims, view) or (claims, view, rng), "
-            "and then by keyword its parameters, each with a default and none named like an attribute of Personality, "
-            f"as in {function.__name__}(claims, view, rng, *, eps=0.1)"
+            f"{function.__name__}{signature} is not a personality: it must take (claims, view) or (claims, view, rng), "
+            "then keyword-only parameters with defaults and not named like an attribute of Personality, such as "
+            f"{function.__name__}(claims, view, rng, *, eps=0.1)"
         )
     return first[-1] == "rng", defaults
 
 
 class _InTurn(Stage["Pipeline"]):
-    """Stages in a row, each with a random stream of its own."""
+    """Stages in order, each with its own random stream."""
 
     def begin(self) -> None:
         stages = self.spec.stages
@@ -221,7 +221,7 @@ class _InTurn(Stage["Pipeline"]):
 
 @dataclass(frozen=True)
 class Pipeline(Personality):
-    """Personalities that are asked from left to right."""
+    """Personalities that are applied from left to right."""
 
     stages: tuple[Personality, ...]
     stage = _InTurn
@@ -238,7 +238,7 @@ class Pipeline(Personality):
 
     @property
     def mute(self) -> bool:
-        """Whether the last stage is; one after it might speak for itself."""
+        """Whether the last stage is: a stage after a mute one may add claims."""
         return self.stages[-1].mute
 
     @property
@@ -248,7 +248,7 @@ class Pipeline(Personality):
 
     @property
     def reveals(self) -> bool:
-        """Whether every stage may tell the action to take."""
+        """Whether every stage may reveal the action to take."""
         return all(stage.reveals for stage in self.stages)
 
     def __str__(self) -> str:
@@ -256,15 +256,15 @@ class Pipeline(Personality):
 
 
 def stages_of(personality: Personality) -> tuple[Personality, ...]:
-    """The stages of a pipeline; any other personality is its own only stage."""
+    """The stages of a pipeline; of any other personality, itself."""
     return personality.stages if isinstance(personality, Pipeline) else (personality,)
 
 
 def check_served(personality: Personality, oracle: Oracle | type[Oracle]) -> None:
-    """Make sure that an oracle can do what a personality needs.
+    """Check that an oracle has the abilities that a personality needs.
 
     Raises:
-        ValueError: it cannot; the message names what is missing.
+        ValueError: some are missing; the message names them.
     """
     able = oracle.abilities()
     for stage in stages_of(personality):
@@ -277,7 +277,7 @@ def check_served(personality: Personality, oracle: Oracle | type[Oracle]) -> Non
             )
 
 
-PERSONALITIES = Shelf("personality", Personality, personalities)
+PERSONALITIES = Registry("personality", Personality, personalities)
 """Every personality by its name."""
 
 
@@ -285,7 +285,7 @@ def parse_personality(spec: str | Personality) -> Personality:
     """The personality that a spec string describes.
 
     Raises:
-        ValueError: an unknown name or parameter, or bad syntax; the message says what is allowed.
+        ValueError: a name or parameter is unknown, or the syntax is wrong; the message says what is allowed.
     """
     if isinstance(spec, Personality):
         return spec

@@ -1,4 +1,4 @@
-"""Claims put into words. The words are data, in `phrases/<family>.toml`; for their tone see `teachers.voice`."""
+"""Phrasebooks put claims into words. The words are data, in `phrases/<family>.toml`; for tones see `teachers.voice`."""
 
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -12,13 +12,13 @@ import numpy as np
 from teachers.atoms import Atom, Claim, FeedbackType, Utterance, slots_of
 from teachers.common import Late
 from teachers.oracle import claims_of
-from teachers.templates import Template, recurring, slots
+from teachers.templates import Template, cache_key, slots
 from teachers.voice import LEAST, MOST, PLAIN, Change, Tone, Voice, load_tone, rewrite, voice_names
 
 Paraphrase = str | int | Callable[..., str]
 """`"random"`, the index of a paraphrase (modulo their number), or a function `(templates, **slots) -> str`."""
 
-_TEXT = "text"  # the slot of Late's phrases that takes the sentence which comes late
+_TEXT = "text"  # the slot of Late's phrases for the late sentence
 
 
 class _Templates(dict[type[Claim], tuple[Template, ...]]):
@@ -30,11 +30,11 @@ class _Templates(dict[type[Claim], tuple[Template, ...]]):
 
 
 class Phrasebook:
-    """For every claim class its paraphrases, which all say exactly the same.
+    """The paraphrases of every claim class, which all say exactly the same.
 
     Args:
         phrases: per claim class name the templates; slots, with format specs, are as in `teachers.atoms.slots_of`.
-        claims: the classes that it must know, and no others.
+        claims: the classes that must have phrases, and no others.
         source: where the phrases come from, for error messages.
 
     Raises:
@@ -50,8 +50,8 @@ class Phrasebook:
 
     def _set(self, templates: _Templates) -> None:
         self._templates = templates
-        self._drawn = {cls: (recurring(cls), each) for cls, each in templates.items() if cls is not Late}
-        """What `say` needs to draw a wording; Late has a way of its own."""
+        self._drawn = {cls: (cache_key(cls), each) for cls, each in templates.items() if cls is not Late}
+        """Per claim class but Late, what `say` needs for a random paraphrase."""
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
         """Both together."""
@@ -61,10 +61,10 @@ class Phrasebook:
         return both
 
     def toned(self, tone: Tone, own: Mapping[str, list[str]], source: str) -> "Phrasebook":
-        """The same claims in a tone: in own words where there are any, else in the plain ones, framed.
+        """The same phrasebook in a tone: with the phrases in `own` where there are any, else with plain ones in frames.
 
         Raises:
-            ValueError: one error that lists what is wrong with the own words; their slots must be those of the plain.
+            ValueError: one error that lists all problems of `own`, whose slots must be those of the plain phrases.
         """
         words = Phrasebook(dict(own), [cls for cls in self._templates if cls.__name__ in own], source)
         problems = []
@@ -91,12 +91,12 @@ class Phrasebook:
         return [(cls, self.templates(cls)) for cls in self._templates]
 
     def words(self, claim: Claim) -> float:
-        """Words that saying the claim takes, on average over its paraphrases."""
+        """The mean number of words of the claim's paraphrases."""
         templates = self._templates[type(claim)]
         return sum(len(template.format(claim).split()) for template in templates) / len(templates)
 
     def say(self, claims: Sequence[Claim], turn: int, draws: "Draws", paraphrase: Paraphrase) -> Utterance:
-        """Put claims into words, with one draw a claim whether it is used or not."""
+        """Put claims into words. One number is drawn for each claim, used or not."""
         atoms = []
         texts = []
         ways = self._drawn if paraphrase == "random" else {}
@@ -110,12 +110,12 @@ class Phrasebook:
                 template = templates[int(draw * len(templates))]
                 if key_of is None:
                     text = template.pattern % template.values(claim)
-                elif (text := template.said.get(key := key_of(claim))) is None:
-                    text = template.keep(key, claim)
+                elif (text := template.cache.get(key := key_of(claim))) is None:
+                    text = template.format_cached(key, claim)
                 atoms.append(_new_atom(Atom, (claim, text, turn, "")))
             elif isinstance(claim, Late):
                 said = claim.claim
-                # The frame gets other digits of the draw than the sentence within it.
+                # The frame uses other digits of the draw than the sentence within it.
                 text = self._word(claim, draw * 1009 % 1, paraphrase, self._word(said, draw, paraphrase))
                 atoms.append(Atom(said, text, claim.turn))
             else:
@@ -127,7 +127,7 @@ class Phrasebook:
         return utterance
 
     def first(self, claims: Sequence[Claim], paraphrase: Paraphrase) -> tuple[str, ...]:
-        """A sentence for each of some claims: the first of its wordings, where one would be drawn. Nothing is drawn."""
+        """A sentence for each claim; where a paraphrase would be drawn at random, the first. Nothing is drawn."""
         chosen = 0 if paraphrase == "random" else paraphrase
         return tuple(atom.text for atom in Phrasebook.say(self, claims, 0, _UNDRAWN, chosen).atoms)
 
@@ -146,13 +146,13 @@ class Phrasebook:
 
 
 class Rewriting(Phrasebook):
-    """A phrasebook whose sentences a function puts into other words."""
+    """A phrasebook whose sentences a function rewrites."""
 
     def __init__(self, book: Phrasebook, voice: Callable[[str], str]) -> None:
         self._set(book._templates)
         self._voice = voice
         self.changes: tuple[Change, ...] = ()
-        """What became of the numbers and names in the last utterance, where something did."""
+        """Changes of numbers and names in the last utterance."""
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Rewriting":
         twin = Rewriting(self, self._voice)
@@ -160,13 +160,13 @@ class Rewriting(Phrasebook):
         return twin
 
     def say(self, claims: Sequence[Claim], turn: int, draws: "Draws", paraphrase: Paraphrase) -> Utterance:
-        """Put claims into words, and these into others."""
+        """Put claims into words and rewrite these."""
         said, self.changes = rewrite(super().say(claims, turn, draws, paraphrase), self._voice)
         return said
 
 
 def _kind(cls: type[Claim]) -> FeedbackType | None:
-    """The kind of all claims of a class; None also for a class whose claims have kinds of their own."""
+    """The kind of all claims of a class; None also for a class whose claims differ in kind."""
     return cls.kind if isinstance(cls.kind, FeedbackType) else None
 
 
@@ -178,11 +178,11 @@ class Draws:
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
         self.numbers: list[float] = []
-        """What was drawn, in [0, 1)."""
+        """The drawn numbers, in [0, 1)."""
         self._left = 0  # of these, from their beginning on
 
     def take(self, n: int) -> int:
-        """Take the next `n` numbers; where the first of them stands in `numbers`."""
+        """Take the next `n` numbers; return the index of the first in `numbers`."""
         end = self._left
         if end < n:
             self.numbers[end:] = self._rng.random(self._BULK + n).tolist()
@@ -192,10 +192,10 @@ class Draws:
 
 
 class _Undrawn(Draws):
-    """Stands for numbers that nobody looks at."""
+    """Zeros in place of random numbers that are not used."""
 
     def __init__(self) -> None:
-        """There is no generator."""
+        """Make draws without a generator."""
 
     def take(self, n: int) -> int:
         self.numbers = [0.0] * n
@@ -203,15 +203,16 @@ class _Undrawn(Draws):
 
 
 _UNDRAWN = _Undrawn()
+# With the cached sentences of templates, these bare constructors take a sixth off a turn of bandits.
 _new_atom = tuple.__new__
 _new_text = str.__new__
 
 
 def check_paraphrase(paraphrase: Paraphrase) -> Paraphrase:
-    """The argument itself.
+    """Return the argument if it is valid.
 
     Raises:
-        ValueError: it is none of the three forms.
+        ValueError: it has none of the three forms.
     """
     if (
         paraphrase == "random"
@@ -225,7 +226,7 @@ def check_paraphrase(paraphrase: Paraphrase) -> Paraphrase:
 
 
 def _slots(cls: type[Claim]) -> set[str]:
-    """What can stand in a slot."""
+    """The allowed slots of a class."""
     return {"turn", _TEXT} if cls is Late else set(slots_of(cls))
 
 
@@ -255,16 +256,16 @@ def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> A
             for slot in sorted(has - fields):
                 yield f"{name}: {template!r} has a slot {slot!r}; allowed: {', '.join(sorted(fields)) or 'none'}"
             if template in seen:
-                yield f"{name}: {template!r} stands under {seen[template]} already"
+                yield f"{name}: {template!r} is also a phrase of {seen[template]}"
             seen[template] = name
         for template, has in used.items():
             for slot in sorted(set().union(*used.values()) - has):
-                yield f"{name}: {template!r} leaves out {slot!r}, which other paraphrases say"
+                yield f"{name}: {template!r} has no slot {slot!r}, which other paraphrases have"
 
 
 _COMMON = "teachers.phrases:common.toml"
 Phrases = Mapping[Any, Any] | str | Path
-"""Phrases of one's own; see `make_phrasebook`."""
+"""A user's own phrases; see `make_phrasebook`."""
 
 
 @cache
@@ -293,11 +294,11 @@ def load_phrasebook(source: str, module: str, voice: Voice = PLAIN) -> Phraseboo
 
     Args:
         source: the TOML file, as `package:file`.
-        module: name of the module that has the family's claims, as for `claims_of`.
+        module: name of the module of the family's claims, as for `claims_of`.
         voice: the tone: a name, the path of a file, or a function that rewrites a sentence.
 
     Raises:
-        ValueError: unknown voice, or a file is not in order.
+        ValueError: the voice is unknown, or a file is not valid.
     """
     if callable(voice):
         return Rewriting(load_phrasebook(source, module), voice)
@@ -307,16 +308,16 @@ def load_phrasebook(source: str, module: str, voice: Voice = PLAIN) -> Phraseboo
 
 
 def make_phrasebook(phrases: Phrases, claims: Sequence[type[Claim]], voice: Voice = PLAIN) -> Phrasebook:
-    """Phrases of one's own together with the common ones.
+    """A user's own phrases together with the common ones.
 
     Args:
-        phrases: per claim, its class or the name of its class, the paraphrases; or the path of a TOML file that has
-            them by name, at its top or in a table per voice, of which `plain` must be complete.
-        claims: the classes that names may stand for.
+        phrases: the paraphrases by claim class or name of the class; or the path of a TOML file that has them by name,
+            at its top or in a table per voice, of which `plain` must be complete.
+        claims: the classes that can be named.
         voice: the tone: a name, the path of a file, or a function that rewrites a sentence.
 
     Raises:
-        ValueError: unknown voice, or the phrases are not in order.
+        ValueError: the voice is unknown, or the phrases are not valid.
     """
     if callable(voice):
         return Rewriting(make_phrasebook(phrases, claims), voice)

@@ -1,4 +1,4 @@
-"""The oracle of reinforcement learning: it knows what the world pays, and nothing else."""
+"""The oracle of reinforcement learning: it states rewards and nothing else."""
 
 from collections.abc import Set
 from typing import Any
@@ -12,12 +12,12 @@ class RewardOracle(Oracle):
     """The reduction of reinforcement learning to learning from language feedback.
 
     The instruction is to maximize the accumulated rewards; the feedback is the reward of each action. It serves any
-    world, needs no truth, and refuses what it cannot know: other instructions, other kinds of feedback, and regret.
+    world and needs no truth. Other instructions, other kinds of feedback and regret are not supported.
     """
 
     instruction_types = ("b",)
     feedback_types = (R,)
-    looks = False
+    needs_truth = False
 
     def _basics(self, truth: Any) -> tuple[Claim, ...]:
         return Maximize(), Syntax(expected=self.lab.action_syntax)

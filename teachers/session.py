@@ -54,6 +54,7 @@ __all__ = [
     "check_cost",
     "is_count",
     "price",
+    "within",
 ]
 
 SUBSETS = 2 ** len(KINDS)
@@ -223,7 +224,7 @@ class Offer:
         if available & ~subset:
             said = tuple([claim for claim in said if claim.kind is None or subset & BIT[claim.kind]])
         if self.purse.budget is not None:
-            said = tuple(_within(self.purse.left, said))
+            said = tuple(within(self.purse.left, said))
             self.trimmed = subset & ~kinds_of(said)
         return self.teacher.say(said, self.moment.turn)
 
@@ -281,7 +282,7 @@ class Offer:
             return words if (wanted or not turn) and purse.left else SILENCE
         if len(wanted) < len(KINDS) and any(atom.kind not in wanted for atom in words.atoms if atom.kind is not None):
             words = Utterance.of([atom for atom in words.atoms if atom.kind is None or atom.kind in wanted])
-        return words if purse.budget is None else Utterance.of(_within(purse.left, words.atoms))
+        return words if purse.budget is None else Utterance.of(within(purse.left, words.atoms))
 
 
 class Session:
@@ -328,6 +329,7 @@ class Session:
         self.ask_cost, self.failure_reward = ask_cost, failure_reward
         self.observer = observer
         self._read, self._undoable = read, undoable
+        self._spoken: list[str] = []  # of several teachers
         self.seeds = Seeds()
         """The streams of the episodes, beside the world's."""
         self.moment: Moment[Any]
@@ -502,10 +504,11 @@ class Session:
 
     def _await_teachers(self) -> None:
         moment, asked = self.moment, self.asked
-        self.heard, self._spoken, self._opening = False, [], not (moment.turn or asked)
-        briefs = self._opening and not self.instructs
+        self.heard = False
+        self._opening = opening = not (moment.turn or asked)
+        self._spoken.clear()
         for offer in self.offers:
-            offer.see(moment, asked, briefs)
+            offer.see(moment, asked, opening and not self.instructs)
 
     # The teachers' half of a turn.
 
@@ -749,7 +752,7 @@ def _parted(said: str) -> tuple[str, str]:
     return Utterance.of([atom for atom in atoms if atom.kind not in (FP, FN)]), Utterance.of(advice)
 
 
-def _within(left: int, items: Sequence[Any]) -> list[Any]:
+def within(left: int, items: Sequence[Any]) -> list[Any]:
     """The first `left` claims or atoms that are feedback, and all that are not."""
     kept = []
     for item in items:

@@ -4,22 +4,25 @@ import ast
 import dataclasses
 import difflib
 import importlib
+import inspect
 import pkgutil
+import re
 import reprlib
 import threading
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property
 from types import ModuleType
 from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeVar, get_type_hints
 
-_PARSER = threading.Lock()  # Python 3.11 counts the depth of what is parsed for all threads together, and may fail
+_PARSER = threading.Lock()  # Python 3.11 counts the nesting of all threads together, and may fail
+T = TypeVar("T")
 
 
 class Range(NamedTuple):
-    """What a number may be, as in `eps: Annotated[float, Range(0, 1)] = 0.1`; a bound may be another parameter's name.
+    """The range of a number, as in `eps: Annotated[float, Range(0, 1)] = 0.1`.
 
-    An `int` must be an integer; a `float` may be one.
+    A bound may be the name of another parameter. An `int` must be an integer; a `float` may be one.
     """
 
     low: float | str
@@ -29,27 +32,27 @@ class Range(NamedTuple):
 
 
 Share = Annotated[float, Range(0, 1)]
-"""A probability, or a part of a whole: 0 to 1."""
+"""A probability or a fraction, 0 to 1."""
 Count = Annotated[int, Range(0, 1_000_000)]
-"""How many: at least 0."""
+"""A number of things, 0 to 1,000,000."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Spec:
     """A frozen dataclass that is named like its module; `str` gives its spec string.
 
-    A class outside of a `shelf` is named as in Python: `str` shows it, but no spec string can name it. Fields that are
+    A class outside `package` is named as in Python: `str` shows the name, but no spec string finds it. Fields that are
     annotated with a `Range` are checked.
     """
 
-    shelf: ClassVar[str] = ""
-    """The package whose modules are named in spec strings."""
+    package: ClassVar[str] = ""
+    """The package whose modules spec strings name."""
 
     @property
     def name(self) -> str:
-        """The name by which spec strings call it; that of its class if they cannot."""
+        """The name in spec strings; outside `package` the name of the class."""
         package, _, module = type(self).__module__.rpartition(".")
-        return module if package == self.shelf else type(self).__name__
+        return module if package == self.package else type(self).__name__
 
     def __post_init__(self) -> None:
         for name, kind, bounds in self._ranges():
@@ -69,18 +72,82 @@ class Spec:
         )
 
     def __str__(self) -> str:
-        given = [
-            f"{field.name}={getattr(self, field.name)!r}"
-            for field in dataclasses.fields(self)
-            if getattr(self, field.name) != field.default
-        ]
-        return f"{self.name}({', '.join(given)})" if given else self.name
+        values = {field.name: (getattr(self, field.name), field.default) for field in dataclasses.fields(self)}
+        return call_string(self.name, {name: value for name, (value, default) in values.items() if value != default})
 
 
 S = TypeVar("S", bound=Spec)
 
 
-class Shelf(Generic[S]):
+class SpecCall(NamedTuple):
+    """One part of a spec string: `name(key=value)` or `module:name(key=value)`; `str` gives it back."""
+
+    name: str
+    arguments: dict[str, Any]
+    """Keyword arguments in the order given; literals."""
+    prefix: tuple[str, ...] = ()
+    """What stands before the name, each with a colon behind it: a module, `chat`, or `chat` and a module."""
+
+    def __str__(self) -> str:
+        return call_string(self.path, self.arguments)
+
+    @property
+    def path(self) -> str:
+        """The name with its prefix; messages show it without the arguments, which may hold a secret."""
+        return ":".join((*self.prefix, self.name))
+
+    def imported(self, what: str) -> tuple[ModuleType, Any]:
+        """The module of the last prefix, and what it has under the name; None if it has nothing.
+
+        Args:
+            what: what the spec describes, for the message.
+
+        Raises:
+            ValueError: the module cannot be imported.
+        """
+        try:
+            module = importlib.import_module(self.prefix[-1])
+        except Exception as error:  # importing a user's module may raise anything
+            raise ValueError(
+                f"{what} {self.path!r}: cannot import the module {self.prefix[-1]!r}: {error!r}"
+            ) from error
+        return module, getattr(module, self.name, None)
+
+    def check_arguments(self, what: str, function: Callable[..., Any]) -> None:
+        """Check that a function or a class takes the arguments.
+
+        Raises:
+            ValueError: a parameter is unknown or missing.
+        """
+        try:
+            signature = inspect.signature(function)
+        except ValueError:  # a builtin without a signature
+            return
+        parameters = signature.parameters.values()
+        allowed = [each.name for each in parameters if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
+        if not any(each.kind is each.VAR_KEYWORD for each in parameters):
+            for name in self.arguments:
+                if name not in allowed:
+                    raise ValueError(f"{what} {self.path!r}: {unknown('parameter', name, allowed)}")
+        try:
+            signature.bind(**self.arguments)
+        except TypeError as error:
+            raise ValueError(f"{what} {self.path!r}: cannot call {self.name}{signature}: {error}") from None
+
+    def make(self, what: str, cls: Callable[..., T]) -> T:
+        """The object that a class makes of the arguments.
+
+        Raises:
+            ValueError: a parameter is unknown or missing, or a value is not allowed.
+        """
+        self.check_arguments(what, cls)
+        try:
+            return cls(**self.arguments)
+        except TypeError as error:
+            raise ValueError(f"{what} {self.path!r}: {error}") from None
+
+
+class Registry(Generic[S]):
     """The specs of one base class, one in each module of a package.
 
     Args:
@@ -101,7 +168,7 @@ class Shelf(Generic[S]):
         """The class of a name.
 
         Raises:
-            ValueError: there is none of that name.
+            ValueError: the registry has no such name.
         """
         if name not in self.names:
             raise ValueError(unknown(self._what, name, self.names))
@@ -115,100 +182,148 @@ class Shelf(Generic[S]):
             raise ValueError(f"{module.__name__} must define one {self._base.__name__}, it defines {len(found)}")
         return found[0]
 
+    @property
+    def expected(self) -> str:
+        """The form of its spec strings, for messages."""
+        return f"names with keyword arguments, such as `name` or `name(key=value)`; names: {', '.join(self.names)}"
+
     def parse(self, text: str) -> tuple[S, ...]:
-        """The specs that a string names, separated by `|`.
+        """The specs that a string names, separated by `|`; it imports no module outside the package.
 
         Raises:
-            ValueError: the text is no such string, or a name, a parameter or a value is not allowed.
+            ValueError: bad syntax, or a name, a parameter or a value is not allowed.
         """
-        if not isinstance(text, str):
-            raise self._error(text)
-        try:
-            node = read_expression(text)
-        except ValueError:
-            raise self._error(text) from None
-        parts: list[ast.expr] = []
-        while isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):
-            parts.append(node.right)
-            node = node.left
-        return tuple(self._one(part, text) for part in reversed([*parts, node]))
+        return tuple(map(self.make, parse_calls(self._what, text, self.expected)))
 
-    def _one(self, node: ast.expr, text: str) -> S:
-        call = read_call(node)
-        if call is None:
-            raise self._error(text)
-        name, values = call
-        cls = self[name]
-        allowed = [field.name for field in dataclasses.fields(cls)]
-        for key in values:
-            if key not in allowed:
-                options = ", ".join(allowed) or "none"
-                raise ValueError(f"{self._what} {name!r} has no parameter {key!r}; allowed: {options}")
-        try:
-            return cls(**values)
-        except TypeError as error:
-            raise ValueError(f"{self._what} {text!r}: {error}") from None
+    def make(self, call: SpecCall) -> S:
+        """The spec of a call without a prefix.
 
-    def _error(self, text: object) -> ValueError:
-        return ValueError(
-            f"bad {self._what} spec {reprlib.repr(text)}; expected names with keyword arguments, such as "
-            f"`name` or `name(key=value)`, separated by `|`; names: {', '.join(self.names)}"
-        )
+        Raises:
+            ValueError: the name, a parameter or a value is not allowed.
+        """
+        return call.make(self._what, self[call.name])
 
 
-def read_expression(text: str) -> ast.expr:
-    """The syntax tree of an expression; nothing is evaluated.
+_TOKEN = re.compile(
+    r"""('{3}|"{3}|'|")(?:\\.|(?!\1).)*+\1  # a string
+    | \#[^\n]* | [(\[{] | [)\]}] | [:@]""",
+    re.DOTALL | re.VERBOSE,
+)
+
+
+def parse_calls(what: str, text: Any, expected: str, prefixes: int = 0) -> tuple[SpecCall, ...]:
+    """The parts of a spec string, from left to right. It evaluates and imports nothing.
+
+        spec = part, {"|", part}
+        part = {prefix, ":"}, name, ["(", [key, "=", literal, {",", key, "=", literal}], ")"]
+
+    A prefix is `chat` or the dotted name of a module; a literal is one of Python's. Brackets may enclose parts that
+    have no prefix.
+
+    Args:
+        what: what the string describes, for the message.
+        text: the spec string.
+        expected: the form that is expected, for the message.
+        prefixes: how many a part may have at most.
 
     Raises:
-        ValueError: the text is no expression.
+        ValueError: the text is not of this form.
     """
+    if not isinstance(text, str):
+        raise bad_spec(what, text, expected)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SyntaxWarning)
             with _PARSER:
-                return ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        raise ValueError(f"{reprlib.repr(text)} is no expression") from None
+                nodes = [ast.parse(f"({_as_expression(text)})", mode="eval").body]
+        calls = []
+        while nodes:
+            node = nodes.pop()
+            if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr):
+                nodes += [node.right, node.left]
+            else:
+                calls.append(_call(node, prefixes))
+    except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
+        raise bad_spec(what, text, expected) from None
+    return tuple(calls)
 
 
-def read_call(node: ast.expr) -> tuple[str, dict[str, Any]] | None:
-    """The name and the keyword arguments, literals all, of `name` or `name(key=value)`; None if it is neither."""
-    call = node if isinstance(node, ast.Call) else ast.Call(func=node, args=[], keywords=[])
-    if not isinstance(call.func, ast.Name) or call.args or any(keyword.arg is None for keyword in call.keywords):
-        return None
-    try:
-        values = {str(keyword.arg): ast.literal_eval(keyword.value) for keyword in call.keywords}
-    except (ValueError, TypeError, RecursionError, MemoryError):
-        return None
-    return (call.func.id, values) if len(values) == len(call.keywords) else None
-
-
-def import_call(role: str, kind: str, spec: str) -> tuple[ModuleType, str, dict[str, Any]]:
-    """The module, the name and the keyword arguments of `package.module:name(key=value)`; this imports the module.
-
-    `role` and `kind` are for the message: what the spec describes, and what the name is of.
+def parse_call(what: str, text: Any, expected: str, prefixes: int = 0) -> SpecCall:
+    """The only part of a spec string; arguments as of `parse_calls`.
 
     Raises:
-        ValueError: bad syntax, or a module that cannot be imported.
+        ValueError: the text is not of this form, or has several parts.
     """
-    module, _, call = spec.strip().partition(":")
-    try:
-        parsed = read_call(read_expression(call))
-    except ValueError:
-        parsed = None
-    if parsed is None:
-        form = f"package.module:{kind}"
-        raise ValueError(f"bad {role} spec {spec!r}; expected `{form}` or `{form}(key=value)`")
-    try:
-        return (importlib.import_module(module.strip()), *parsed)
-    except Exception as error:  # whatever a user's module does when it is imported
-        raise ValueError(f"{role} {spec!r}: cannot import the module {module.strip()!r}: {error!r}") from error
+    calls = parse_calls(what, text, expected, prefixes)
+    if len(calls) != 1:
+        raise ValueError(f"{what} spec {reprlib.repr(text)} has {len(calls)} parts, separated by `|`; allowed: 1")
+    return calls[0]
+
+
+def bad_spec(what: str, text: object, expected: str) -> ValueError:
+    """The error for a spec string that has not the expected form."""
+    return ValueError(f"bad {what} spec {reprlib.repr(text)}; expected {expected}")
+
+
+def call_string(name: str, arguments: Mapping[str, Any]) -> str:
+    """A name with keyword arguments as a spec string has them."""
+    given = ", ".join(f"{key}={value!r}" for key, value in arguments.items())
+    return f"{name}({given})" if given else name
+
+
+def _as_expression(text: str) -> str:
+    """A spec string as a Python expression: the colon behind a prefix becomes `@`, which binds tighter than `|`.
+
+    Raises:
+        ValueError: the text has an `@` outside of strings, or closes a bracket that is not open.
+    """
+    depth = 0
+
+    def replaced(token: re.Match[str]) -> str:
+        nonlocal depth
+        found = token[0]
+        depth += (found in ("(", "[", "{")) - (found in (")", "]", "}"))
+        if depth < 0 or found == "@":
+            raise ValueError
+        return "" if found[0] == "#" else "@" if found == ":" and not depth else found
+
+    return _TOKEN.sub(replaced, text)
+
+
+def _call(node: ast.expr, prefixes: int) -> SpecCall:
+    """One part of a spec string, from its expression.
+
+    Raises:
+        ValueError or TypeError: the expression is no such part.
+    """
+    operands = [node]
+    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+        operands[:1] = [node.left, node.right]
+        node = node.left
+    *before, last = operands
+    call = last if isinstance(last, ast.Call) else ast.Call(func=last, args=[], keywords=[])
+    if not isinstance(call.func, ast.Name) or call.args or len(before) > prefixes:
+        raise ValueError
+    arguments = {f"{keyword.arg}": ast.literal_eval(keyword.value) for keyword in call.keywords if keyword.arg}
+    if len(arguments) != len(call.keywords):  # a name twice, or `**`
+        raise ValueError
+    return SpecCall(call.func.id, arguments, tuple(map(_dotted_name, before)))
+
+
+def _dotted_name(node: ast.expr) -> str:
+    names = []
+    while isinstance(node, ast.Attribute):
+        names.append(node.attr)
+        node = node.value
+    if not isinstance(node, ast.Name):
+        raise ValueError
+    return ".".join([node.id, *reversed(names)])
 
 
 def unknown(what: str, got: object, allowed: Iterable[str], where: str = "") -> str:
-    """The message for a name that is not among the allowed ones, with the nearest of them.
+    """The message for a name that is not allowed: the nearest allowed names, then all of them.
 
-    All that are allowed are listed, unless `where` tells what shows them.
+    With `where`, which says where to find the allowed names, they are counted instead of listed.
     """
     allowed = tuple(allowed)
     near = difflib.get_close_matches(str(got), allowed, n=3, cutoff=0.4)
@@ -216,7 +331,7 @@ def unknown(what: str, got: object, allowed: Iterable[str], where: str = "") -> 
     if where:
         return f"unknown {what} {got!r}; {hint}all {len(allowed)} that are allowed are shown by {where}"
     listing = ", ".join(allowed) if len(allowed) <= 40 else f"{', '.join(allowed[:40])}, ..."
-    return f"unknown {what} {got!r}; {hint}allowed: {listing}"
+    return f"unknown {what} {got!r}; {hint}allowed: {listing or 'none'}"
 
 
 def check_range(name: str, value: Any, low: float, high: float, kind: type = float) -> None:

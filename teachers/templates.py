@@ -1,4 +1,4 @@
-"""Templates: one way to say the claims of a class, with slots for what their fields hold."""
+"""Templates: a paraphrase for the claims of a class, with slots for their fields."""
 
 import re
 import string
@@ -10,16 +10,16 @@ from typing import Any, get_args, get_origin
 
 from teachers.atoms import Claim
 
-__all__ = ["Template", "recurring", "slots"]
+__all__ = ["Template", "cache_key", "slots"]
 
 _SPEC = re.compile(r"\.\d+[efg]|d")
-_KEPT = 1024  # sentences of a template
+_CACHED = 1024  # sentences of a template, at most
 
 
 class Template:
     """One paraphrase, compiled to a %-pattern, which is twice as fast as `str.format`."""
 
-    __slots__ = ("pattern", "said", "source", "values")
+    __slots__ = ("cache", "pattern", "source", "values")
 
     def __init__(self, source: str) -> None:
         self.source = source
@@ -31,19 +31,19 @@ class Template:
                 names.append(field)
         self.pattern = "".join(parts)
         self.values: Callable[[Any], Any] = attrgetter(*names) if names else _no_values
-        self.said: dict[Any, str] = {}
-        """Sentences for claims that come again, by what their fields hold; see `recurring`."""
+        self.cache: dict[Any, str] = {}
+        """Sentences that were made before, by `cache_key`."""
 
     def format(self, claim: Any) -> str:
         """The sentence for a claim."""
         text: str = self.pattern % self.values(claim)
         return text
 
-    def keep(self, key: Any, claim: Any) -> str:
-        """The sentence for a claim, which is not made again as long as it is among the last ones."""
-        if len(self.said) >= _KEPT:
-            self.said.clear()
-        text = self.said[key] = self.format(claim)
+    def format_cached(self, key: Any, claim: Any) -> str:
+        """The sentence for a claim, which is added to the cache."""
+        if len(self.cache) >= _CACHED:
+            self.cache.clear()
+        text = self.cache[key] = self.format(claim)
         return text
 
 
@@ -51,10 +51,10 @@ def _no_values(claim: Any) -> tuple[()]:
     return ()
 
 
-def recurring(cls: type[Claim]) -> Callable[[Any], Any] | None:
-    """What tells the claims of a class apart, if they come again and again; None if there are too many for that.
+def cache_key(cls: type[Claim]) -> Callable[[Any], Any] | None:
+    """The function that takes the fields of a claim as a key for caches; None for classes with too many claims.
 
-    Few claims there are where all fields are whole numbers and members of enumerations.
+    Claims are few where all fields are integers or members of enumerations.
     """
     names = [field.name for field in fields(cls)]  # type: ignore[arg-type]  # a dataclass
     return attrgetter(*names) if names and all(_is_discrete(field.type) for field in fields(cls)) else None  # type: ignore[arg-type]  # a dataclass

@@ -1,4 +1,4 @@
-"""What a personality may look at when it speaks. It sees no template and no family."""
+"""The view of a turn that a personality gets. It contains no template and no family."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,9 +14,9 @@ HINDSIGHT = frozenset((HP, HN))
 
 
 class View:
-    """The moment, what the oracle knows, and what can be made of a claim.
+    """The moment, what the oracle computes of it, and operations on claims.
 
-    A claim that comes late is treated by all methods as what it is: a claim about its own turn.
+    All methods treat a late claim as a claim about its own turn.
     """
 
     def __init__(self, oracle: Oracle, words: Callable[[Claim[Any]], float]) -> None:
@@ -25,20 +25,20 @@ class View:
         self._fingerprints = Fingerprints()
         self._hindsight: tuple[Claim[Any], ...] | None = None
         self.kinds: frozenset[FeedbackType] = frozenset()
-        """The kinds of feedback that are wanted; others are withheld whatever a personality says."""
+        """The wanted kinds of feedback; others are withheld whatever the personality returns."""
         self.asked = False
-        """Whether the student asks, and advice is all that it wants."""
+        """Whether this is the answer to a student's question, which is advice only."""
         self._words = words
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
-        """Take note of the next moment, and of the kinds that are wanted now."""
+        """Go on to the next moment and its wanted kinds."""
         self._moments.append(moment)
         self.kinds = kinds
         self.asked = False
         self._hindsight = None
 
     def ask(self) -> None:
-        """Take note that the student asks for advice on the moment, once more after all was said."""
+        """Note that the student has asked for advice on the moment, after its feedback was said."""
         self.asked = True
 
     @property
@@ -48,7 +48,7 @@ class View:
 
     @property
     def turn(self) -> int:
-        """The number of turns that the student has had."""
+        """The number of turns so far."""
         return self.moment.turn
 
     @property
@@ -56,14 +56,14 @@ class View:
         """The moment of the turn before; None at the opening."""
         return self._moments[-2] if len(self._moments) > 1 else None
 
-    # What the oracle knows.
+    # What the oracle computes.
 
     def values(self) -> tuple[float, ...] | None:
         """Value per discrete action now; None where actions cannot be enumerated."""
         return self._oracle.values(self.moment.after)
 
     def past_values(self) -> tuple[float, ...] | None:
-        """Value per discrete action at the time of the last one; None where no action was executed, too."""
+        """Value per discrete action before the last one; None also if no action was executed."""
         return None if self.moment.before is None else self._oracle.values(self.moment.before)
 
     def importance(self) -> float:
@@ -71,7 +71,7 @@ class View:
         return self._oracle.importance(self.moment.after)
 
     def past_importance(self) -> float:
-        """What was at stake in the last action; if none was executed, what still is."""
+        """What was at stake in the last action; if none was executed, what is in the next."""
         moment = self.moment
         return self._oracle.importance(moment.after if moment.before is None else moment.before)
 
@@ -84,11 +84,11 @@ class View:
         return self._oracle.regret(self.moment)
 
     def loss(self, action: Any) -> float:
-        """Value that the next action would lose if it were this one."""
+        """Value that this action would lose if it were the next."""
         return self._oracle.regret(self._tried(self.moment, action))
 
-    def soonest(self, truth: Any, action: Any, horizon: int) -> int | None:
-        """After how many actions the task is solved by this one and an optimal policy after it; None if later."""
+    def steps_to_success(self, truth: Any, action: Any, horizon: int) -> int | None:
+        """Number of actions, at most `horizon`, until this one and an optimal policy solve the task; None if more."""
         moment = Moment.opening(truth)
         for steps in range(1, horizon + 1):
             moment = self._tried(moment, action)
@@ -101,19 +101,19 @@ class View:
         return None
 
     def hindsight(self) -> tuple[Claim[Any], ...]:
-        """All hp and hn that is true of the last action, wanted or not."""
+        """All true hp and hn claims about the last action, wanted or not."""
         if self._hindsight is None:
             moment = self.moment
             self._hindsight = () if moment.before is None else self._oracle.judge(moment._replace(over=True), HINDSIGHT)
         return self._hindsight
 
     def right(self) -> bool | None:
-        """Whether the last action was good, and nothing about it bad; None if there is nothing to say of it."""
+        """Whether all hindsight on the last action is praise; None if there is no hindsight."""
         said = self.hindsight()
         return all(claim.kind is HP for claim in said) if said else None
 
     def share(self, truth: Any) -> float:
-        """A number in [0, 1) that a state has once and for all, spread evenly over the states."""
+        """A number in [0, 1) that is fixed for each state and uniform over the states."""
         return self._fingerprints.share(self._oracle.lab.state_of(truth))
 
     def fingerprint(self, truth: Any) -> int:
@@ -124,19 +124,19 @@ class View:
         """A number that is equal for equal actions."""
         return self._fingerprints.of(action)
 
-    # What can be made of a claim.
+    # Operations on claims.
 
     def moment_of(self, claim: Claim[Any]) -> Moment[Any]:
         """The moment that a claim is about."""
         return self._moments[claim.turn] if isinstance(claim, Late) else self.moment
 
     def state_of(self, claim: Claim[Any]) -> Any:
-        """The truth in which the action was or will be taken that a claim is about."""
+        """The truth before the action that a claim is about."""
         moment = self.moment_of(claim)
         return moment.after if claim.kind in (FP, FN) or moment.before is None else moment.before
 
     def words(self, claim: Claim[Any]) -> float:
-        """The number of words that saying a claim takes on average, but for those that say that it comes late."""
+        """The mean number of words of a claim's paraphrases, without those that say that it is late."""
         return self._words(_bare(claim))
 
     def holds(self, claim: Claim[Any]) -> bool:
@@ -153,7 +153,7 @@ class View:
         return [_like(claim, false) for false in self._oracle.falsehoods(_bare(claim), self.moment_of(claim))]
 
     def flip(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any]:
-        """The opposite of a verdict: false praise in place of blame, or false blame in place of praise."""
+        """The opposite of a verdict, which is false: praise for blame, or blame for praise."""
         false = [other for other in self.falsehoods(claim) if other.kind in HINDSIGHT - {claim.kind}]
         if false:
             return false[rng.integers(len(false))]
@@ -161,17 +161,17 @@ class View:
         return _like(claim, opposite.on(_bare(claim), action=self.moment_of(claim).action))
 
     def coarsen(self, claim: Claim[Any], level: int) -> Claim[Any]:
-        """What advice or a warning implies, saying less: level 0 is the vaguest, the greatest is the claim itself.
+        """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
 
-        Where nothing vaguer is known, it is that there is something to do or to avoid. A claim that does not hold
-        stays as it is, for it implies nothing.
+        If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
+        hold is returned as it is, because it implies nothing.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
         rungs = bare.coarser(moment, self._oracle.lab) or (self._dim(bare),)
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
-        """What is left of a claim without numbers and names. A claim that does not hold stays as it is."""
+        """A claim without its numbers and names. A claim that does not hold is returned as it is."""
         bare, moment = _bare(claim), self.moment_of(claim)
         if not self.holds(claim):
             return claim
@@ -182,13 +182,13 @@ class View:
         return _like(claim, self._verdict(bare, moment))
 
     def verdict(self) -> Claim[Any] | None:
-        """Right or wrong, without a reason; None if there is nothing to say of the last action."""
+        """Right or wrong, without a reason; None if there is no hindsight on the last action."""
         said = self.hindsight()
         blame = [claim for claim in said if claim.kind is HN]
         return self._verdict((blame or said)[0], self.moment) if said else None
 
     def example(self, n: int) -> Example | None:
-        """The next actions of an optimal policy, at most `n`, as far as they can be checked; None if none can."""
+        """At most `n` next actions of an optimal policy, up to the first that cannot be checked; None if none can."""
         lab, moment = self._oracle.lab, self.moment
         ground: list[Claim[Any] | None] = []
         actions: list[Any] = []
@@ -197,8 +197,8 @@ class View:
             if solved and np.array_equal(action, actions[-1]):
                 break
             now = Moment.opening(moment.after, moment.turn)
-            told = self._oracle.judge(now, {FP})
-            advised = [c for c in told if isinstance(c, ActionClaim) and np.array_equal(c.action, action)]
+            advice = self._oracle.judge(now, {FP})
+            advised = [c for c in advice if isinstance(c, ActionClaim) and np.array_equal(c.action, action)]
             moment = self._tried(moment, action)
             solved = moment.success
             if not solved and not (advised and advised[0].holds(now, lab)):
@@ -227,5 +227,5 @@ def _bare(claim: Claim[Any]) -> Claim[Any]:
 
 
 def _like(claim: Claim[Any], other: Claim[Any]) -> Claim[Any]:
-    """The other claim, late if the first one is."""
+    """The other claim; if the first is late, as late."""
     return Late(claim=other, turn=claim.turn) if isinstance(claim, Late) else other

@@ -1,16 +1,16 @@
-"""Voices: the tone in which claims are said. A voice never changes which claims these are.
+"""Voices: the tone of the words. A voice never changes which claims are said.
 
 A voice is a file, `voices/<name>.toml` or one of the user's own:
 
-    shortest = 2                        # of the plain paraphrases, use so many of the shortest; all by default
-    [frames]                            # per kind of feedback what is put around a plain sentence
+    shortest = 2                        # how many of the shortest plain paraphrases are used; all by default
+    [frames]                            # per kind of feedback, what surrounds a plain sentence
     hn = ["Never mind. {sentence}", ...]
-    [phrases]                           # own words for claims that belong to no family
+    [phrases]                           # the voice's own phrases for claims that belong to no family
     Right = ["Well done!", ...]
 
-A family may have words of its own for a voice in a table of that name beside its plain ones. Own words are said as
-they are, without frames, and so are instructions. A voice may also be a function that rewrites each sentence; what it
-does to the numbers and names in it is reported.
+A family may have phrases for a voice in a table of the voice's name beside its plain ones. A voice's own phrases are
+said without frames, and so are instructions. A voice may also be a function that rewrites each sentence; changes of
+numbers and names are reported.
 """
 
 import re
@@ -26,14 +26,14 @@ from teachers.atoms import KINDS, Atom, Claim, FeedbackType, Utterance, slots_of
 
 PLAIN = "plain"
 LEAST, MOST = 4, 20
-"""Number of frames that a kind must have, and of paraphrases that a claim must have."""
+"""Allowed numbers of frames per kind, and of paraphrases per claim."""
 Voice = str | Path | Callable[[str], str]
 """The name of a voice, the path of a file ending in `.toml`, or a function that rewrites a sentence."""
 _SENTENCE = "{sentence}"
 
 
 class Tone(NamedTuple):
-    """What the file of a voice says."""
+    """The contents of a voice's file."""
 
     name: str
     frames: Mapping[FeedbackType, tuple[str, ...]]
@@ -41,10 +41,10 @@ class Tone(NamedTuple):
     shortest: int
     """How many of the shortest plain paraphrases are used."""
     phrases: Mapping[str, list[str]]
-    """Words of its own for claims that belong to no family."""
+    """Its own phrases for claims that belong to no family."""
 
     def frame(self, kind: FeedbackType | None, templates: Sequence[str]) -> list[str]:
-        """Plain templates of a kind in this tone: each in each frame."""
+        """Plain templates of a kind in this tone: each template in each frame."""
         brief = sorted(templates, key=lambda template: (len(template.split()), len(template)))[: self.shortest]
         kept = [template for template in templates if template in brief]
         frames = self.frames.get(kind, ()) if kind else ()
@@ -59,10 +59,10 @@ def voice_names() -> tuple[str, ...]:
 
 
 def load_tone(voice: str | Path) -> Tone | None:
-    """The tone of a voice; None for the plain one, which is that of the phrases as they are.
+    """The tone of a voice; None for the plain voice, which leaves the phrases as they are.
 
     Raises:
-        ValueError: there is no such voice, or its file is not in order; one error lists all that is wrong.
+        ValueError: the voice is unknown, or its file is not valid; one error lists all problems.
     """
     if voice == PLAIN:
         return None
@@ -121,7 +121,7 @@ _KEYS = ("shortest", "frames", "phrases")
 
 
 class Change(NamedTuple):
-    """What a rewriting voice did to the numbers and names of a sentence."""
+    """Numbers and names of a sentence that a rewriting voice changed."""
 
     before: str
     after: str
@@ -130,9 +130,9 @@ class Change(NamedTuple):
 
 
 def rewrite(said: Utterance, voice: Callable[[str], str]) -> tuple[Utterance, tuple[Change, ...]]:
-    """An utterance in other words, sentence by sentence, and what changed of numbers and names.
+    """Rewrite an utterance sentence by sentence; also return the changes of numbers and names.
 
-    Instructions and notices stay as they are. Where nothing is left of a sentence, it stays, too.
+    Instructions and notices stay as they are, and so does a sentence of which the voice leaves nothing.
     """
     atoms, changes = [], []
     for atom in said.atoms:
@@ -146,10 +146,10 @@ def rewrite(said: Utterance, voice: Callable[[str], str]) -> tuple[Utterance, tu
 
 
 def compare(claim: Claim, before: str, after: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The numbers and names of a sentence that a rewriting has lost, and those that it has brought in.
+    """The numbers and names that a rewritten sentence has lost, and those that it has gained.
 
-    Names are what the claim's fields hold and the sentence says, and words with digits or, within a sentence, with
-    capitals. Another member of a field's enumeration is a name, too. Nothing is understood, only looked for.
+    Names are the values of the claim's fields that the sentence contains, the other members of a field's enumeration,
+    and words with digits or, within a sentence, with capitals. They are found by their spelling only.
     """
     old, new = _numbers(before), _numbers(after)
     values = [getattr(claim, name) for name in slots_of(type(claim))]

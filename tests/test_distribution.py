@@ -72,6 +72,31 @@ def test_the_lowest_versions_that_are_declared_are_those_that_are_tried():
     assert "-c constraints-lowest.txt" in stage
 
 
+def test_the_newest_python_at_hand_plays_the_default_tests_and_others_smoke():
+    """`tests` and `lowest` play with the Python of the environment and the lowest; what is not at hand is entered."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    versions = [name.rpartition(" ")[2] for name in project["classifiers"] if "Python :: 3." in name]
+    assert versions[0] == project["requires-python"].removeprefix(">=")
+    run = (ROOT / ".ci" / "run").read_text()
+    functions = "".join(
+        f"{name}() {{{run.partition(f'{name}() {{')[2].partition('}')[0]}" + "}\n" for name in ("supported", "pythons")
+    )
+    stands_for = (
+        "at_hand() { [[ $1 != 3.13 ]] && echo /usr/bin/python$1; }\n"
+        "enter() { echo $1: $4; }\nstage() { echo $1 $3; }\npython() { echo 3.11; }\n"
+    )
+    command = [shutil.which("bash"), "-c", f"{functions}{stands_for}pythons"]
+    assert subprocess.check_output(command, cwd=ROOT, text=True).splitlines() == [
+        "python3.13: NOT PLAYED: not at hand",
+        "python3.12 with_python /usr/bin/python3.12 pytest -rs",
+    ]
+    command[-1] = command[-1].replace("!= 3.13 ]]", "!= 3.14 ]]")
+    assert subprocess.check_output(command, cwd=ROOT, text=True).splitlines() == [
+        "python3.13 with_python /usr/bin/python3.13 pytest -rs",
+        "python3.12 with_python /usr/bin/python3.12 pytest -m smoke -rs",
+    ]
+
+
 def test_frameworks_take_turns():
     """`.ci/run` has the time for one of them: the number of commits says for which, so that none is left out."""
     run = (ROOT / ".ci" / "run").read_text()

@@ -11,7 +11,7 @@ import pytest
 from documents import BLOCK, DOCUMENTS, ROOT, python_blocks
 
 import llf_teacher
-from llf_teacher.tools.shelf import documents, families, matrix, update
+from llf_teacher.tools.tables import documents, families, matrix, update
 from pz_envs.family import all_families
 from teachers.personality import PERSONALITIES
 from worlds.movies.catalogue import shipped
@@ -28,6 +28,17 @@ BLOCKS = [
 def test_example_runs(code, tmp_path):
     (tmp_path / "example.py").write_text(code, encoding="utf-8")
     runpy.run_path(str(tmp_path / "example.py"))
+
+
+def test_the_readme_shows_what_its_snippets_print(tmp_path, capsys):
+    """Behind each snippet stands a block with its output."""
+    blocks = BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    snippets = [number for number, (language, _) in enumerate(blocks) if language == "python"]
+    assert snippets
+    for number in snippets:
+        (tmp_path / "snippet.py").write_text(blocks[number][1], encoding="utf-8")
+        runpy.run_path(str(tmp_path / "snippet.py"))
+        assert blocks[number + 1 :][:1] == [("output", capsys.readouterr().out)]
 
 
 def test_the_two_commands():
@@ -123,7 +134,7 @@ def test_the_study_file_of_the_page_on_studies_is_a_study(tmp_path):
 
 
 def test_the_tables_of_families_and_personalities_are_those_of_the_code():
-    """If not, run `llf shelf`."""
+    """If not, run `llf dev tables`."""
     texts = {path.name: path.read_text(encoding="utf-8") for path in documents(ROOT)}
     assert {"README.md", "personalities.md"} <= texts.keys()
     assert {name: update(text) for name, text in texts.items()} == texts
@@ -133,9 +144,12 @@ def test_the_tables_of_families_and_personalities_are_those_of_the_code():
         assert f"| {family.name} |" in families()
 
 
-@pytest.mark.parametrize("text", ["no place", "<!-- llf shelf: shelves -->\n<!-- end -->"])
-def test_a_document_needs_places_for_tables(text):
-    with pytest.raises(ValueError, match=r"the document must have places for tables, .* got: (none|shelves)$"):
+@pytest.mark.parametrize("text", ["no place", "<!-- llf dev tables: shelves -->\n<!-- end -->"])
+def test_a_document_needs_markers_for_tables(text):
+    with pytest.raises(
+        ValueError,
+        match=r"the document must have markers for tables, .* got: (none|shelves); allowed names: families, ",
+    ):
         update(text)
 
 

@@ -3,10 +3,11 @@
 import itertools
 
 import pytest
-from llf_teacher.episodes.scenes import scenes
 
 import llf_teacher
+from llf_teacher.episodes.play import play
 from llf_teacher.episodes.record import EpisodeSpec
+from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import entries
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.execution.play import play
@@ -62,9 +63,10 @@ def test_every_distorted_atom_is_found(entry, spec):
         if turns >= share(entry):
             break
         env = llf_teacher.make(entry.id, teacher=spec, text=student.text)
-        for scene in scenes(env, student.seat(env.family, env.session.world), turns):
-            turns += scene.moment.turn > 0
-            for atom, label in scene.atoms:
+        recorder = Recorder(env.family.name, env.student_view)
+        for turn in play(env, student.seat(env.family, env.session.world), turns):
+            turns += turn.moment.turn > 0
+            for atom, label in recorder.check(turn):
                 if atom.kind is not None and atom.claim not in env.teacher.offered:
                     distorted += 1
                     assert label is Label.DISTORTED

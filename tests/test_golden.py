@@ -1,4 +1,4 @@
-"""Golden transcripts: `llf golden tests/golden` writes them, this replays them."""
+"""Golden transcripts: `llf dev golden tests/golden` writes them, this replays them."""
 
 import math
 import re

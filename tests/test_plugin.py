@@ -146,7 +146,7 @@ def test_it_is_studied_with_a_report_and_all_claims_hold(installed, tmp_path):
 
 def test_golden_transcripts(installed, tmp_path):
     for folder in ("one", "two"):
-        result = run(installed, "-m", "llf_teacher", "golden", folder, "llf-thermostat-v0", cwd=tmp_path)
+        result = run(installed, "-m", "llf_teacher", "dev", "golden", folder, "llf-thermostat-v0", cwd=tmp_path)
         assert result.returncode == 0, result.stderr
     text = (tmp_path / "one" / "llf-thermostat-v0.txt").read_text(encoding="utf-8")
     assert "Recipe" in text

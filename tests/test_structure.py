@@ -19,7 +19,7 @@ from pz_envs.family import all_families
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
 LAYERS = {  # per layer where the families are, and what is there besides
-    "worlds": ("worlds/*.py", {"__init__", "world", "spaces", "testing"}),
+    "worlds": ("worlds/*.py", {"__init__", "actions", "spaces", "testing", "world"}),
     "oracles": ("teachers/oracles/*.py", {"__init__"}),
     "phrases": ("teachers/phrases/*.toml", {"common"}),
     "declarations": ("pz_envs/families/*.py", {"__init__"}),
@@ -28,7 +28,7 @@ ROOMS = (  # where a family may have a file besides
     "worlds/batches/*.py",
     "worlds/pictures/*.py",
     "teachers/batches/*.py",
-    "llf_teacher/cli/*.py",
+    "llf_teacher/cli/dev/*.py",
     "llf_teacher/compat/families/*.py",
 )
 FAMILIES = sorted(family.name for family in all_families())

@@ -1,5 +1,5 @@
-"""Raw simulators: numbers, state and reward. They know no language, no teacher and no agent.
+"""Raw simulators: numbers, state and reward, without language, teaching or agents.
 
-What stays are the names that a package or a module lists in its `__all__`; `worlds.testing` is public as a whole. What
-else a package's modules have is for the package itself.
+The public names are those in the `__all__` of a package or module, and everything in `worlds.testing`. All other names
+are internal to their package.
 """

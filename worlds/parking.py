@@ -1,8 +1,7 @@
-"""Parking: drive a car into a marked spot of a car park and turn its nose in. The physics are highway-env's."""
+"""Parking: drive a car nose first into a marked spot of a car park, with the physics of highway-env."""
 
 import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,18 +16,19 @@ from highway_env.vehicle.objects import Landmark, Obstacle, RoadObject
 
 from worlds.world import World, illegal, is_number
 
-__all__ = ["LENGTH", "WALL_X", "WALL_Y", "WIDTH", "Action", "Car", "Parking", "Spot", "Truth"]
+__all__ = ["DT", "LENGTH", "WALL_X", "WALL_Y", "WIDTH", "Action", "Car", "Parking", "Spot", "Truth", "step_car"]
 
 Action = tuple[float, float]
 
 LENGTH, WIDTH = Vehicle.LENGTH, Vehicle.WIDTH
 """Size of every car, in metres."""
+DT = 1 / 15
+"""Duration of a simulation step, in seconds; an action lasts for three."""
 WALL_X, WALL_Y = 34.5, 20.5
 """The walls' inner faces lie at x = -34.5 and 34.5, y = -20.5 and 20.5, in metres."""
+_HALF = LENGTH / 2
 _SPOTS = 28  # in two rows
-_MARGIN = 0.1  # m; things that are farther apart than this cannot touch
-_CORNER = math.hypot(LENGTH, WIDTH) / 2
-_OPEN_X, _OPEN_Y = WALL_X - _CORNER, WALL_Y - _CORNER  # no wall is near inside
+_MARGIN = 0.1  # m; objects farther apart than this do not touch
 _FAILURE = -1.0
 _START = (0.0, 0.0)
 
@@ -37,20 +37,20 @@ class Car(NamedTuple):
     """The state of one car."""
 
     x: float
-    """Of its middle, in metres."""
+    """Coordinate of its middle, in metres."""
     y: float
-    """Of its middle, in metres; as on a screen it grows downwards."""
+    """Coordinate of its middle, in metres; positive downwards, as on a screen."""
     heading: float
     """In radians, from the x axis towards the y axis; not wrapped."""
     speed: float
-    """In metres per second; negative when it rolls backwards."""
+    """In metres per second; negative backwards."""
     impact: tuple[float, float] | None = None
-    """How far a collision that is foreseen will move it in the next fifteenth of a second, a crash whatever is done."""
+    """Displacement, in metres, by an unavoidable collision in the next simulation step."""
     crashed: bool = False
 
 
 class Spot(NamedTuple):
-    """Where to park: the middle of the car, in metres, and its heading, in radians."""
+    """The parking spot: the target position of the car's middle, in metres, and its heading, in radians."""
 
     x: float
     y: float
@@ -58,7 +58,7 @@ class Spot(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """All that determines what happens next."""
+    """The complete state."""
 
     car: Car
     spot: Spot
@@ -67,22 +67,41 @@ class Truth(NamedTuple):
     time: float
     """Seconds since reset."""
     touched: tuple[bool, ...]
-    """Whether the spot, and each wall, was ever touched; for rendering."""
+    """Whether the spot and each wall were touched in this episode, for rendering."""
+
+
+def step_car(
+    x: float, y: float, heading: float, speed: float, cosine: float, sine: float, slip: float, gain: float
+) -> tuple[float, float, float, float]:
+    """Where a car is after a simulation step, and how fast; the oracle's model uses this definition, too.
+
+    Args:
+        x, y, heading, speed: of the car before it, as in `Car`.
+        cosine, sine: of the direction of travel, which is the heading plus the slip angle.
+        slip: sine of the slip angle.
+        gain: change of speed in the step, in metres per second.
+    """
+    return (
+        x + speed * cosine * DT,
+        y + speed * sine * DT,
+        heading + speed * slip / _HALF * DT,
+        speed + gain,
+    )
 
 
 class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
     """highway-env's `parking-v0`, with the same numbers, tens of times faster.
 
     Observation: highway-env's Dict of `observation`, `achieved_goal` and `desired_goal`, each Box(6): x and y
-    in 100 m, their speeds in 5 m/s, cosine and sine of the heading. Other cars are not in it; `describe` shows them.
+    in 100 m, their speeds in 5 m/s, cosine and sine of the heading. It does not contain other cars; `describe` does.
     Action: Box(2) for 0.2 s, each from -1 to 1: acceleration in 5 m/s2, then steering in 45 degrees, positive to the
-    driver's right. Actions are taken in the precision of the action space, float32. Reward: highway-env's, the negated
-    root of a weighted distance to the spot, and -5 for each step as a crashed car; -1 for a text that is no action.
-    A crash and parking terminate, 500 steps truncate. Success: parked without a crash; speed does not matter.
+    driver's right, both rounded to float32. Reward: highway-env's, the negated root of a weighted distance to the
+    spot, and -5 for each step as a crashed car; -1 for a text that is not an action.
+    A crash and parking terminate, 500 steps truncate. Success: parked without a crash at any speed.
     The info has highway-env's `speed`, `crashed`, `action` (not at reset) and `is_success`.
 
     Args:
-        vehicles_count: other cars, in spots of their own, 0 to 26; the car must not touch them.
+        vehicles_count: number of other cars, each parked in a spot, 0 to 26; touching them is a crash.
     """
 
     reward_range = (-6.0, 0.0)
@@ -103,7 +122,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, npt.NDArray[np.float64]], dict[str, Any]]:
-        """Draw a heading of the car, a spot and where other cars stand."""
+        """Draw the heading of the car, the spot and the places of other cars."""
         super().reset(seed=seed, options=options)
         lot = self._lot
         lot.np_random = self.np_random
@@ -146,7 +165,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
         return self._lot.observation_type.observe()
 
     def describe(self, observation: dict[str, npt.NDArray[np.float64]]) -> str:
-        """Position, heading and speed of the car, the spot, and where other cars stand."""
+        """Position, heading and speed of the car, the spot, and the positions of other cars."""
         x, y, vx, vy, cos, sin = (observation["observation"] * _SCALES).tolist()
         goal_x, goal_y, _, _, goal_cos, goal_sin = (observation["desired_goal"] * _SCALES).tolist()
         lines = [
@@ -168,7 +187,7 @@ class Parking(World[Truth, dict[str, npt.NDArray[np.float64]], Action]):
         return self.options | {"vehicles_count": int(rng.integers(_SPOTS - 1))}
 
     def original(self, actions: Sequence[Any], seed: int) -> ParkingEnv:
-        """highway-env's own."""
+        """highway-env's own environment."""
         return ParkingEnv({"vehicles_count": self.options["vehicles_count"]})
 
     def _load(self, truth: Truth) -> None:
@@ -212,52 +231,44 @@ def _place(car: Vehicle, state: Car) -> None:
     car.impact = None if impact is None else np.array(impact)
 
 
-@lru_cache(maxsize=64)
-def _parked(x: float, y: float, heading: float) -> npt.NDArray[np.float64]:
-    """What is observed of a car that stands."""
-    seen: npt.NDArray[np.float64] = np.array([x, y, 0.0, 0.0, np.cos(heading), np.sin(heading)]) / _SCALES
-    return seen
-
-
 class _Car(Vehicle):
-    """highway-env's car, which asks anew what follows from its wheel only when that has turned."""
+    """highway-env's car without a lane."""
 
+    position: npt.NDArray[np.float64]
+    heading: float
+    speed: float
     impact: npt.NDArray[np.float64] | None
-    _wheel, _slip, _sine = math.nan, 0.0, 0.0
 
     def step(self, dt: float) -> None:
-        """As highway-env does, but for lanes."""
+        """As in highway-env, without the update of the lane."""
         self.clip_actions()
-        wheel = self.action["steering"]
-        if wheel != self._wheel:
-            slip = np.arctan(1 / 2 * np.tan(wheel))
-            self._wheel, self._slip, self._sine = wheel, float(slip), float(np.sin(slip))
-        speed, course = self.speed, self.heading + self._slip
-        self.position += speed * np.array([np.cos(course), np.sin(course)]) * dt
+        slip = np.arctan(1 / 2 * np.tan(self.action["steering"]))
+        (x, y), course, gain = self.position, self.heading + slip, self.action["acceleration"] * dt
+        x, y, self.heading, self.speed = step_car(
+            x, y, self.heading, self.speed, np.cos(course), np.sin(course), float(np.sin(slip)), gain
+        )
+        self.position = np.array([x, y])
         if self.impact is not None:
             self.position += self.impact
             self.crashed = True
             self.impact = None
-        self.heading += speed * self._sine / (LENGTH / 2) * dt
-        self.speed += self.action["acceleration"] * dt
 
 
 class _Observation(KinematicsGoalObservation):
-    """The same numbers without data frames."""
+    """highway-env's observation without data frames."""
 
     def observe(self) -> dict[str, npt.NDArray[np.float64]]:
         car = self.env.vehicle
-        if car is None:  # while the environment is being made
+        if car is None:  # during construction
             return {name: np.zeros(len(_FEATURES)) for name in _PARTS}
-        (x, y), speed, cos, sin = car.position.tolist(), car.speed, np.cos(car.heading), np.sin(car.heading)
-        seen = np.array([x, y, speed * cos, speed * sin, cos, sin]) / self.scales
-        goal = car.goal
-        wanted = _parked(*goal.position.tolist(), goal.heading).copy()
+        goal, speed, cos, sin = car.goal, car.speed, np.cos(car.heading), np.sin(car.heading)
+        seen = np.array([*car.position, speed * cos, speed * sin, cos, sin]) / self.scales
+        wanted = np.array([*goal.position, 0.0, 0.0, np.cos(goal.heading), np.sin(goal.heading)]) / self.scales
         return dict(zip(_PARTS, (seen, seen.copy(), wanted), strict=True))
 
 
 def _walls() -> Iterator[Obstacle]:
-    """highway-env's, of a thickness of 1 m."""
+    """highway-env's walls, 1 m thick."""
     width, height = 70, 42
     for x, y, length in (
         (0, -height / 2, width),
@@ -272,17 +283,17 @@ def _walls() -> Iterator[Obstacle]:
 
 
 class _Lot(ParkingEnv):
-    """highway-env's car park without what has no bearing on its results.
+    """highway-env's car park without computations that do not affect the results.
 
-    Cars look up no lanes, cars at rest are not moved, nothing is tested for a collision that is out of reach, a step
-    observes once instead of four times, and a reset keeps what no seed changes.
+    Cars do not look up lanes, parked cars are not moved, distant objects are not checked for collisions, a step makes
+    one observation instead of four, and a reset keeps the road.
     """
 
     time: float
     road: Any
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """As highway-env does, but for an action that it makes up for the info; the stream is `np_random`."""
+        """As in highway-env, without the random action in the info; the random stream is `np_random`."""
         self.time = self.steps = 0
         self._reset()
         seen = self.observation_type.observe()
@@ -290,18 +301,18 @@ class _Lot(ParkingEnv):
         return seen, {"speed": self.vehicle.speed, "crashed": self.vehicle.crashed, "is_success": success}
 
     def _create_road(self, spots: int = _SPOTS // 2) -> None:
-        """As highway-env does, once."""
+        """As in highway-env, once."""
         if not self.road:
             super()._create_road(spots)
             self._lanes = self.road.network.lanes_dict()
-            # A heading counts for pi at most, so that it makes no other lane the nearest one.
+            # The lanes that may be nearest for some heading, which adds at most pi to the distance.
             off = {index: lane.distance(_START) for index, lane in self._lanes.items()}
             self._nearest = [index for index in off if off[index] <= min(off.values()) + math.pi]
             self._dt = 1 / self.config["simulation_frequency"]
             self._frames = self.config["simulation_frequency"] // self.config["policy_frequency"]
 
     def _create_vehicles(self) -> None:
-        """As highway-env does, with the same draws, but nothing is told of a road: so nothing looks up a lane."""
+        """As in highway-env, with the same draws; vehicles get no road, so that they do not look up lanes."""
         lanes, rng = self._lanes, self.np_random
         heading = 2.0 * np.pi * rng.uniform()
         car = _Car(None, _START, heading, 0.0)
@@ -319,15 +330,15 @@ class _Lot(ParkingEnv):
         self.road.objects = [car.goal, *_walls()]
 
     def define_spaces(self) -> None:
-        """As highway-env does, with the faster observation."""
-        self.action_type = action_factory(self, self.config["action"] | {"clip": False})  # `legal` has seen to that
+        """As in highway-env, with the faster observation."""
+        self.action_type = action_factory(self, self.config["action"] | {"clip": False})  # `legal` has checked it
         self.action_space = self.action_type.space()
         settings = {name: value for name, value in self.config["observation"].items() if name != "type"}
         self.observation_type = self.observation_type_parking = _Observation(self, **settings)
         self.observation_space = self.observation_type.space()
 
     def step(self, action: np.ndarray) -> tuple[dict[str, npt.NDArray[np.float64]], float, bool, bool, dict[str, Any]]:
-        """As highway-env does, observing once."""
+        """As in highway-env, with one observation."""
         config, car = self.config, self.vehicle
         self.time += 1 / config["policy_frequency"]
         self._simulate(action)
@@ -349,27 +360,24 @@ class _Lot(ParkingEnv):
                 car.handle_collisions(other, dt)
 
     def _pairs(self) -> Iterator[tuple[Vehicle, RoadObject]]:
-        """What might collide, in highway-env's order."""
+        """The pairs that may collide, in highway-env's order; to check all pairs doubles the time of a turn."""
         (car, *parked), (goal, *walls) = self.road.vehicles, self.road.objects
-        (x, y), (goal_x, goal_y) = car.position.tolist(), goal.position.tolist()
+        x, y = car.position.tolist()
         drift = abs(car.speed) * self._dt + _MARGIN
-        about = drift + _CORNER + goal.diagonal / 2
-        by_goal = not goal.hit and abs(goal_x - x) < about and abs(goal_y - y) < about
-        if parked or by_goal or abs(x) + drift > _OPEN_X or abs(y) + drift > _OPEN_Y:
-            cos, sin = abs(math.cos(car.heading)), abs(math.sin(car.heading))
-            # Half of what the car takes up along each axis, now and in the next step.
-            width = drift + (cos * LENGTH + sin * WIDTH) / 2
-            height = drift + (sin * LENGTH + cos * WIDTH) / 2
-            for other in parked:
-                dx, dy = abs(other.position - car.position).tolist()
-                if (dx < width + WIDTH / 2 and dy < height + LENGTH / 2) or not _at_rest(other):
-                    yield car, other
-            if by_goal:  # to be hit is all that comes of touching it
-                yield car, goal
-            beyond = (height - y - WALL_Y, height + y - WALL_Y, width - x - WALL_X, width + x - WALL_X)
-            for wall, far in zip(walls, beyond, strict=True):
-                if far > 0:
-                    yield car, wall
+        cos, sin = abs(math.cos(car.heading)), abs(math.sin(car.heading))
+        # Half of the car's extent along each axis, now and in the next step.
+        width = drift + (cos * LENGTH + sin * WIDTH) / 2
+        height = drift + (sin * LENGTH + cos * WIDTH) / 2
+        for other in parked:
+            dx, dy = abs(other.position - car.position).tolist()
+            if (dx < width + WIDTH / 2 and dy < height + LENGTH / 2) or not _at_rest(other):
+                yield car, other
+        if not goal.hit:  # a collision with the spot has no other effect
+            yield car, goal
+        beyond = (height - y - WALL_Y, height + y - WALL_Y, width - x - WALL_X, width + x - WALL_X)
+        for wall, far in zip(walls, beyond, strict=True):
+            if far > 0:
+                yield car, wall
         for i, first in enumerate(parked):
             still = _at_rest(first)
             for other in parked[i + 1 :]:
@@ -381,5 +389,5 @@ class _Lot(ParkingEnv):
 
 
 def _at_rest(car: Vehicle) -> bool:
-    """Whether a parked car stands where it was put."""
+    """Whether a parked car was not moved."""
     return car.impact is None and not car.crashed

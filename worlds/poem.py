@@ -1,7 +1,7 @@
 """Poems: verse with a required number of lines and of syllables in each line.
 
-Syllables are counted by CMUdict. A word may be read in every way that is listed there, so that a line
-has a set of possible numbers of syllables; sets of small numbers are bit masks here.
+CMUdict gives the syllables. Each pronunciation that it lists for a word counts, so that a line has a set
+of possible numbers of syllables; such sets are bit masks here.
 """
 
 import re
@@ -38,7 +38,7 @@ __all__ = [
 MAX_LENGTH = 10_000
 """Greatest number of characters of a poem."""
 MOST = 40
-"""Greatest number of lines that can be required, and of syllables in one of them."""
+"""Greatest number of lines that can be required, and of syllables in a line."""
 HAIKU, TANKA, LINE_PATTERN, ONE_NUMBER = "Haiku", "Tanka", "LineSyllableConstrainedPoem", "SyllableConstrainedPoem"
 FORMS = (HAIKU, TANKA, LINE_PATTERN, ONE_NUMBER)
 _PATTERNS = {HAIKU: (5, 7, 5), TANKA: (5, 7, 5, 7, 7)}
@@ -48,28 +48,28 @@ _SYLLABLES = (5, 7, 8, 9, 10, 17)
 
 
 class Truth(NamedTuple):
-    """What is required, and the poem that was offered last."""
+    """The requirements, and the last poem."""
 
     pattern: tuple[int, ...]
-    """Syllables of each line; a single number if `free`."""
+    """Number of syllables of each line; a single number if `free`."""
     free: bool
     """Whether any number of lines is allowed, with the same number of syllables in each."""
     draft: str
     """The last poem; empty at the start."""
 
     def demands(self, lines: int) -> tuple[int, ...]:
-        """Syllables required of each line of a poem with so many lines; empty if it must not have so many."""
+        """Required syllables of each line of a poem with this number of lines; empty if that number is wrong."""
         if self.free:
             return self.pattern * lines
         return self.pattern if lines == len(self.pattern) else ()
 
 
 class Poem(World[Truth, int, str]):
-    """A form of verse to be filled, asked again and again without a state.
+    """A form of verse to fill, in repeated turns without a state.
 
-    Observation: Discrete(1), always 0. Action: the poem, a `Prose` of at most 10,000 characters, one line
-    of verse a line of text; blank lines do not count. Reward: the share of lines that can be read with
-    the required number of syllables, less 1; -1 if the number of lines is wrong or there is no line.
+    Observation: Discrete(1), always 0. Action: the poem, a `Prose` of at most 10,000 characters, with a
+    line of text per line of verse; blank lines do not count. Reward: the share of lines that can be read with
+    the required number of syllables, minus 1; -1 if the number of lines is wrong or there is no line.
     Success: all lines of this poem are right. Nothing terminates.
 
     Args:
@@ -98,7 +98,7 @@ class Poem(World[Truth, int, str]):
         self.action_space = Prose(max_length=MAX_LENGTH)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[int, dict[str, Any]]:
-        """Draw what is required.
+        """Draw the requirements.
 
         Args:
             seed: seed of the world's random stream.
@@ -120,7 +120,7 @@ class Poem(World[Truth, int, str]):
 
     @property
     def truth(self) -> Truth:
-        """What is required, and the last poem."""
+        """The requirements, and the last poem."""
         return self._truth
 
     def legal(self, action: Any) -> str:
@@ -144,17 +144,17 @@ class Poem(World[Truth, int, str]):
         return 0
 
     def describe(self, observation: int) -> str:
-        """Nothing: there is no state to see."""
+        """The empty string: a poem has no state."""
         return ""
 
     def sample_action(self, rng: np.random.Generator) -> str:
-        """Lines of 2 to 8 words of a small vocabulary, as many lines as poems often have."""
+        """Random lines of 2 to 8 words from a small vocabulary, 1 to 19 of them."""
         sizes = rng.integers(2, 9, size=_TRIED_LINES[rng.integers(len(_TRIED_LINES))]).tolist()
         words = iter(rng.integers(len(_WORDS), size=sum(sizes)).tolist())
         return "\n".join(" ".join(_WORDS[next(words)] for _ in range(size)) for size in sizes)
 
     def draw_reset(self, rng: np.random.Generator) -> dict[str, Any]:
-        """A pattern, where the form has no pattern of its own."""
+        """A random pattern, if the form takes one."""
         if (name := _OPTIONS.get(self.form)) is None:
             return {}
         pattern = rng.integers(1, MOST + 1, size=rng.integers(1, MOST + 1)).tolist()
@@ -194,7 +194,7 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)*|\d+")
 
 @lru_cache(maxsize=256)
 def lines_of(poem: str) -> tuple[str, ...]:
-    """The lines of verse, without space around them; blank lines are none."""
+    """The lines of verse, without surrounding space; blank lines are left out."""
     return tuple(filter(None, map(str.strip, poem.splitlines())))
 
 
@@ -205,18 +205,18 @@ def fits(line: str, number: int) -> bool:
 
 @lru_cache(maxsize=1024)
 def readings(line: str) -> int:
-    """The numbers of syllables that a line can be read with: bit `n` is set if `n` is one of them.
+    """The possible numbers of syllables of a line, as a bit mask: bit `n` is set if `n` is one of them.
 
-    Words are runs of letters with apostrophes inside, or runs of digits; all else, hyphens too, lies between
-    them. Case, accents and the shape of the apostrophe do not matter. Each word counts in every pronunciation
-    that CMUdict lists, an unlisted one as `syllables` estimates it. A line without words has 0 syllables.
+    Words are runs of letters with apostrophes inside, or runs of digits; everything else, hyphens included, separates
+    them. Case, accents and the shape of the apostrophe do not matter. Each word has the syllables of any pronunciation
+    that CMUdict lists; for other words `syllables` estimates them. A line without words has 0 syllables.
     """
     return _sums(map(_counts, line.split()))
 
 
 @lru_cache(maxsize=16_384)
 def _counts(part: str) -> int:
-    """The numbers of syllables of a part of a line without space: mostly of a word, which comes again and again."""
+    """The possible numbers of syllables of a part of a line without space, which usually is a word."""
     text = part.casefold()
     if not text.isascii():
         text = "".join(map(_bare, text))
@@ -228,7 +228,7 @@ def _sums(parts: Iterable[int]) -> int:
     """Every sum of a number of each part, where parts and sums are bit masks."""
     totals = 1
     for counts in parts:
-        if not counts & counts - 1:  # as it mostly is, one number
+        if not counts & counts - 1:  # a single number, as for most words
             totals *= counts
             continue
         sums = 0
@@ -249,11 +249,11 @@ def _bare(character: str) -> str:
 
 @cache
 def _pronunciations() -> dict[str, int]:
-    """Per word of CMUdict its possible numbers of syllables, as a bit mask. Loaded once a process: 0.1 s."""
+    """The possible numbers of syllables of each word of CMUdict, as bit masks. Loading takes 0.1 s."""
     with cmudict.dict_stream() as stream:
         text = re.sub(rb"#.*", b"", stream.read())
     table: dict[str, int] = {}
-    # A line is "tired(2) T AY1 R D": without upper case what stays of the phones is a stress digit per syllable.
+    # A line is "tired(2) T AY1 R D": without upper case, a stress digit per syllable is left of the phones.
     for entry in text.translate(None, b"ABCDEFGHIJKLMNOPQRSTUVWXYZ ").decode().splitlines():
         name = entry.rstrip("012")
         word = name.partition("(")[0]
@@ -293,16 +293,16 @@ _PHRASES = tuple(
         "tomorrow waits in the well; the tailor paints a torn cloud",
     )
 )
-"""Phrases of 1 to 7 syllables, which CMUdict lets be read in one way only."""
+"""Phrases of 1 to 7 syllables, each with one pronunciation only in CMUdict."""
 
 
 @lru_cache(maxsize=4096)
 def compose(number: int, variety: int) -> str:
-    """A line of verse that has `number` syllables, however it is read.
+    """A line of verse with `number` syllables in every pronunciation.
 
     Args:
-        number: at least 1.
-        variety: an integer; near ones give different lines.
+        number: number of syllables, at least 1.
+        variety: an integer; consecutive ones give different lines.
 
     Raises:
         ValueError: the number is less than 1.

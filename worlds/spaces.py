@@ -14,9 +14,9 @@ _PRINTABLE = "".join(map(chr, range(32, 127)))
 
 
 class _Words(spaces.Text):
-    """What `iterate` knows, for those who iterate over texts by the space of one of them, as SuperSuit does.
+    """The class for which `iterate` is registered: SuperSuit iterates over texts by the space of a single text.
 
-    It may not know `Prose` itself: of a Tuple of spaces that it knows Gymnasium iterates over the items' items.
+    `Prose` itself must not be registered: for a Tuple of registered spaces, Gymnasium iterates over the items' items.
     """
 
 
@@ -28,8 +28,8 @@ def _iterate(space: _Words, items: Iterable[str]) -> Iterator[str]:  # type: ign
 class Prose(_Words):
     """Any Unicode text, the empty one included, of at most `max_length` characters.
 
-    `gymnasium.spaces.Text` knows an alphabet, checks each character and cannot hold text in shared
-    memory; here `contains` checks type and length only, and samples are short printable ASCII.
+    `gymnasium.spaces.Text` has an alphabet, checks each character and does not support text in shared
+    memory; here `contains` checks only type and length, and samples are short printable ASCII.
 
     Args:
         max_length: greatest number of characters.
@@ -62,7 +62,7 @@ class Prose(_Words):
 
 
 class _SharedText:
-    """A view on text in shared memory. AsyncVectorEnv deep-copies its observations, which gives plain strings."""
+    """A view on text in shared memory; deep copies, such as AsyncVectorEnv makes of observations, are plain strings."""
 
     def __init__(self, rows: np.ndarray) -> None:
         self._rows = rows
@@ -86,7 +86,7 @@ class _SharedText:
 
 
 def _rows(space: Prose, shared_memory: Any, n: int = -1) -> np.ndarray:
-    """Shared memory as one row an environment: the text's length, then its code points."""
+    """Shared memory with a row per environment: the length of the text, then its code points."""
     return np.frombuffer(shared_memory.get_obj(), dtype=np.int32).reshape(n, space.max_length + 1)
 
 
@@ -102,7 +102,7 @@ def _read(space: Prose, shared_memory: Any, n: int = 1) -> _SharedText:
 
 @write_to_shared_memory.register(Prose)
 def _write(space: Prose, index: int, value: str, shared_memory: Any) -> None:
-    # Lone surrogates are text to Python but not to UTF-32: they pass as they are.
+    # Python strings may contain lone surrogates, UTF-32 may not: they are encoded unchanged.
     codes = np.frombuffer(str(value).encode("utf-32-le", "surrogatepass"), dtype="<u4")
     row = _rows(space, shared_memory)[index]
     row[0] = len(codes)

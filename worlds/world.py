@@ -1,4 +1,4 @@
-"""The interface of every world: a Gymnasium environment whose state can be seen, saved and restored."""
+"""The interface of every world: a Gymnasium environment whose state can be read, saved and restored."""
 
 import copy
 from abc import abstractmethod
@@ -14,22 +14,22 @@ import numpy.typing as npt
 from gymnasium import spaces
 from typing_extensions import TypeVar
 
-from worlds.wrapped.actions import canonical, syntax, tell
+from worlds.actions import canonical, format_value, syntax
 
 __all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "illegal", "is_number"]
 
-_QUOTES = " \t\r\n.,;!\"'`*"  # what may stand around a word
+_QUOTES = " \t\r\n.,;!\"'`*"  # allowed around a word
 
 TruthT = TypeVar("TruthT")
-"""What `truth` gives: an immutable value that compares with `==`, such as a NamedTuple."""
+"""Type of `truth`: an immutable value that compares with `==`, such as a NamedTuple."""
 ObservationT = TypeVar("ObservationT", default=Any)
-"""What `reset`, `step` and `observe` give."""
+"""Type of the observations that `reset`, `step` and `observe` return."""
 ActionT = TypeVar("ActionT", default=Any)
-"""The canonical form of actions: what `legal` gives and `advance` takes."""
+"""Type of actions in canonical form, which `legal` returns and `advance` takes."""
 
 
 class Snapshot(NamedTuple, Generic[TruthT]):
-    """All that determines a world's future."""
+    """The complete state of a world."""
 
     truth: TruthT
     """The world's `truth` at the time of saving."""
@@ -38,40 +38,40 @@ class Snapshot(NamedTuple, Generic[TruthT]):
 
 
 class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, ActionT]):
-    """A simulator with native spaces that can be looked into, saved and replayed.
+    """A simulator with Gymnasium spaces whose state can be read, saved and restored.
 
-    `step` is `advance(legal(action))`. A family implements `advance`, which is the simulation, and `legal` where the
-    action space does not say enough; `legal` returns the action in its canonical form, or raises without touching the
-    state. An episode's length is not the world's business: who plays it truncates.
+    `step` is `advance(legal(action))`. A family implements `advance`, the simulation, and overrides `legal` where the
+    action space is not precise enough; `legal` returns the action in canonical form, or raises without changing the
+    state. Worlds do not limit the length of an episode: the session truncates it.
 
-    A world says of which types its truths, its observations and its actions in canonical form are, as in
-    `class Maze(World[Truth, int, int])`; to one who takes any world of such truths, `World[Truth]` is enough.
+    The type parameters are those of truths, observations and actions in canonical form, as in
+    `class Maze(World[Truth, int, int])`; a function that accepts any world with such truths takes `World[Truth]`.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["ansi"]}  # noqa: RUF012 (to Gymnasium it is no ClassVar)
     observation_space: spaces.Space[Any]
     action_space: spaces.Space[Any]
-    """What `step` takes: `legal` makes `ActionT` of its elements."""
+    """Elements of this space are what `step` takes; `legal` converts them to `ActionT`."""
     reward_range: tuple[float, float]
-    """Least and greatest reward of one step."""
+    """Least and greatest reward of a step."""
     action_words: Mapping[str, Any] = MappingProxyType({})
     """Lower-case words that name an action in text mode, each with its action."""
     action_fillers: tuple[str, ...] = ()
-    """Further lower-case words that may stand around an action in a sentence that says nothing else, such as `go`."""
+    """Further lower-case words that a sentence with nothing but an action may contain, such as `go`."""
     action_parts: tuple[str, ...] = ()
-    """Lower-case names of the numbers of which an action is a list, by which an answer may give them."""
+    """Lower-case names of the numbers in an action that is a list, as keys in an answer."""
     answer_names: tuple[str, ...] = ()
-    """What an answer may be called beside `answer`, `action` and the like, in lower case: labels, and keys of JSON."""
+    """Lower-case labels and JSON keys of an answer, in addition to `answer`, `action` and the like."""
     verbatim: bool = True
-    """Whether a text that is an action is taken word for word; else `read` finds it in what is written around it."""
+    """Whether a text is taken as the action word for word; otherwise `read` looks for the action within it."""
     several_lines: bool = False
-    """Whether a text that is an action may have several lines; people who type it then end it with an empty one."""
+    """Whether an action in text form may have several lines; typed at a prompt, it then ends with an empty line."""
     actions_key: str = ""
-    """Key of the info under which it lists the actions that come to something now; empty if it lists none."""
+    """Key of the info that lists the actions that have an effect now; empty if there is no such list."""
     options: dict[str, Any]
     """Keyword arguments that construct an equal world."""
     reset_options: tuple[str, ...] | None = ()
-    """The options that `reset` knows; None: it takes any."""
+    """Options that `reset` takes; None: any."""
 
     def __init__(self, *, render_mode: str | None = None, **options: Any) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
@@ -81,16 +81,16 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         self.options = options
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """What every world's `reset` calls before it draws anything: check the options, and seed the random stream.
+        """Check the options and seed the random stream; each world's `reset` calls this before its first draw.
 
         Raises:
-            ValueError: as `check_reset`; nothing has changed.
+            ValueError: see `check_reset`; the state is unchanged.
         """
         self.check_reset(options)
         return super().reset(seed=seed)
 
     def check_reset(self, options: dict[str, Any] | None) -> None:
-        """Check the options of a reset; a world checks their values, too.
+        """Check the options of a reset; worlds that take options extend this to check their values.
 
         Raises:
             ValueError: an option is unknown, or its value is not allowed.
@@ -98,31 +98,32 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
         if options is not None and not isinstance(options, Mapping):
             raise ValueError(f"options must be a dict or None, got {options!r}")
         known = self.reset_options
-        if known is not None and (strange := [name for name in options or () if name not in known]):
-            raise ValueError(f"reset knows no option {strange[0]!r}; allowed: {', '.join(known) or 'none here'}")
+        if known is not None and (unknown := [name for name in options or () if name not in known]):
+            raise ValueError(f"reset option {unknown[0]!r} is unknown; allowed: {', '.join(known) or 'none'}")
 
     @property
     def failure_reward(self) -> float:
-        """Reward of a turn, now, in which the text that was given was no action; the world did not step.
+        """Reward of a turn, in the current state, whose text was not an action, so that the world did not step.
 
-        A world has one that no student can live on: in every state some action pays as much.
+        It must be too low to exploit: in every state some action pays at least as much.
         """
         return 0.0
 
     @property
     @abstractmethod
     def truth(self) -> TruthT:
-        """An immutable snapshot of the whole state but for the random stream, comparable with `==`."""
+        """An immutable snapshot of the whole state without the random stream, comparable with `==`."""
 
     @cached_property
     def action_syntax(self) -> str:
-        """What an answer in text mode has to look like, to complete "the answer must be ..."; by default as the space
-        has it. A world may have an attribute instead.
-        """  # noqa: D205
+        """The form of an answer in text mode, to complete "the answer must be ..."; by default from the action space.
+
+        A world may define an attribute instead.
+        """
         return syntax(self.action_space)
 
     def legal(self, action: Any) -> ActionT:
-        """The action in canonical form: a hashable value of Python's own types, by default as the space has it.
+        """The action in canonical form: a hashable value of Python's own types. By default see `worlds.actions`.
 
         Raises:
             ValueError: the action is outside the action space; the state is unchanged.
@@ -135,46 +136,46 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
 
     @abstractmethod
     def advance(self, action: ActionT) -> tuple[ObservationT, float, bool, bool, dict[str, Any]]:
-        """Apply a legal action; return Gymnasium's five-tuple, with `success` (bool) in the info."""
+        """Apply a legal action and return Gymnasium's five-tuple, with `success` (bool) in the info."""
 
     @abstractmethod
     def observe(self) -> ObservationT:
-        """The current observation, a fresh value: the one that `reset` or the last step gave."""
+        """The current observation, as returned by `reset` or the last step, in a new object."""
 
     def describe(self, observation: ObservationT) -> str:
-        """The canonical plain-text rendering of an observation, by default in plain numbers."""
-        return tell(observation)
+        """An observation as plain text; by default see `worlds.actions.format_value`."""
+        return format_value(observation)
 
     def sample_action(self, rng: np.random.Generator) -> Any:
-        """A random action, such as one might try who knows nothing of the task: in the action space, and legal.
+        """A random legal action in the action space, as tried without knowledge of the task.
 
         By default it is a sample of the action space.
         """
-        space = copy.deepcopy(self.action_space)  # whose own stream stays as it is
+        space = copy.deepcopy(self.action_space)  # so that its own random stream does not change
         space.seed(int(rng.integers(2**31)))
         return space.sample()
 
     def read(self, text: str) -> Any | None:
-        """The action that a text stands for in the world's own words; None if it is none.
+        """The action that a text names in the world's own words, by default `action_words`; None if it names none.
 
-        By default these are `action_words`. `legal` has the last word on what it gives.
+        The result still has to pass `legal`.
         """
         return self.action_words.get(text.strip(_QUOTES).lower())
 
     @abstractmethod
     def _load(self, truth: TruthT) -> None:
-        """Take over the state that a `truth` holds."""
+        """Set the state to that of a `truth`."""
 
     def step(self, action: Any) -> tuple[ObservationT, float, bool, bool, dict[str, Any]]:
         """Check and apply an action; see `legal` and `advance`."""
         return self.advance(self.legal(action))
 
     def save(self) -> Snapshot[TruthT]:
-        """The exact state, random stream included."""
+        """The exact state, including the random stream."""
         return Snapshot(self.truth, self.np_random.bit_generator.state)
 
     def restore(self, state: TruthT | Snapshot[TruthT]) -> None:
-        """Return to a saved state; a bare `truth` leaves the world's own random stream as it is."""
+        """Return to a saved state; a bare `truth` leaves the random stream unchanged."""
         if isinstance(state, Snapshot):
             self.np_random.bit_generator.state = state.random_state
             self._load(state.truth)
@@ -182,30 +183,30 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
             self._load(state)
 
     def state_of(self, truth: TruthT) -> Any:
-        """What tells the state of a truth from other states; the truth itself by default."""
+        """A value that identifies the state of a truth; by default the truth itself."""
         return truth
 
     def scratch(self) -> Self:
-        """A new world of the same class and options, for experiments on the side. Restore before use."""
+        """A new world of the same class and options, for simulation apart from the episode. Restore it before use."""
         return type(self)(**self.options)
 
     def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
-        """Options of a world with the same task, drawn from those that it may have; by default its own.
+        """Random options of a world with the same task; by default its own.
 
-        What is said has to hold of each such world: audits teach in some.
+        Audits use such worlds, in each of which claims have to hold.
         """
         return self.options
 
     def draw_reset(self, rng: np.random.Generator) -> dict[str, Any]:
-        """Options that `reset` may be given, for the same purpose; by default none."""
+        """Random options for `reset`, for the same purpose; by default none."""
         return {}
 
     def original(self, actions: Sequence[Any], seed: int) -> gymnasium.Env[Any, Any] | None:
-        """For benchmarks: the environment of another package that does this world's work; None if there is none.
+        """The environment of another package that this world reimplements, for benchmarks; None if there is none.
 
         Args:
-            actions: what it will be stepped through after `reset(seed=seed)`; a world may prepare for them.
-            seed: of the one episode that it is made for.
+            actions: those of the episode, after `reset(seed=seed)`; a world may prepare for them.
+            seed: seed of the episode.
         """
         return None
 
@@ -222,5 +223,5 @@ def illegal(action: Any, allowed: str) -> ValueError:
 
 
 def is_number(value: Any) -> TypeGuard[float]:
-    """Whether a value is a real number, of Python or NumPy; a bool is none."""
+    """Whether a value is a real number, of Python or NumPy; a bool is not."""
     return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))

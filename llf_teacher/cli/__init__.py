@@ -1,34 +1,90 @@
-"""The command line: `llf`, one module a command; a command of one family has its name."""
+"""The command line, `llf`: one module for each command; those for developers are in `dev`."""
 
+import difflib
 import os
 import pkgutil
 import sys
 from importlib import import_module
-from typing import Annotated
+from types import ModuleType
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from typer.core import TyperGroup
 
 from llf_teacher import __version__
 from llf_teacher.escaping import escape_control_chars
+from teachers.spec import unknown
 
-app = typer.Typer(
-    name="llf",
-    help="Learning from language feedback: list environments, play, run studies, audit teachers.",
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-)
 errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
+class Commands(TyperGroup):
+    """Commands in alphabetical order. An unknown name is an error with the nearest ones; flags show no type."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of the commands."""
+        return sorted(self.commands)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The options of the group itself."""
+        return _without_type_of_flags(super().get_params(ctx))
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of a name, or None."""
+        command = super().get_command(ctx, cmd_name)
+        if command is not None:
+            _without_type_of_flags(command.get_params(ctx))
+        return command
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that the arguments begin with.
+
+        Raises:
+            ValueError: there is none of this name.
+        """
+        name = args[0]
+        if name not in self.commands and not name.startswith("-") and not ctx.resilient_parsing:
+            below = {sub: group for group, each in self.commands.items() for sub in getattr(each, "commands", ())}
+            for sub in difflib.get_close_matches(name, below, n=1, cutoff=0.8):
+                raise ValueError(f"unknown command {name!r}; did you mean {below[sub]} {sub}?")
+            raise ValueError(unknown("command", name, sorted(self.commands)))
+        return super().resolve_command(ctx, args)
+
+
+def _without_type_of_flags(params: list[Any]) -> list[Any]:
+    """The same parameters; help shows `--json` instead of `--json <bool>`."""
+    for param in params:
+        if getattr(param, "is_flag", False):
+            param.metavar = ""
+    return params
+
+
+app = typer.Typer(
+    name="llf",
+    cls=Commands,
+    help="Learning from language feedback: try environments, run studies, check what teachers say.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def add_modules(group: typer.Typer, package: ModuleType) -> None:
+    """Add the commands of all modules of a package to a group."""
+    for module in pkgutil.iter_modules(package.__path__):
+        import_module(f"{package.__name__}.{module.name}").add_to(group)
+
+
 def draw_off_screen() -> None:
-    """Let MuJoCo draw without a window, as far as that is to be chosen; before it is imported."""
+    """Make MuJoCo draw without a window. Call it before MuJoCo is imported; a MUJOCO_GL that is set stays."""
     if sys.platform == "linux":
         os.environ.setdefault("MUJOCO_GL", "egl")
 
 
-def say_missing() -> None:
-    """Say of which families nothing is done, a line each."""
+def print_missing() -> None:
+    """Print a line for each family that is left out because something is not installed."""
     from pz_envs.family import all_families
 
     for family in all_families():
@@ -37,34 +93,33 @@ def say_missing() -> None:
 
 
 def complete_id(incomplete: str) -> list[str]:
-    """The ids that begin so, for shells."""
+    """The ids that begin with `incomplete`, for shells."""
     from llf_teacher.registry import ids
 
     return [id for id in ids() if id.startswith(incomplete)]
 
 
 def complete_teacher(incomplete: str) -> list[str]:
-    """The personalities whose names begin so; of a pipeline its last one."""
+    """The completions of a teacher's spec; of a pipeline the last stage is completed."""
     from teachers.personality import PERSONALITIES
 
-    return _ends(incomplete, PERSONALITIES.names)
+    return _complete_stage(incomplete, PERSONALITIES.names)
 
 
 def complete_student(incomplete: str) -> list[str]:
-    """The students whose names begin so."""
+    """The completions of a student's spec."""
     from llf_teacher.students.parsing import STUDENTS
 
-    return _ends(incomplete, STUDENTS.names)
+    return _complete_stage(incomplete, STUDENTS.names)
 
 
-def _ends(incomplete: str, names: tuple[str, ...]) -> list[str]:
-    """How the last stage of a spec may go on."""
+def _complete_stage(incomplete: str, names: tuple[str, ...]) -> list[str]:
     last = incomplete.rpartition("|")[2].lstrip()
     before = incomplete[: len(incomplete) - len(last)]
     return [f"{before}{name}" for name in names if name.startswith(last)]
 
 
-def _say_version(wanted: bool) -> None:
+def _print_version(wanted: bool) -> None:
     if wanted:
         print(f"llf-teacher {__version__}")  # noqa: T201
         raise typer.Exit
@@ -73,18 +128,17 @@ def _say_version(wanted: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Show the version and exit.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
-    """What can be said before a command."""
+    """The options before a command."""
 
 
-for _module in pkgutil.iter_modules(__path__):
-    import_module(f"{__name__}.{_module.name}").add_to(app)
+add_modules(app, sys.modules[__name__])
 
 
 def main() -> None:
-    """Run the command line; what a user can mend is one line on standard error and exit status 2."""
+    """Run the command line; an error that a user can mend is one line on standard error, with exit status 2."""
     try:
         app()
     except (ValueError, ModuleNotFoundError, OSError) as error:

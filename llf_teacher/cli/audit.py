@@ -1,4 +1,4 @@
-"""`llf audit`: check what teachers say against the simulators."""
+"""`llf audit`: check the claims of teachers against the simulators."""
 
 import itertools
 import json
@@ -19,7 +19,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
-from llf_teacher.cli import say_missing
+from llf_teacher.cli import print_missing
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
@@ -34,30 +34,40 @@ def add_to(app: typer.Typer) -> None:
 def audit(
     ids: Annotated[
         list[str] | None,
-        typer.Argument(metavar="ID", help="Environments, or patterns as in 'llf-some-*'; all by default."),
+        typer.Argument(metavar="ID", help="Environments, or patterns such as 'llf-poem-*'; by default all."),
     ] = None,
     teacher: Annotated[
-        list[str] | None, typer.Option(help="Personality spec, or pattern as in '*_focused'; repeat it for several.")
+        list[str] | None,
+        typer.Option(
+            help="Spec of a personality, or a pattern such as '*_focused'; repeat it for several. By default oracle."
+        ),
     ] = None,
-    turns: Annotated[int, typer.Option(min=1, help="Turns of students per environment and teacher.")] = 1000,
-    feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
-    voice: Annotated[str, typer.Option(help="A voice, the path of one, or module:function to rewrite.")] = "plain",
-    workers: Annotated[int | None, typer.Option(min=1, help="Parallel processes; one a core by default.")] = None,
+    turns: Annotated[int, typer.Option(min=1, help="Turns for each environment and teacher.")] = 1000,
+    feedback_type: Annotated[
+        str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
+    ] = "a",
+    voice: Annotated[
+        str, typer.Option(help="Name of a voice, path of a voice's file, or module:function that rewrites sentences.")
+    ] = "plain",
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
-    by_family: Annotated[bool, typer.Option(help="Print one row for each family.")] = False,
+    by_family: Annotated[bool, typer.Option("--by-family", help="Print one row for each family.")] = False,
 ) -> None:
-    """Play students of every kind, in worlds with all kinds of options, and check every claim of their teachers.
+    """Check every claim of teachers, with many kinds of students, in worlds with many options.
 
-    Exit status 1 if a teacher that promises honesty says what is false, or if what was not asked for leaks.
+    The exit status is 1 if a teacher that promises honesty makes a false claim, or if feedback that was not asked for
+    leaks.
     """
     from llf_teacher import registry
     from teachers.personality import PERSONALITIES, parse_personality
 
-    if os.getcwd() not in sys.path:  # where `module:function` is looked for, as with `python -m`
+    if os.getcwd() not in sys.path:  # so that `module:function` is found here, as with `python -m`
         sys.path.append(os.getcwd())
     _voice(voice)
     if not ids:
-        say_missing()
+        print_missing()
         ids = [id for id in registry.ids() if not registry.entry(id).family.missing()]
     chosen = _matching(ids, registry.ids(), lambda id: registry.entry(id).id)
     specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_personality(spec)))
@@ -71,11 +81,11 @@ def audit(
         else:
             left_out.setdefault(family.name, {})[spec] = None
     for name, unserved in left_out.items():
-        message = f"{name} does not serve {', '.join(unserved)}: left out"
+        message = f"left out: {name} does not support {', '.join(unserved)}"
         console.print(message, markup=False, highlight=False, soft_wrap=True)
     if not jobs:
         raise ValueError(
-            "none of these environments serves any of these teachers; docs/personalities.md shows which do"
+            "none of these teachers can teach in these environments; docs/personalities.md shows which can"
         )
     found = list(track(_audits(jobs, workers), "auditing", len(jobs), console=console, transient=True))
     found.sort(key=lambda each: (each.id, specs.index(each.teacher)))
@@ -90,7 +100,7 @@ def audit(
 
 
 def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], str]) -> list[str]:
-    """The names that match each pattern, once each; `other` reads, or refuses, a pattern that matches none."""
+    """The names that match a pattern, each once; `other` converts a pattern without a match, or raises an error."""
     found: dict[str, None] = {}
     for pattern in patterns:
         found.update(dict.fromkeys([name for name in names if fnmatchcase(name, pattern)] or [other(pattern)]))
@@ -118,10 +128,10 @@ def _audit(id: str, teacher: str, turns: int, feedback_type: str, voice: str) ->
 
 
 def _voice(name: str) -> "Voice":
-    """The voice of a name: the name itself, or the function that it stands for.
+    """The name of a voice, or the function that `module:function` names.
 
     Raises:
-        ValueError: there is no such voice.
+        ValueError: there is no such voice or function.
     """
     from teachers.voice import load_tone
 
@@ -138,7 +148,7 @@ def _voice(name: str) -> "Voice":
 
 
 def _print_families(found: list["Audit"]) -> None:
-    """What the oracle says a turn, if it is among the teachers; the claims of the honest, and of others, one by one."""
+    """Print a row for each family: the oracle's claims and words in a turn, and the false claims of all teachers."""
     from llf_teacher.registry import entry
     from teachers.atoms import KINDS, Label
 
@@ -169,7 +179,7 @@ def _print_families(found: list["Audit"]) -> None:
 
 
 def _share_false(audits: list["Audit"]) -> str:
-    """How many of the claims of feedback are false; the instruction's and notices are not counted."""
+    """The number of false claims among those of feedback; claims of instructions and notices are not counted."""
     from teachers.atoms import Label
 
     said = sum(number for each in audits for (kind, _), number in each.claims.items() if kind is not None)
@@ -201,7 +211,7 @@ def _print(found: list["Audit"]) -> None:
                 *([f"{each.changes}"] if changes else []),
             )
         console.print(f"[bold]{escape(id)}[/]", table, sep="\n")
-    table = Table("claims", "false", "told to", box=None, padding=(0, 1, 0, 0))
+    table = Table("claims", "false", "student", box=None, padding=(0, 1, 0, 0))
     claims: Counter[str] = Counter()
     wrong: Counter[str] = Counter()
     for each in found:
@@ -211,11 +221,11 @@ def _print(found: list["Audit"]) -> None:
         table.add_row(f"{number}", f"{wrong[student]}", escape(student))
     console.print("[bold]students[/]", table, sep="\n")
     console.print(
-        "\nClaims by kind, the share that holds (the instruction's included), claims of the oracle that were", end=" "
+        "\nColumns: claims by kind; share of claims that hold, with those of instructions; claims of the oracle that "
+        "were withheld; words of feedback in a turn; leaks."
     )
-    console.print("withheld, words of feedback a turn, and leaks.")
     if changes:
-        console.print("Changed are sentences whose numbers or names the voice did not keep.")
+        console.print("Changed: sentences in which the voice changed a number or a name.")
     for each in found:
         for example in each.examples:
             console.print(f"\n{each.id}, {each.teacher}: {example.what}", style="red", markup=False)
@@ -230,5 +240,8 @@ def _print(found: list["Audit"]) -> None:
             console.print(f"  {change.before}\n  {change.after}\n  vanished: {lost}; appeared: {new}", markup=False)
     false = sum(each.count(Label.DISTORTED) for each in found if each.honest)
     checked = sum(each.checked for each in found)
-    broken = "" if (honest := sum(each.honest for each in found)) == len(found) else f" ({honest} of {len(found)} are)"
-    console.print(f"\n{checked} claims checked; {false} false ones of teachers that promise honesty{broken}.")
+    honest = sum(each.honest for each in found)
+    console.print(
+        f"\n{checked} claims checked; {false} false claims by teachers that promise honesty ({honest} of {len(found)} "
+        "audits)."
+    )

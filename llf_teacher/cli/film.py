@@ -1,4 +1,4 @@
-"""`llf film`: an episode as an animation."""
+"""`llf film`: write an episode as an animation."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,23 +14,34 @@ def add_to(app: typer.Typer) -> None:
 
 
 def film(
-    id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.", autocompletion=complete_id)],
-    path: Annotated[Path, typer.Argument(help="Where it goes: a .gif, a .webp, or with the extra `film` an .mp4.")],
+    id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
+    path: Annotated[Path, typer.Argument(help="File to write: .gif, .webp, or, with the extra `film`, .mp4.")],
     teacher: Annotated[
-        str, typer.Option(help="Personality spec of the teacher.", autocompletion=complete_teacher)
+        str, typer.Option(help="Spec of the teacher's personality.", autocompletion=complete_teacher)
     ] = "oracle",
     student: Annotated[str, typer.Option(help="Spec of the student.", autocompletion=complete_student)] = "obedient",
-    instruction_type: Annotated[str, typer.Option(help="b, p or c.")] = "b",
-    feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
+    instruction_type: Annotated[
+        str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
+    ] = "b",
+    feedback_type: Annotated[
+        str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
+    ] = "a",
     seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
-    max_turns: Annotated[int | None, typer.Option(help="Turns at most.")] = None,
-    theme: Annotated[str, typer.Option(help="light or dark.")] = "light",
-    seconds: Annotated[float, typer.Option(help="How long each turn is shown.", min=0.02)] = 1.5,
-    plain: Annotated[bool, typer.Option("--plain", help="Show only what the student may know.")] = False,
+    max_turns: Annotated[
+        int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
+    ] = None,
+    theme: Annotated[str, typer.Option(help="Colours: light or dark.")] = "light",
+    seconds: Annotated[float, typer.Option(help="Seconds that each turn is shown.", min=0.02)] = 1.5,
+    plain: Annotated[
+        bool,
+        typer.Option(
+            "--plain", help="Show only what the student may know, without the truth and the labels of sentences."
+        ),
+    ] = False,
 ) -> None:
-    """Film an episode, a frame a turn: the world, what the student did, and what the teacher said of it.
+    """Write an episode as an animation with one frame for each turn: the world, the action and the feedback.
 
-    It shows the truth, and whether each sentence holds, unless it is plain.
+    The frames also show the truth, and whether each sentence holds; leave both out with --plain.
     """
     draw_off_screen()
     from llf_teacher.registry import entry

@@ -1,4 +1,4 @@
-"""`llf list`: the environments, teachers and students that there are."""
+"""`llf list`: list environments, teacher personalities and students."""
 
 import dataclasses
 import inspect
@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from llf_teacher.cli import say_missing
+from llf_teacher.cli import print_missing
 from pz_envs.family import Family
 
 
@@ -22,10 +22,12 @@ def add_to(app: typer.Typer) -> None:
 def list_(
     pattern: Annotated[
         str,
-        typer.Argument(help="A part of a name, or a pattern such as 'llf-metaworld-*'; tells all of what has it."),
+        typer.Argument(
+            help="Part of a name, or a pattern such as 'llf-metaworld-*'; what matches is described in full."
+        ),
     ] = "",
 ) -> None:
-    """List environments, teacher personalities and students: all, or those whose names match."""
+    """List environments, teacher personalities and students, all or those whose names match."""
     from llf_teacher.registry import entries, ids
     from llf_teacher.students.parsing import STUDENTS
     from pz_envs.family import all_families
@@ -36,14 +38,14 @@ def list_(
     here = [family for family in all_families() if not family.missing()]
     found = {id: each.family for id, each in entries().items() if each.family in here and _matches(id, pattern)}
     teachers, students = (
-        [name for name in shelf.names if _matches(name, pattern)] for shelf in (PERSONALITIES, STUDENTS)
+        [name for name in registry.names if _matches(name, pattern)] for registry in (PERSONALITIES, STUDENTS)
     )
     if not (found or teachers or students):
         every = [*ids(), *PERSONALITIES.names, *STUDENTS.names]
         raise ValueError(unknown("name", pattern, every, where="`llf list` without one"))
     if found:
         console.print("[bold]Environments[/]")
-        say_missing()
+        print_missing()
     for family in here:
         _show_environments(console, family, [id for id, its_family in found.items() if its_family is family])
     if teachers:
@@ -84,12 +86,12 @@ def _table(*columns: str) -> Table:
 
 
 def _spec(name: str, cls: Any) -> str:
-    """A spec with all parameters."""
+    """A spec with all of its parameters."""
     parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
     return f"[cyan]{escape(f'{name}({parameters})' if parameters else name)}[/]"
 
 
 def _description(cls: type, whole: bool) -> str:
-    """A docstring, or its first paragraph, in lines as long as there is room for."""
+    """A docstring or its first paragraph, each paragraph in one line."""
     paragraphs = [" ".join(each.split()) for each in (inspect.getdoc(cls) or "").split("\n\n")]
     return "\n".join(paragraphs if whole else paragraphs[:1])

@@ -1,4 +1,4 @@
-"""`llf play`: a person plays the student or the teacher in the terminal."""
+"""`llf play`: play the student or the teacher in the terminal."""
 
 import math
 import secrets
@@ -43,27 +43,34 @@ def add_to(app: typer.Typer) -> None:
 
 
 def play(
-    id: Annotated[str, typer.Argument(help="Environment; `llf list` shows them.", autocompletion=complete_id)],
+    id: Annotated[str, typer.Argument(help="Environment, as `llf list` shows it.", autocompletion=complete_id)],
     seat: Annotated[str, typer.Option(help="Your seat: student or teacher.")] = "student",
     teacher: Annotated[
         str,
         typer.Option(
-            help="Personality spec of the teacher; of your claims in its seat.", autocompletion=complete_teacher
+            help="Spec of the teacher's personality; in the teacher's seat, of the one that offers you claims.",
+            autocompletion=complete_teacher,
         ),
     ] = "oracle",
     student: Annotated[
-        str, typer.Option(help="Spec of the student whom you teach.", autocompletion=complete_student)
+        str, typer.Option(help="Spec of the student that you teach.", autocompletion=complete_student)
     ] = "obedient",
-    instruction_type: Annotated[str, typer.Option(help="b, p or c.")] = "b",
-    feedback_type: Annotated[str, typer.Option(help="a, n, m, or kinds such as r+hp.")] = "a",
-    budget: Annotated[int | None, typer.Option(help="Claims that you may make as the teacher.")] = None,
+    instruction_type: Annotated[
+        str, typer.Option(help="Instruction: b (basic), p (with feedback on past actions) or c (complete).")
+    ] = "b",
+    feedback_type: Annotated[
+        str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
+    ] = "a",
+    budget: Annotated[int | None, typer.Option(help="Most claims that you can make as the teacher.")] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the episode.")] = None,
-    max_turns: Annotated[int | None, typer.Option(help="Turns at most.")] = None,
+    max_turns: Annotated[
+        int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
+    ] = None,
 ) -> None:
-    """Play the student: read what the teacher says, type actions. Or play the teacher: choose what is said.
+    """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
-    `undo` takes a turn back, an empty line does nothing; it ends a text of several lines. Ctrl-D leaves. There are no
-    colours where NO_COLOR is set.
+    `undo` takes a turn back, Ctrl-D leaves. An empty line ends a text of several lines and is ignored elsewhere.
+    Set NO_COLOR to switch colours off.
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")

@@ -1,4 +1,4 @@
-"""`llf reproduce`: known results of the field, played here."""
+"""`llf reproduce`: reproduce known results of the field."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,18 +13,20 @@ def add_to(app: typer.Typer) -> None:
 
 def reproduce(
     only: Annotated[
-        list[str] | None, typer.Option(help="Name of a row; repeat it for several. By default all.")
+        list[str] | None, typer.Option(help="Name of a result; repeat it for several. By default all.")
     ] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="A few seeds of each, to see that it runs.")] = False,
-    store: Annotated[Path, typer.Option(help="File of measurements; what it has is not played again.")] = Path(
+    quick: Annotated[bool, typer.Option("--quick", help="Use only a few seeds, as a trial.")] = False,
+    store: Annotated[Path, typer.Option(help="File of measurements; those that it has are not repeated.")] = Path(
         "known-results.jsonl"
     ),
     page: Annotated[
         Path,
-        typer.Option(help="Page to write; plots go into a folder of its name, and rows that are not played stay."),
+        typer.Option(
+            help="Markdown page to write, with plots in a folder of its name; results that are not played stay."
+        ),
     ] = Path("known-results.md"),
 ) -> None:
-    """Play known results of the field and write what came of them, claim by claim, beside their sources."""
+    """Reproduce known results of the field, and write a page that compares them with their sources."""
     from rich.console import Console
     from rich.progress import Progress
 

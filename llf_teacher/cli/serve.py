@@ -1,4 +1,4 @@
-"""`llf serve`: a page in the browser."""
+"""`llf serve`: serve the page in the browser."""
 
 import contextlib
 import secrets
@@ -17,20 +17,29 @@ def add_to(app: typer.Typer) -> None:
 
 
 def serve(
-    host: Annotated[str, typer.Option(help="Where to listen; beyond this machine visitors need a key.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="0: any that is free.", min=0, max=65535)] = 8000,
-    name: Annotated[list[str] | None, typer.Option(help="A name under which visitors know this machine.")] = None,
-    replay: Annotated[list[Path] | None, typer.Option(help="A study's store, to look at its episodes.")] = None,
-    store: Annotated[Path | None, typer.Option(help="Where episodes with people are written.")] = None,
-    consent: Annotated[Path | None, typer.Option(help="A text to which people have to agree.")] = None,
-    codes: Annotated[bool, typer.Option("--codes", help="Ask people for a participant's code.")] = False,
-    no_undo: Annotated[bool, typer.Option("--no-undo", help="Take no turn back.")] = False,
-    sessions: Annotated[int, typer.Option(help="Lessons at a time.", min=1)] = 100,
-    idle: Annotated[float, typer.Option(help="Minutes after which a lesson is dropped.", min=0.1)] = 60.0,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; other machines need the key that is printed.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 8000,
+    name: Annotated[
+        list[str] | None,
+        typer.Option(help="Another name of this machine that requests may use; repeat it for several."),
+    ] = None,
+    replay: Annotated[
+        list[Path] | None, typer.Option(help="Store of a study whose episodes can be replayed; repeat it for several.")
+    ] = None,
+    store: Annotated[Path | None, typer.Option(help="Store to which episodes with people are written.")] = None,
+    consent: Annotated[Path | None, typer.Option(help="Text file to which people must agree before they play.")] = None,
+    codes: Annotated[bool, typer.Option("--codes", help="Ask people for a participant code.")] = False,
+    no_undo: Annotated[bool, typer.Option("--no-undo", help="Do not allow people to take turns back.")] = False,
+    sessions: Annotated[int, typer.Option(help="Most lessons at a time.", min=1)] = 100,
+    idle: Annotated[
+        float, typer.Option(help="Minutes without a request after which a lesson is dropped.", min=0.1)
+    ] = 60.0,
 ) -> None:
-    """Serve a page on which people sit in the seats, watch, and look at stored episodes. Ctrl-C ends it.
+    """Serve a page in the browser for both seats: play, watch, and replay stored episodes. Ctrl-C stops it.
 
-    Nothing is kept but the episodes that go into --store.
+    Only episodes are stored, and only with --store.
     """
     draw_off_screen()
     try:
@@ -55,7 +64,7 @@ def serve(
     with contextlib.ExitStack() as held:
         if store is not None:
             held.enter_context(lock_store(store))
-            Store(store).close()  # so that it is made, or refused, before anybody has played
+            Store(store).close()  # makes the file, or fails before the first lesson
         terms = Terms(text, codes, not no_undo, store, sessions, 60 * idle)
         app = make_app(terms, replay or (), names, key)
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
@@ -63,7 +72,7 @@ def serve(
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{listening.getsockname()[1]}/"
         typer.echo(f"{address}?key={key}" if key else address)
-        # No line a visit: who came when is nobody's business.
+        # no log of visits, for privacy
         settings = uvicorn.Config(app, access_log=False, log_level="warning", server_header=False, proxy_headers=False)
         with contextlib.suppress(KeyboardInterrupt):
             uvicorn.Server(settings).run(sockets=[listening])

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 from rich.progress import Progress
-from typer.core import TyperGroup
 
-from llf_teacher.cli import errors, say_missing
+from llf_teacher.cli import Commands, errors, print_missing
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.settings import BUDGET
 from llf_teacher.studies import commands
@@ -26,26 +25,28 @@ if TYPE_CHECKING:
 STORE, REPORT = Path("llf-study.db"), Path("llf-study.html")
 
 Store_ = Annotated[
-    Path, typer.Option("--store", help="SQLite file that holds the episodes; an interrupted study goes on.")
+    Path, typer.Option("--store", help="SQLite file for the episodes; an interrupted study is resumed from it.")
 ]
 Report_ = Annotated[Path, typer.Option("--report", help="HTML file to write.")]
-Workers_ = Annotated[int | None, typer.Option("--workers", min=1, help="Parallel processes; one a core by default.")]
+Workers_ = Annotated[
+    int | None, typer.Option("--workers", min=1, help="Parallel processes; by default one for each core.")
+]
 
 
-class _Files(TyperGroup):
-    """Takes a study's file for `run` with that file."""
+class _StudyCommands(Commands):
+    """Runs `llf study FILE.toml` as `llf study run FILE.toml`."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that is meant."""
+        """The command that the arguments begin with."""
         named = args[0] in self.commands or not args[0].endswith(".toml")
         return super().resolve_command(ctx, args if named else ["run", *args])
 
 
 def add_to(app: typer.Typer) -> None:
-    """Add the command with its subcommand."""
+    """Add the group and its commands."""
     group = typer.Typer(
-        help="Run a feedback study: `llf study FILE.toml`; without a file or a subcommand the built-in quickstart.",
-        cls=_Files,
+        help="Run a feedback study: `llf study FILE.toml` runs that of a file, `llf study` the built-in quickstart.",
+        cls=_StudyCommands,
         invoke_without_command=True,
     )
     group.callback()(quickstart)
@@ -63,17 +64,17 @@ def add_to(app: typer.Typer) -> None:
 def quickstart(
     context: typer.Context, store: Store_ = STORE, report: Report_ = REPORT, workers: Workers_ = None
 ) -> None:
-    """Run the built-in quickstart study: every family, controls and some personalities."""
+    """Run the built-in quickstart study, with every family, controls and some personalities."""
     if context.invoked_subcommand is None:
         from llf_teacher.studies.definition import study
         from llf_teacher.studies.execution.runner import RunOptions
 
-        say_missing()
+        print_missing()
         _run(study.quickstart(), store, report, workers, {}, RunOptions())
 
 
 def run(
-    file: Annotated[Path, typer.Argument(help="TOML file that describes the study.")],
+    file: Annotated[Path, typer.Argument(help="TOML file of the study.")],
     store: Store_ = STORE,
     report: Report_ = REPORT,
     workers: Workers_ = None,
@@ -83,47 +84,50 @@ def run(
             "--llm-budget",
             min=0,
             envvar=BUDGET,
-            help="USD that LLM students may spend on this store, earlier runs included.",
+            help="Most USD that LLM students may spend for this store, earlier runs included.",
         ),
     ] = None,
     episode_seconds: Annotated[
-        float | None, typer.Option("--episode-seconds", help="An episode that takes longer has failed.")
+        float | None, typer.Option("--episode-seconds", help="Most seconds of an episode; a longer one fails.")
     ] = None,
     turn_seconds: Annotated[
-        float | None, typer.Option("--turn-seconds", help="An episode of which a turn takes longer has failed.")
+        float | None,
+        typer.Option("--turn-seconds", help="Most seconds of a turn; with a longer one the episode fails."),
     ] = None,
     memory: Annotated[
-        int | None, typer.Option("--memory", help="An episode that needs more megabytes in its process has failed.")
+        int | None, typer.Option("--memory", help="Most megabytes of a process; an episode that needs more fails.")
     ] = None,
     retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Play episodes again that failed in an earlier run.")
+        bool, typer.Option("--retry-failed", help="Play again the episodes that failed in earlier runs.")
     ] = False,
     fail_fast: Annotated[
-        bool, typer.Option("--fail-fast", help="Begin no more episodes after one that failed.")
+        bool, typer.Option("--fail-fast", help="Start no more episodes after one has failed.")
     ] = False,
     executor: Annotated[
         str,
         typer.Option(
             "--executor",
-            help="What plays: processes, threads (many that wait for a network), here (in this process) or ray.",
+            help="Executor: processes, threads (for students that wait for a network), here (in this process) or ray.",
         ),
     ] = "processes",
     address: Annotated[
-        str | None, typer.Option("--address", help="Where Ray's cluster is; without it one is begun on this machine.")
+        str | None,
+        typer.Option("--address", help="Address of a Ray cluster; by default one is started on this machine."),
     ] = None,
     shard: Annotated[
-        str, typer.Option("--shard", help="Part of the episodes, as 3/8; `llf study merge` puts stores together.")
+        str,
+        typer.Option("--shard", help="Part of the episodes to play, such as 3/8; `llf study merge` merges the stores."),
     ] = "1/1",
 ) -> None:
-    """Run the study that FILE describes, or what is left of it, and write its report.
+    """Run the study of FILE, without the episodes that the store has, and write its report.
 
-    Episodes that fail are noted, the rest goes on, and the exit status is 3.
+    If episodes fail, the others are still played, and the exit status is 3.
     """
     from llf_teacher.studies.definition.study import load_study
     from llf_teacher.studies.execution.limits import Limits
     from llf_teacher.studies.execution.runner import RunOptions, parse_shard
 
-    if os.getcwd() not in sys.path:  # where students `module:factory` are looked for, as with `python -m`
+    if os.getcwd() not in sys.path:  # so that students `module:factory` are found here, as with `python -m`
         sys.path.append(os.getcwd())
     limits = Limits(episode_seconds, turn_seconds, memory)
     options = RunOptions(executor, address, limits, parse_shard(shard), retry_failed, fail_fast)
@@ -132,12 +136,12 @@ def run(
 
 def report(
     file: Annotated[
-        Path | None, typer.Argument(help="TOML file of the study; without it, the one that the store was made for.")
+        Path | None, typer.Argument(help="TOML file of the study; by default the study that the store was made for.")
     ] = None,
     store: Store_ = STORE,
     report: Report_ = REPORT,
 ) -> None:
-    """Write the report of what a store has of a study, which may still be running, or have been stopped."""
+    """Write the report of a study from the episodes in its store, also while the study runs or after it was stopped."""
     from llf_teacher.studies.definition.study import Study, load_study
     from llf_teacher.studies.report import write_report
     from llf_teacher.studies.store import Store, StoreError
@@ -146,13 +150,13 @@ def report(
         raise StoreError(f"there is no file {store}; `llf study run` makes stores, and --store names one")
     with Store(store) as opened:
         if file is None and "study" not in opened.manifest():
-            raise StoreError(f"{store} does not say which study it was made for; give the study's file, too")
+            raise StoreError(f"the store {store} does not name its study; give the study's file, too")
         write_report(opened, Study(**opened.manifest()["study"]) if file is None else load_study(file), report)
     Console(stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
-    """Check that every episode of a store is as it was written; name what is not, with exit status 1."""
+    """Check that no episode of a store is damaged; damaged ones are printed, and the exit status is 1."""
     from llf_teacher.studies.store import Store
 
     with Store(file) as store:
@@ -161,14 +165,14 @@ def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=
             errors.print(escape_control_chars(line))
         if found:
             raise typer.Exit(1)
-        typer.echo(f"{store.count} episodes, all as they were written.")
+        typer.echo(f"{store.count} episodes, none of them damaged.")
 
 
 def migrate(
-    old: Annotated[Path, typer.Argument(help="Store of an earlier release; it is only read.")],
+    old: Annotated[Path, typer.Argument(help="Store of an earlier release; it is not changed.")],
     new: Annotated[Path, typer.Argument(help="Store to write.")],
 ) -> None:
-    """Write the episodes of an earlier release's store into one of this release."""
+    """Copy the episodes of an earlier release's store into a store of this release."""
     from llf_teacher.studies.store import migration
 
     with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
@@ -179,55 +183,67 @@ def migrate(
 
 def export(
     store: Annotated[Path, typer.Argument(help="Store of a study.")],
-    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet; of some formats a folder.")],
-    turns: Annotated[bool, typer.Option("--turns", help="A row a turn, in place of one an episode.")] = False,
+    file: Annotated[Path, typer.Argument(help="File to write: .csv, .jsonl or .parquet; for some formats a folder.")],
+    turns: Annotated[
+        bool, typer.Option("--turns", help="Write one row for each turn instead of each episode.")
+    ] = False,
     format: Annotated[
         str,
         typer.Option(
-            "--format", help="Not a table, but data to train on: chat, sft, dpo, sdpo, minari, eee, with options."
+            "--format",
+            help="Write training data instead of a table: chat, sft, dpo, sdpo, minari or eee, with options.",
         ),
     ] = "",
 ) -> None:
-    """Write the episodes of a store, or their turns, as a table for other programs, or as data to train on."""
+    """Write the episodes of a store, or their turns, as a table or as training data."""
     from llf_teacher.studies import load
 
     if format:
         from llf_teacher.studies.export import write_export
 
         if turns:
-            raise typer.BadParameter("--turns is for tables; leave it out, or leave out --format")
-        number = write_export(load(store), file, format)
+            raise typer.BadParameter("--turns is for tables, got --format, too; leave out one of them")
+        with load(store) as results:
+            number = write_export(results, file, format)
         typer.echo(f"{number} written in the format {format}, stored in {file}.")
         return
-    rows = load(store).export(file, "turns" if turns else "episodes")
+    with load(store) as results:
+        rows = results.export(file, "turns" if turns else "episodes")
     typer.echo(f"{rows} rows, stored in {file}.")
 
 
 def power(
     pilot: Annotated[Path, typer.Argument(help="Store of a pilot, which has a few seeds of the study.")],
     effect: Annotated[
-        float, typer.Option("--effect", min=0.001, max=10, help="Least difference from the baseline that matters.")
+        float, typer.Option("--effect", min=0.001, max=10, help="Smallest difference from the baseline that matters.")
     ],
     of: Annotated[
         str,
-        typer.Option("--of", help="A share of what: `gain`, of the baseline's regret, or `success`, of episodes."),
+        typer.Option(
+            "--of",
+            help="Unit of --effect: `gain`, a share of the baseline's regret, or `success`, a share of episodes.",
+        ),
     ] = "gain",
-    chance: Annotated[float, typer.Option("--power", min=0.5, max=0.999, help="Chance to find it.")] = 0.8,
-    baseline: Annotated[str | None, typer.Option("--baseline", help="Teacher to compare with; the pilot's.")] = None,
+    chance: Annotated[
+        float, typer.Option("--power", min=0.5, max=0.999, help="Probability of finding the effect.")
+    ] = 0.8,
+    baseline: Annotated[
+        str | None, typer.Option("--baseline", help="Teacher to compare with; by default the baseline of the pilot.")
+    ] = None,
 ) -> None:
-    """Say how many seeds a study needs to find an effect, from a pilot's paired differences."""
+    """Print how many seeds a study needs to find an effect, from the paired differences of a pilot."""
     from llf_teacher.studies import load
     from llf_teacher.studies.analysis.outcomes import outcomes
     from llf_teacher.studies.analysis.power import needs
     from llf_teacher.studies.definition.design import BASELINE
 
-    results = load(pilot)
-    against = baseline or results.manifest.get("study", {}).get("baseline", BASELINE)
-    found = sorted(needs(outcomes(results.rows()), against, effect, of, chance), key=lambda need: -need.safe)
+    with load(pilot) as results:
+        against = baseline or results.manifest.get("study", {}).get("baseline", BASELINE)
+        found = sorted(needs(outcomes(results.rows()), against, effect, of, chance), key=lambda need: -need.safe)
     if not found:
         raise ValueError(
-            f"{pilot} has no two seeds of a student whom teachers can reach with {against!r} and with another teacher; "
-            "play some, or name another teacher by --baseline"
+            f"{pilot} has too few episodes: it needs two seeds of a student that uses feedback, with {against!r} and "
+            "with another teacher; play more, or name another teacher by --baseline"
         )
     head = ("family", "types", "teacher", "student", "pilot", "spread", "seeds", "to be safe")
     rows = [
@@ -247,16 +263,16 @@ def power(
     for row in (head, *rows):
         typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
     typer.echo(
-        f"An effect of {effect:g} against {against} is found with a chance of {chance:g} by "
-        f"{max(need.seeds for need in found)} seeds, to be safe {found[0].safe}, in every comparison."
+        f"To find an effect of {effect:g} against {against} with a probability of {chance:g} in every comparison, use "
+        f"{max(need.seeds for need in found)} seeds, or {found[0].safe} to be safe."
     )
 
 
 def merge(
     into: Annotated[Path, typer.Argument(help="Store to write.")],
-    parts: Annotated[list[Path], typer.Argument(help="Stores of the parts; they are only read.")],
+    parts: Annotated[list[Path], typer.Argument(help="Stores of the parts; they are not changed.")],
 ) -> None:
-    """Put the stores of a study's shards together into one."""
+    """Merge the stores of a study's shards."""
     from llf_teacher.studies.store import merging
 
     with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
@@ -266,7 +282,7 @@ def merge(
 
 
 class _Terminated(KeyboardInterrupt):
-    """SIGTERM came."""
+    """SIGTERM was received."""
 
 
 def _terminate(number: int, frame: FrameType | None) -> None:
@@ -295,19 +311,20 @@ def _run(
     with Store(path) as store:
         try:
             with StudyProgress(console) as progress:
-                show = lambda decision: console.print(f"{decision}")  # noqa: E731 (of one call)
-                played = play(study, store, workers, progress, environment, options, show)
+                played = play(
+                    study, store, workers, progress, environment, options, lambda message: console.print(f"{message}")
+                )
         except EpisodeError as error:
             errors.print(escape_control_chars(f"{error.trace}llf: {error}"))
             if isinstance(error, StudyError) or options.fail_fast:
                 if store.count:
-                    errors.print(f"What was played is in {path}; the same command goes on from there.")
+                    errors.print(f"The episodes so far are in {path}; the same command resumes the study.")
                 raise typer.Exit(3 if options.fail_fast and not isinstance(error, StudyError) else 1) from None
-            errors.print("The same command with --retry-failed plays again what failed.")
+            errors.print("The same command with --retry-failed plays the failed episodes again.")
             status, played = 3, error.played
         except KeyboardInterrupt as error:
             what, status = ("Terminated", 143) if isinstance(error, _Terminated) else ("Interrupted", 130)
-            errors.print(f"{what}. What was played is in {path}; the same command goes on from there.")
+            errors.print(f"{what}. The episodes so far are in {path}; the same command resumes the study.")
             raise typer.Exit(status) from None
         for line in costs.cost_lines(store):
             console.print(line)
@@ -317,7 +334,7 @@ def _run(
             for student in write_report(store, study, report).unreadable:
                 errors.print(
                     escape_control_chars(
-                        f"warning: no answer of {student} could be read as an action; see a transcript"
+                        f"warning: no answer of {student} could be read as an action; see `llf study transcript`"
                     )
                 )
             console.print(f"Report: {report.resolve()}")

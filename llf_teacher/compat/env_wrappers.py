@@ -11,7 +11,7 @@ from gymnasium import spaces
 from llf_teacher.compat.llf_env import Forwarding
 from llf_teacher.gym import StudentEnv
 from llf_teacher.students.agents import as_text
-from worlds.wrapped.actions import canonical, native, syntax
+from worlds.actions import canonical, native, syntax
 from worlds.wrapped.old_gym import OldGym
 
 __all__ = [

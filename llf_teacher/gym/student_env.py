@@ -43,6 +43,7 @@ class StudentEnv(SeatEnv):
         self._speak = self.session.speak if self._policy is None else self._speak_by_policy
         self.privileged_info = self.settings.privileged_info
         view = self.student_view
+        self._info = self._privileged if self.privileged_info else view.info
         self._numbers = view.numbers is not None
         self.action_space = view.action_space
         self.observation_space = view.observation_space
@@ -85,8 +86,7 @@ class StudentEnv(SeatEnv):
         observation = self.observe()
         if self.render_mode == "human":
             self.render()
-        info = self._info() if self.privileged_info else self.student_view.info()
-        return observation, reward, session.terminated, session.truncated, info
+        return observation, reward, session.terminated, session.truncated, self._info()
 
     def resume_from(self, moment: Moment[Any], terminated: bool = False) -> None:
         """Go on from a moment of an episode that was played elsewhere, after the teacher has spoken of it.
@@ -106,14 +106,11 @@ class StudentEnv(SeatEnv):
         seen = {"observation": view.state(), "instruction": instruction, "feedback": session.feedback}
         return seen | {"image": view.image()} if view.visual else seen
 
-    def _info(self) -> dict[str, Any]:
-        """The seat's info, with what is privileged if that is wanted."""
-        info = self.student_view.info()
-        if self.privileged_info:
-            info = {**info}
-            info["moment"] = self.session.moment
-            if changes := getattr(self.teacher, "changes", ()):
-                info["changes"] = changes
+    def _privileged(self) -> dict[str, Any]:
+        """The seat's info with what is privileged."""
+        info = {**self.student_view.info(), "moment": self.session.moment}
+        if changes := getattr(self.teacher, "changes", ()):
+            info["changes"] = changes
         return info
 
     def _speak_by_policy(self) -> None:

@@ -6,7 +6,7 @@ from llf_teacher.episodes.record import EpisodeRow, TurnRow, turns_as_dicts
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import make
 from llf_teacher.students.conversation import Conversation, Message
-from llf_teacher.students.student import Telling
+from llf_teacher.students.student import ModelReply
 from llf_teacher.studies.definition.custom_specs import parse_teacher
 from pz_envs.answers import split_thought
 from teachers.atoms import KINDS
@@ -69,11 +69,12 @@ class Dialogue:
         """Whether there is nothing more to answer: the episode has ended, or its task is solved."""
         return self.env.session.done
 
-    def answer(self, text: str, told: Telling | None = None) -> None:
-        """The student's half of a turn: what the model said to `messages`, and what is known of its cost."""
-        told = told or {}
-        action = self.talk.answer(text, input_tokens=told.get("input_tokens"))
-        self._answer = {"answer": split_thought(text).answer, "thought": self.talk.thought or None, **told}
+    def answer(self, text: str, reply: ModelReply | None = None) -> None:
+        """The student's half of a turn: the model's answer to `messages`, and its cost as far as that is known."""
+        reply = reply or {}
+        said = split_thought(text)
+        action = self.talk.answer(said, input_tokens=reply.get("input_tokens"))
+        self._answer = {"answer": said.answer, "thought": self.talk.thought or None, **reply}
         self.env.student_view.act(action)
 
     def speak(self, words: str | None = None) -> None:

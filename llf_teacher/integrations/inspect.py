@@ -23,7 +23,7 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.conversation import Message
-from llf_teacher.students.student import Telling
+from llf_teacher.students.student import ModelReply
 from pz_envs.family import Family, all_families
 
 STORED = "llf_teacher"
@@ -67,9 +67,9 @@ def _chat(messages: list[Message]) -> list[ChatMessage]:
     return [_CHAT[message["role"]](content=message["content"]) for message in messages]
 
 
-def _told(output: ModelOutput) -> Telling:
+def _told(output: ModelOutput) -> ModelReply:
     """What is known of an answer."""
-    told: Telling = {"finish": _FINISH.get(output.stop_reason, output.stop_reason)}
+    told: ModelReply = {"finish": _FINISH.get(output.stop_reason, output.stop_reason)}
     if output.time is not None:
         told["seconds"] = output.time
     if output.usage is not None:

@@ -2,11 +2,11 @@
 
 
 class LLMError(RuntimeError):
-    """A language model gave no answer; the message says why, and never has the key in it."""
+    """A language model gave no answer; the message gives the reason and never contains the key."""
 
 
 class NoAnswerError(LLMError):
-    """The endpoint will not answer this request, as when it is too long or a content filter objects; others it may."""
+    """The endpoint refuses this request, for example because it is too long; it may answer others."""
 
 
 class SpendingLimitError(LLMError):

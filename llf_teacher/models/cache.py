@@ -1,4 +1,4 @@
-"""Answers on disk, with a ledger of what they cost, shared by all processes: nothing is paid for twice."""
+"""A cache of answers on disk with a ledger of their costs, shared by all processes: no request is paid for twice."""
 
 import contextlib
 import hashlib
@@ -20,7 +20,7 @@ from llf_teacher.models.replies import Answer, Usage
 
 try:
     import fcntl
-except ImportError:  # no POSIX: two processes may ask the same thing at the same moment
+except ImportError:  # not POSIX: two processes may send the same request at the same time
     fcntl = None  # type: ignore[assignment]
 
 MEMORY = ":memory:"
@@ -38,19 +38,19 @@ _FACTS = ("reasoning", "finish", "model", "seconds", "call", "unsent")
 
 @dataclass
 class Sent:
-    """What went out to have an answer."""
+    """The requests that were sent for an answer."""
 
     requests: int = 0
-    """Requests that were sent."""
+    """Number of requests."""
     lost: int = 0
-    """Those of them that no reply came to; the endpoint may charge for them all the same."""
+    """Number of requests without a reply; the endpoint may charge for them."""
 
 
 class Cache:
-    """Answers by the whole of what was asked. It may be used by many threads.
+    """Answers by their requests. Many threads may use it.
 
     Args:
-        path: the SQLite file, made if there is none; `:memory:` for none.
+        path: the SQLite file, created if missing; `:memory:` for no file.
 
     Raises:
         ValueError: the file cannot be used.
@@ -61,17 +61,23 @@ class Cache:
         self._one = threading.RLock()
         self._asking: weakref.WeakValueDictionary[str, Any] = weakref.WeakValueDictionary()
         try:
-            # A cache that nobody uses any more may be collected, and closed, in any thread.
+            # A cache without references may be collected, and closed, in any thread.
             self._db = sqlite3.connect(path, timeout=60, isolation_level=None, check_same_thread=False)
             weakref.finalize(self, self._db.close)
-            self._db.execute("PRAGMA journal_mode = WAL")
-            self._db.execute("PRAGMA synchronous = FULL")  # a paid answer outlasts even the computer
-            self._db.executescript(_SCHEMA)
-            with self._writing() as db:  # of an earlier release it has only the text
-                if "facts" not in {row[1] for row in db.execute("PRAGMA table_info(answer)")}:
-                    db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
+            with contextlib.ExitStack() as on_error:
+                on_error.callback(self.close)
+                self._prepare()
+                on_error.pop_all()
         except sqlite3.DatabaseError as error:
             raise ValueError(f"cannot keep answers of language models in {path}: {error}; set LLF_LLM_CACHE") from None
+
+    def _prepare(self) -> None:
+        self._db.execute("PRAGMA journal_mode = WAL")
+        self._db.execute("PRAGMA synchronous = FULL")  # a paid answer survives a power failure
+        self._db.executescript(_SCHEMA)
+        with self._writing() as db:  # files of an earlier release have only the text
+            if "facts" not in {row[1] for row in db.execute("PRAGMA table_info(answer)")}:
+                db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
 
     @staticmethod
     def key(request: dict[str, Any]) -> str:
@@ -79,7 +85,7 @@ class Cache:
         return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()
 
     def get(self, key: str) -> Answer | None:
-        """The answer that is there, if any."""
+        """The answer in the cache; None if there is none."""
         row = self._first("SELECT text, facts FROM answer WHERE key = ?", key)
         if row is None:
             return None
@@ -96,9 +102,16 @@ class Cache:
         pledge: int | None,
         sent: Sent = Sent(1),  # noqa: B008 (never changed here)
     ) -> None:
-        """Enter a reply into the ledger, in place of what was pledged for it, with what was sent for it, and its
-        answer, if any, into the cache; all or nothing.
-        """  # noqa: D205
+        """Enter a reply into the ledger and its answer, if any, into the cache, in one transaction.
+
+        Args:
+            key: of the request.
+            request: what was asked.
+            answer: the answer in the reply; None if there is none.
+            usage: its cost.
+            pledge: number of the pledge that the cost replaces.
+            sent: the requests that were sent for it.
+        """
         with self._writing() as db:
             _settle(db, pledge, request["model"], sent)
             row = (time.time(), key, request["model"], usage.input_tokens, usage.output_tokens, usage.usd)
@@ -106,8 +119,7 @@ class Cache:
                 "INSERT INTO ledger (time, key, model, input_tokens, output_tokens, usd) VALUES (?, ?, ?, ?, ?, ?)", row
             )
             if answer is not None:
-                known = answer._asdict()
-                facts = {name: known[name] for name in _FACTS if known[name]} | {"usage": usage}
+                facts = {name: value for name in _FACTS if (value := getattr(answer, name))} | {"usage": usage}
                 asked = without_images(json.dumps(request, ensure_ascii=False), request)
                 db.execute(
                     "INSERT OR IGNORE INTO answer (key, text, request, facts) VALUES (?, ?, ?, ?)",
@@ -115,16 +127,20 @@ class Cache:
                 )
 
     def pledge(self, usd: float, budget: float, seconds: float) -> int | None:
-        """Set aside what a request may cost at most, until `add` or `release`, for so long at most, and no longer than
-        this process lives.
+        """Reserve the maximum cost of a request until `add` or `release`.
+
+        Args:
+            usd: the maximum cost.
+            budget: the spending limit, in USD.
+            seconds: time after which the pledge ends; it also ends with this process.
 
         Returns:
-            A number for `add` and `release`; None if it is not known yet whether there is enough, since others are
-            under way.
+            A number for `add` and `release`; None if it is not yet known whether the budget is enough, because other
+            requests are under way.
 
         Raises:
-            LookupError: there is not enough.
-        """  # noqa: D205
+            LookupError: the budget is not enough.
+        """
         here, now = socket.gethostname(), time.time()
         with self._writing() as db:
             db.execute("DELETE FROM pledge WHERE until < ?", (now,))
@@ -139,12 +155,12 @@ class Cache:
             return db.execute("INSERT INTO pledge (until, usd, host, process) VALUES (?, ?, ?, ?)", row).lastrowid
 
     def release(self, pledge: int | None, model: str, sent: Sent) -> None:
-        """Nothing is known to be paid of what was pledged; what was sent is counted."""
+        """End a pledge without a known cost, and count the requests that were sent."""
         with self._writing() as db:
             _settle(db, pledge, model, sent)
 
     def served(self, endpoint: str, model: str, id: str | None) -> str:
-        """What an endpoint serves under a model's name: what it says now, else what it said last, else nothing."""
+        """The model that an endpoint serves under a name: `id`, which is stored; if None, the stored one, or empty."""
         if id is None:
             row = self._first("SELECT id FROM served WHERE endpoint = ? AND model = ?", endpoint, model)
             return row[0] if row else ""
@@ -158,9 +174,13 @@ class Cache:
         return float(row[0]) if row else 0.0
 
     def by_model(self) -> list[dict[str, Any]]:
-        """The ledger summed up: per model the number of replies, their tokens, their price in USD, and of how many of
-        them the price is unknown; and how many requests were sent, and to how many of these there was no reply.
-        """  # noqa: D205
+        """The ledger's sums per model.
+
+        Returns:
+            Per model its name, the number of replies (`requests`), their tokens, their price in USD, the number of
+            replies of unknown price (`unpriced`), the number of requests that were sent, and of those without a reply
+            (`lost`).
+        """
         names = ("model", "requests", "input_tokens", "output_tokens", "usd", "unpriced")
         sums = "count(*), coalesce(sum(input_tokens), 0), coalesce(sum(output_tokens), 0), total(usd), sum(usd IS NULL)"
         rows = self._db.execute(f"SELECT model, {sums} FROM ledger GROUP BY model")  # noqa: S608
@@ -170,20 +190,20 @@ class Cache:
         return [
             {"model": model, **none, **paid.get(model, {}), **dict(zip(("sent", "lost"), counts, strict=True))}
             for model in sorted(paid.keys() | sent.keys())
-            # of an earlier release it has no counts
+            # files of an earlier release have no counts
             for counts in [sent.get(model, [paid.get(model, none)["requests"], 0])]
         ]
 
     @contextlib.contextmanager
-    def alone(self, key: str) -> Iterator[None]:
-        """Hold a request for oneself, so that others who would ask the same wait for its answer."""
+    def lock(self, key: str) -> Iterator[None]:
+        """Lock a request, so that others with the same request wait for its answer."""
         with self._one:
             mine = self._asking.setdefault(key, threading.Lock())
         with mine:
             if fcntl is None or self.path == MEMORY:
                 yield
                 return
-            # The system's locks are between processes; the file stays open, since closing it would give up all of them.
+            # The system's locks are between processes; the file stays open, as closing it would release all of them.
             file, place = _lock_file(self.path), int(key[:15], 16)
             fcntl.lockf(file, fcntl.LOCK_EX, 1, place)
             try:
@@ -214,7 +234,7 @@ class Cache:
 
 
 def _settle(db: sqlite3.Cursor, pledge: int | None, model: str, sent: Sent) -> None:
-    """Give back what was pledged, and count what was sent."""
+    """End a pledge, and count the requests that were sent."""
     db.execute("DELETE FROM pledge WHERE id = ?", (pledge,))
     db.execute(
         "INSERT INTO sent VALUES (?, ?, ?) ON CONFLICT (model) DO UPDATE SET requests = requests + excluded.requests, "
@@ -224,7 +244,7 @@ def _settle(db: sqlite3.Cursor, pledge: int | None, model: str, sent: Sent) -> N
 
 
 def _lives(process: int) -> bool:
-    """Whether there is such a process on this machine; where that cannot be known, there is."""
+    """Whether a process of this machine lives; True where that cannot be known."""
     if fcntl is None:
         return True
     try:
@@ -238,12 +258,12 @@ def _lives(process: int) -> bool:
 
 @cache
 def _lock_file(path: str) -> int:
-    """Of a cache, open as long as the process lives."""
+    """The lock file of a cache, open as long as the process lives."""
     return os.open(f"{path}-lock", os.O_RDWR | os.O_CREAT, 0o666)
 
 
 def spending(path: str) -> list[dict[str, Any]]:
-    """`Cache.by_model` of a file; empty if there is none."""
+    """`Cache.by_model` of a file; empty if the file does not exist."""
     if path == MEMORY or not Path(path).exists():
         return []
     with contextlib.closing(Cache(path)) as cache:

@@ -10,6 +10,7 @@ import time
 import warnings
 import weakref
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any
 from urllib.parse import urlsplit
@@ -20,33 +21,33 @@ from llf_teacher.models.images import images_of
 from llf_teacher.models.refusals import adapted, refused
 from llf_teacher.models.replies import FILTERED, Answer, Prices, Usage, read, served
 from llf_teacher.models.retries import PassingError, asked_for, may_pass, pause
-from llf_teacher.models.settings import KEY, TIMEOUT, Settings
+from llf_teacher.models.settings import KEY, TIMEOUT, ClientSettings
 from llf_teacher.models.waiting import loop, wait_for
 
 _TOKENS = 1e6  # prices are per million
 _EXCERPT = 300
 _IMAGE = 10_000  # tokens that an image of 512 pixels costs at most, beside its bytes
-_SECRET = 8  # a shorter key is no secret, and may stand in a text by chance
-_WAITS = 300.0  # seconds, more than the client waits between its attempts
-_OF_ALL = (401, 403, 404, 408, 409, 429)  # statuses that have to do with key, address or time, not with a request
-_LOOK = 5.0  # seconds to ask an endpoint what it serves
-_PAUSE = 0.1  # seconds between looks at what others have under way
+_SECRET = 8  # minimum length of a key to mask; a shorter one may be in a text by chance
+_WAITS = 300.0  # seconds, more than all pauses between attempts
+_OF_ALL = (401, 403, 404, 408, 409, 429)  # statuses about key, address or time, not about the request
+_LOOK = 5.0  # seconds to ask an endpoint for its models
+_PAUSE = 0.1  # seconds between two attempts to reserve money
 
 
 class Endpoint:
-    """An OpenAI-compatible endpoint. It may be asked by many threads at once.
+    """An OpenAI-compatible endpoint. Many threads may use it at once.
 
     Args:
         base_url: as in `https://api.openai.com/v1`.
-        settings: how to ask.
-        name: what identifies it, with the model that it serves, in place of its address; empty: the address does.
+        settings: key, cache, spending limit, time limit and retries.
+        name: identifies the endpoint in the cache, with the model that it serves; empty: its address does.
 
     Raises:
         ModuleNotFoundError: the extra is not installed.
         ValueError: the cache cannot be used.
     """
 
-    def __init__(self, base_url: str, settings: Settings, name: str = "") -> None:
+    def __init__(self, base_url: str, settings: ClientSettings, name: str = "") -> None:
         check_extra()
         import openai
 
@@ -68,11 +69,11 @@ class Endpoint:
         weakref.finalize(self, _close, self._client).atexit = False
 
     def ask(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None = None) -> str:
-        """The model's answer, without what it thought before; see `answer`."""
+        """The model's answer without its thoughts; see `answer`."""
         return self.answer(request, prices).text
 
     def answer(self, request: dict[str, Any], prices: Prices | tuple[float, float] | None = None) -> Answer:
-        """The model's answer, from the cache if it has been given before.
+        """The model's answer, from the cache if the same request was answered before.
 
         Args:
             request: the body of a chat completion: `model`, `messages` and the rest.
@@ -87,7 +88,7 @@ class Endpoint:
         key = Cache.key(whole)
         answer = self._cache.get(key)
         if answer is None:
-            with self._cache.alone(key):
+            with self._cache.lock(key):
                 answer = self._cache.get(key)
                 if answer is None:
                     answer = self._pay(key, whole, request, None if prices is None else Prices(*prices))
@@ -96,7 +97,7 @@ class Endpoint:
         return answer
 
     def _identity(self, model: str) -> dict[str, str]:
-        """What tells a request to this endpoint from one to another: its address, or its name and what it serves."""
+        """The endpoint's part of a key in the cache: its address, or its name and the model that it serves."""
         if not self._name:
             return {"base_url": self.base_url}
         if model not in self._served:
@@ -104,16 +105,20 @@ class Endpoint:
         return {"endpoint": self._name, "served": self._served[model]}
 
     async def _serves(self, model: str) -> str | None:
-        """What the endpoint itself says that it serves under a model's name; None if it does not say."""
+        """The model that the endpoint serves under a name, by its list of models; None if it has no such list."""
         try:
             async with asyncio.timeout(_LOOK):
                 reply = await self._client.models.with_raw_response.list()
             return served(reply.content.decode("utf-8", "replace"), model)
-        except Exception:  # it need not know such questions: then it is as it was
+        except Exception:  # an endpoint need not have a list
             return None
 
     def _compare(self, whole: dict[str, Any], model: str) -> None:
-        """Make sure that answers of two models do not come under one name."""
+        """Check that an endpoint's name stands for one model.
+
+        Raises:
+            LLMError: another model answered under this name before.
+        """
         if not self._name or not model:
             return
         place = f"{whole['model']} as {whole['served']}"
@@ -140,7 +145,7 @@ class Endpoint:
         """The answer in the next reply.
 
         Raises:
-            PassingError: there is none; it may be worth while to try again.
+            PassingError: there is none, and another attempt may succeed.
         """
         pledge = self._pledge(request, prices)
         answer, usage, sent = None, Usage(), Sent()
@@ -150,7 +155,8 @@ class Endpoint:
             answer, usage = read(reply, prices)
             self._compare(whole, "" if answer is None else answer.model)
             if answer is not None:
-                answer = answer._replace(
+                answer = replace(
+                    answer,
                     raw=self._clean(answer.raw),
                     reasoning=self._clean(answer.reasoning),
                     seconds=round(time.monotonic() - started, 3),
@@ -164,16 +170,16 @@ class Endpoint:
         if answer is None:
             raise PassingError(f"{self._clean(reply)[:_EXCERPT]!r}")
         if self._settings.budget is not None and usage.usd is None:
-            raise LLMError(f"{self.base_url} does not tell the tokens it used, so that no spending limit can be kept")
+            raise LLMError(f"{self.base_url} gives no number of tokens, so that no spending limit can be kept")
         return answer
 
     def _reply(self, request: dict[str, Any], sent: Sent) -> tuple[str, tuple[str, ...]]:
-        """The body of the endpoint's reply, and the parameters that it did not take; what is sent is counted."""
+        """The body of the endpoint's reply, and the parameters that it did not accept; `sent` counts the requests."""
         while True:
             unsent = self._unsent.get(request["model"], ())
             body = adapted(request, unsent)
             if self._settings.budget is not None and length_of(body) is None:
-                raise LLMError(f"{self.base_url} takes no max_tokens, so that no spending limit can be kept")
+                raise LLMError(f"{self.base_url} accepts no max_tokens, so that no spending limit can be kept")
             sent.requests += 1
             try:
                 reply, refusal = wait_for(self._post(body))
@@ -182,33 +188,33 @@ class Endpoint:
                 raise
             if not refusal:
                 return reply, tuple(name for name in unsent if name in request)
-            self._unsent[request["model"]] = (*unsent, refusal)  # each time one name less is sent
+            self._unsent[request["model"]] = (*unsent, refusal)  # one parameter less in each round
 
     async def _post(self, request: dict[str, Any]) -> tuple[str, str]:
-        """The body of the endpoint's reply; or none, and the parameter that it refuses. It sends one request."""
+        """The body of the endpoint's reply, or an empty body and the parameter that it refuses. Sends one request."""
         import openai
 
         body = dict(request)
         try:
-            # All but these two goes as it is, so that an endpoint may take what the client does not know.
+            # All other fields go as they are, so that an endpoint may accept fields that the client does not know.
             model, messages = body.pop("model"), body.pop("messages")
             raw = self._client.chat.completions.with_raw_response
             reply = await raw.create(model=model, messages=messages, extra_body=body)
             return reply.content.decode("utf-8", "replace"), ""
         except LLMError:
             raise
-        except Exception as error:  # not only its own errors: any may quote the key
-            own = error if isinstance(error, TimeoutError) else error.__cause__  # older clients wrap what is raised
+        except Exception as error:  # any error may quote the key
+            own = error if isinstance(error, TimeoutError) else error.__cause__  # older clients wrap the error
             refusal = refused(
                 status := getattr(error, "status_code", None), getattr(error, "body", None) or f"{error}", body
             )
             problem = self._describe(error)
             headers = error.response.headers if isinstance(error, openai.APIStatusError) else {}
             unreached = isinstance(error, openai.APIConnectionError)
-        # Raised outside of `except`: the client's own exception holds the request, and so the key.
+        # Raised outside `except`: the client's own exception holds the request, and so the key.
         if isinstance(own, TimeoutError):
             seconds = f"{self._settings.timeout:g} seconds"
-            raise PassingError(f"timed out after {seconds}; {TIMEOUT} says how long it may take", lost=True)
+            raise PassingError(f"timed out after {seconds}; {TIMEOUT} sets the limit", lost=True)
         if isinstance(own, LLMError):
             raise own
         if refusal is not None:
@@ -226,15 +232,15 @@ class Endpoint:
         return f"{type(error).__name__}: {self._clean(text)[:_EXCERPT]}{hint}"
 
     def _pledge(self, request: dict[str, Any], prices: Prices | None) -> int | None:
-        """Set aside what the answer may cost at most; wait while others have set aside too much."""
+        """Reserve the maximum cost of the answer; wait while other requests have reserved too much."""
         budget, length = self._settings.budget, length_of(request)
         if budget is None:
             return None
         if prices is None:
             raise LLMError(f"a spending limit needs prices for {self.base_url}: input_price and output_price")
         if length is None:
-            raise LLMError(f"a spending limit needs a longest answer for {self.base_url}: max_tokens")
-        # A token has at least one byte, but of an image, which is counted by its size and not by its bytes.
+            raise LLMError(f"a spending limit needs a maximum length for {self.base_url}: max_tokens")
+        # A token has at least one byte; an image is counted by its size, not by its bytes.
         read = [request[name] for name in ("messages", "tools", "response_format") if name in request]
         asked = len(json.dumps(read, ensure_ascii=False).encode())
         asked += _IMAGE * sum(1 for _ in images_of(request))
@@ -254,7 +260,7 @@ class Endpoint:
         )
 
     def _clean(self, text: str) -> str:
-        """The text without the key, should an endpoint repeat it, and without half characters."""
+        """The text without the key, which an endpoint may repeat, and without lone surrogates."""
         key = self._settings.key
         if len(key) >= _SECRET:
             text = text.replace(key, "***")
@@ -262,7 +268,7 @@ class Endpoint:
 
 
 def length_of(request: Mapping[str, Any]) -> int | None:
-    """The greatest length of an answer, in tokens, that a request allows; None: any."""
+    """The maximum length of an answer that a request allows, in tokens; None: no maximum."""
     lengths = [request[name] for name in ("max_tokens", "max_completion_tokens") if name in request]
     return min(lengths) if lengths and all(type(length) is int for length in lengths) else None
 
@@ -270,16 +276,16 @@ def length_of(request: Mapping[str, Any]) -> int | None:
 def _causes(error: BaseException | None) -> Iterator[BaseException]:
     while error is not None:
         yield error
-        error = error.__cause__ or error.__context__  # the network's own reason is suppressed on the way
+        error = error.__cause__ or error.__context__  # the network's own reason is in the suppressed context
 
 
 def _close(client: Any) -> None:
-    """Close a client's connections, where they were opened."""
+    """Close a client's connections, in the loop that opened them."""
     asyncio.run_coroutine_threadsafe(client.close(), loop())
 
 
 def _is_open(base_url: str) -> bool:
-    """Whether what is sent goes unencrypted to another machine."""
+    """Whether requests go unencrypted to another machine."""
     address = urlsplit(base_url)
     host = address.hostname or ""
     try:
@@ -289,7 +295,7 @@ def _is_open(base_url: str) -> bool:
     return address.scheme == "http" and not own
 
 
-def connect(base_url: str, settings: Settings, name: str = "") -> Endpoint:
+def connect(base_url: str, settings: ClientSettings, name: str = "") -> Endpoint:
     """An endpoint, the same for the same settings in the same process."""
     with _connecting:
         return _connect(base_url, settings, name, os.getpid())
@@ -299,19 +305,18 @@ _connecting = threading.Lock()
 
 
 @cache
-def _connect(base_url: str, settings: Settings, name: str, process: int) -> Endpoint:
+def _connect(base_url: str, settings: ClientSettings, name: str, process: int) -> Endpoint:
     return Endpoint(base_url, settings, name)
 
 
 def check_extra() -> None:
-    """Make sure that the client is installed.
+    """Check that the client is installed.
 
     Raises:
         ModuleNotFoundError: it is not; the message has the pip line.
     """
     if importlib.util.find_spec("openai") is None:
         raise ModuleNotFoundError(
-            "students that ask a language model need 'openai', which is not installed; "
-            "run: pip install 'llf-teacher[llm]'",
+            "asking a language model needs 'openai', which is not installed; run: pip install 'llf-teacher[llm]'",
             name="openai",
         )

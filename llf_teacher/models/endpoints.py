@@ -1,8 +1,8 @@
-"""Endpoints by name: where they are, and which variable has their key, is said beside the study, not in it.
+"""Endpoints by name: a study names them; their addresses and the variables of their keys stand elsewhere.
 
-A file `llf-endpoints.toml` in the folder where a study is run, or the one that `LLF_LLM_ENDPOINTS` names, has a table
-each, as in `[endpoints.local]` with `base_url = "http://localhost:8000/v1"` and, if need be, `key = "MY_VARIABLE"`; or
-the environment has `LLF_LLM_ENDPOINT_LOCAL=http://localhost:8000/v1`.
+They stand in a file: `llf-endpoints.toml` in the folder where a study runs, or the file that `LLF_LLM_ENDPOINTS` names.
+It has a table per endpoint, as in `[endpoints.local]` with `base_url = "http://localhost:8000/v1"` and, optionally,
+`key = "MY_VARIABLE"`. Or the environment has `LLF_LLM_ENDPOINT_LOCAL=http://localhost:8000/v1`.
 """
 
 import os
@@ -22,7 +22,7 @@ _KEYS = ("base_url", "key")
 
 
 class Address(NamedTuple):
-    """Where a named endpoint is."""
+    """The address of an endpoint and the variable of its key."""
 
     base_url: str
     key: str = settings.KEY
@@ -30,10 +30,10 @@ class Address(NamedTuple):
 
 
 def check_name(name: Any) -> str:
-    """An endpoint's name.
+    """Check an endpoint's name and return it.
 
     Raises:
-        ValueError: it is none.
+        ValueError: the name has other characters than letters, digits, - and _.
     """
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise ValueError(f"endpoint must be a name of letters, digits, - and _, such as 'local', got {name!r}")
@@ -41,10 +41,10 @@ def check_name(name: Any) -> str:
 
 
 def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Address:
-    """Where an endpoint is.
+    """The address of an endpoint by its name.
 
     Raises:
-        ValueError: nobody says so, or what is said is not allowed.
+        ValueError: there is no address, or it is not allowed.
     """
     variable = f"{settings.ENDPOINT}_{name.upper().replace('-', '_')}"
     if address := environment.get(variable):
@@ -52,24 +52,25 @@ def place_of(name: str, environment: Mapping[str, str] = os.environ) -> Address:
     given = environment.get(settings.ENDPOINTS)
     path = Path(given or FILE)
     if not given and not path.is_file():
-        raise ValueError(f"nobody says where the endpoint {name!r} is: set {variable}, or write {FILE}")
+        raise ValueError(f"the endpoint {name!r} has no address: set {variable}, or write {FILE}")
     try:
         tables: Any = tomllib.loads(path.read_text("utf-8")).get("endpoints", {})
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ValueError(f"{path}: {error}") from None
     if not isinstance(tables, dict) or not isinstance(table := tables.get(name), dict):
         raise ValueError(f"{path}: {unknown('endpoint', name, sorted(tables) if isinstance(tables, dict) else ())}")
-    if unknown_names := [key for key in table if key not in _KEYS]:
-        raise ValueError(f"{path}: endpoints.{name}: {unknown('key', unknown_names[0], _KEYS)}")
+    for key in table:
+        if key not in _KEYS:
+            raise ValueError(f"{path}: endpoints.{name}: {unknown('key', key, _KEYS)}")
     where = f"{path}: endpoints.{name}.base_url"
     return Address(checked_url(table.get("base_url"), where), f"{table.get('key', settings.KEY)}")
 
 
 def checked_url(url: Any, name: str = "base_url") -> str:
-    """An endpoint's address without a slash at its end. The message does not repeat it: it may hold a secret.
+    """Check an endpoint's address and return it without a final slash. No message shows it: it may hold a secret.
 
     Raises:
-        ValueError: it is no such address.
+        ValueError: the address is not allowed.
     """
     try:
         parts = urlsplit(url) if isinstance(url, str) else None

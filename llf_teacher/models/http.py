@@ -1,4 +1,4 @@
-"""The client's way to the network: no request takes longer, and no reply is longer, than it may."""
+"""The client's HTTP transport, with limits on the time of a request and the length of a reply."""
 
 import asyncio
 from typing import Any
@@ -8,16 +8,16 @@ import openai
 from llf_teacher.models import LLMError
 
 MOST_BYTES = 16_000_000
-"""Greatest length of a reply's body."""
+"""Maximum length of a reply's body, in bytes."""
 _OF_THE_WIRE = ("content-encoding", "content-length", "transfer-encoding")
 
 
 class BoundedClient(openai.DefaultAsyncHttpxClient):
-    """An HTTP client that reads each reply whole before it gives it.
+    """An HTTP client that reads each reply completely before it returns it.
 
     Args:
-        seconds: for a request as a whole, from connecting to the last byte.
-        options: those of `httpx.AsyncClient`.
+        seconds: time limit of a request, from connecting to the last byte.
+        options: options of `httpx.AsyncClient`.
     """
 
     def __init__(self, seconds: float, **options: Any) -> None:
@@ -28,8 +28,8 @@ class BoundedClient(openai.DefaultAsyncHttpxClient):
         """The reply, decoded.
 
         Raises:
-            TimeoutError: it took too long.
-            LLMError: it was too long.
+            TimeoutError: the request took too long.
+            LLMError: the reply is too long.
         """
         async with asyncio.timeout(self._seconds):
             reply = await super().send(request, **options | {"stream": True})
@@ -38,7 +38,7 @@ class BoundedClient(openai.DefaultAsyncHttpxClient):
                 async for part in reply.aiter_bytes(65_536):
                     body += part
                     if len(body) > MOST_BYTES:
-                        raise LLMError(f"the reply has more than {MOST_BYTES} bytes, which is no answer of a model")
+                        raise LLMError(f"the reply is longer than the allowed {MOST_BYTES} bytes")
             finally:
                 await reply.aclose()
         headers = [(name, value) for name, value in reply.headers.multi_items() if name not in _OF_THE_WIRE]

@@ -1,4 +1,4 @@
-"""Images as chat models take them: PNG in a data URL, of bounded size."""
+"""Images for chat models: PNG in a data URL, of bounded size."""
 
 import base64
 import hashlib
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 PIXELS = 512
-"""Longest side of an image that is sent; a larger one is made smaller."""
+"""Maximum side of an image that is sent; larger images are scaled down."""
 _HEAD = "data:image/png;base64,"
 
 
@@ -15,7 +15,7 @@ def data_url(pixels: Any) -> str:
     """An image, uint8 (height, width, 3), as a data URL.
 
     Raises:
-        ValueError: it is no such image.
+        ValueError: the array has another type or shape.
     """
     from PIL import Image
 
@@ -39,7 +39,7 @@ def images_of(request: Mapping[str, Any]) -> Iterator[str]:
 
 
 def without_images(text: str, request: Mapping[str, Any]) -> str:
-    """A request as it was written, with the SHA-256 of each image in its place."""
+    """The text of a request, with each image replaced by its SHA-256."""
     for url in dict.fromkeys(images_of(request)):
         text = text.replace(url, f"sha256:{hashlib.sha256(url.encode()).hexdigest()}")
     return text

@@ -1,4 +1,4 @@
-"""Parameters that some endpoints do not take, and what to send in their place."""
+"""Parameters that some endpoints do not accept, and their replacements."""
 
 import re
 from collections.abc import Collection, Mapping
@@ -10,27 +10,27 @@ SPARE: dict[str, str | None] = {
     "temperature": None,
     "seed": None,
 }
-"""Parameters that a request can do without, each with what may stand for it."""
+"""Parameters that a request does not need, each with its replacement, if any."""
 _NO = re.compile(r"unsupported|not support|unrecogni[sz]ed|unknown|unexpected|not permitted|not allowed|extra", re.I)
 _CODES = ("unsupported_parameter", "unsupported_value", "unknown_parameter")
 _STATUS = (400, 422)
 
 
 def refused(status: int | None, error: Any, sent: Collection[str]) -> str | None:
-    """The parameter that an endpoint refuses, of those that a request can do without; None if it has other troubles.
+    """The parameter of `SPARE` that an endpoint refuses; None if the error has another reason.
 
     Args:
-        status: of the reply.
+        status: the reply's status.
         error: the object `error` in the reply's body, or the whole body, or a text.
-        sent: names of the parameters that were sent.
+        sent: names of the parameters in the request.
     """
     if status not in _STATUS:
         return None
     spare = [name for name in SPARE if name in sent]
-    told = error if isinstance(error, Mapping) else {}
-    if told.get("code") in _CODES and told.get("param") in spare:
-        return f"{told['param']}"
-    text = f"{told.get('message') or error}"
+    details = error if isinstance(error, Mapping) else {}
+    if details.get("code") in _CODES and details.get("param") in spare:
+        return f"{details['param']}"
+    text = f"{details.get('message') or error}"
     if _NO.search(text) is None:
         return None
     named = [(at.start(), name) for name in spare if (at := re.search(rf"(?<![\w]){name}(?![\w])", text))]
@@ -38,7 +38,7 @@ def refused(status: int | None, error: Any, sent: Collection[str]) -> str | None
 
 
 def adapted(request: Mapping[str, Any], unsent: Collection[str]) -> dict[str, Any]:
-    """A request as it is sent to an endpoint that refuses some parameters."""
+    """A request without the parameters that an endpoint refuses, or with their replacements."""
     body = dict(request)
     for name, instead in SPARE.items():
         if name in unsent and name in body:

@@ -1,15 +1,17 @@
-"""Replies of chat completions, read without trusting them: the answer, the thought beside it, what it cost."""
+"""Replies of chat completions, which may be malformed: the answer, the thought beside it, the cost."""
 
 import json
 import math
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
-from pz_envs.answers import split_thought
+from pz_envs.answers import Parted, split_thought
 
 _TOKENS = 1e6  # prices are per million
-_MOST_TOKENS = 10**9  # of one reply; more is no count
+_MOST_TOKENS = 10**9  # of one reply; a greater number is not a count
 LENGTH, FILTERED = "length", "content_filter"
-"""Why an answer ended before its end."""
+"""Reasons why an answer is incomplete."""
 
 
 class Prices(NamedTuple):
@@ -18,53 +20,59 @@ class Prices(NamedTuple):
     input: float
     output: float
     cached: float | None = None
-    """Of input that the endpoint had in its cache; None: as other input."""
+    """Price of input that the endpoint had in its cache; None: as other input."""
 
 
 class Usage(NamedTuple):
-    """What an answer cost."""
+    """The cost of an answer."""
 
     input_tokens: int | None = None
-    """None if the endpoint does not say, or says what cannot be; so with the others."""
+    """Number of tokens; None, here and below, if the endpoint gives no number or an impossible one."""
     output_tokens: int | None = None
     usd: float | None = None
     """None if the tokens or the prices are unknown."""
     cached_tokens: int | None = None
-    """How many of `input_tokens` the endpoint had in its cache."""
+    """Number of `input_tokens` that the endpoint had in its cache."""
 
 
-class Answer(NamedTuple):
-    """What a model said."""
+@dataclass(frozen=True)
+class Answer:
+    """A model's answer."""
 
     raw: str
-    """Its words as they came; of a tool's call the arguments, JSON."""
+    """The text as it came; for a tool call its arguments, JSON."""
     reasoning: str = ""
-    """What the endpoint gave apart from them as the model's thoughts."""
+    """The model's thoughts, if the endpoint gave them in a field of their own."""
     finish: str = ""
-    """Why it ended, such as `stop` or `length`; empty if the endpoint does not say."""
+    """Why the answer ended, such as `stop` or `length`; empty if the endpoint does not say."""
     model: str = ""
     """The endpoint's own name for the model."""
-    usage: Usage = Usage()
+    usage: Usage = field(default_factory=Usage)
     seconds: float = 0.0
-    """From asking to having it."""
+    """Time from the request to the reply."""
     call: str = ""
-    """Id of the tool's call; empty if it is none."""
+    """Id of the tool call; empty if the answer is not one."""
     unsent: tuple[str, ...] = ()
-    """Parameters that were asked for and that the endpoint does not take."""
+    """Parameters of the request that the endpoint does not accept."""
+
+    @cached_property
+    def parted(self) -> Parted:
+        """The text with its reasoning split off."""
+        return split_thought(self.raw)
 
     @property
     def text(self) -> str:
-        """The words without thoughts."""
-        return split_thought(self.raw).answer
+        """The text without thoughts."""
+        return self.parted.answer
 
     @property
     def thought(self) -> str:
-        """What was thought before the answer, whichever way it was given; empty if nothing."""
-        return "\n\n".join(filter(None, (self.reasoning, split_thought(self.raw).thought)))
+        """The thoughts, from the endpoint's own field and from between marks; empty if there are none."""
+        return "\n\n".join(filter(None, (self.reasoning, self.parted.thought)))
 
 
 def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:
-    """The answer in a reply and what it cost; None if there is no answer in it."""
+    """The answer in a reply, None if there is none, and its cost."""
     try:
         data = json.loads(reply)
     except (ValueError, RecursionError):
@@ -93,7 +101,7 @@ def read(reply: str, prices: Prices | None) -> tuple[Answer | None, Usage]:
 
 
 def served(reply: str, model: str) -> str | None:
-    """What a list of models says that is served under a model's name, as `root` or otherwise; None if nothing."""
+    """The model that an endpoint's list of models has under a name; None if the list does not have the name."""
     try:
         models = _part(json.loads(reply), "data")
     except (ValueError, RecursionError):
@@ -106,7 +114,7 @@ def served(reply: str, model: str) -> str | None:
 
 
 def _part(data: Any, *path: str | int) -> Any:
-    """What is there in JSON values; None if nothing is."""
+    """The value at a path in JSON values; None if there is none."""
     for step in path:
         try:
             data = data[step]
@@ -120,8 +128,8 @@ def _text(value: Any) -> str:
 
 
 def _said(content: Any) -> tuple[str, str] | None:
-    """Words and thoughts of a message's content: a text, parts of which each has a type, or none."""
-    if content is None or isinstance(content, str):  # none: all tokens went into thoughts, or into a call
+    """Text and thoughts of a message's content: a string, a list of typed parts, or null."""
+    if content is None or isinstance(content, str):  # null: all tokens went into thoughts, or into a call
         return content or "", ""
     if not isinstance(content, list):
         return None
@@ -150,5 +158,5 @@ def _usage(usage: Any, prices: Prices | None) -> Usage:
 
 
 def _count(value: Any) -> int | None:
-    """A number of tokens; None for what is none: a text, a negative number, `Infinity`, more than can be."""
+    """A number of tokens; None for anything else: a text, a negative number, `Infinity`, an impossibly large one."""
     return value if type(value) is int and 0 <= value <= _MOST_TOKENS else None

@@ -1,6 +1,6 @@
-"""Troubles that may pass, and how long to wait before a request is sent again.
+"""Transient errors, and the pause before a request is sent again.
 
-The client could try again by itself, but keeps no count of what it sends, and its attempts would multiply with ours.
+The `openai` client can retry by itself, but does not count its requests, and its retries would multiply with these.
 """
 
 import email.utils
@@ -11,19 +11,19 @@ from collections.abc import Mapping
 
 from llf_teacher.models import LLMError
 
-_PASSING = (408, 409, 429)  # and all from 500 on
-_FIRST, _LONGEST, _MOST = 0.5, 8.0, 120.0  # seconds: the first pause, the longest, the longest that is asked for
-_JITTER = 0.25  # share of a pause that is left to chance, so that many do not come back at once
+_PASSING = (408, 409, 429)  # and all from 500
+_FIRST, _LONGEST, _MOST = 0.5, 8.0, 120.0  # seconds: the first pause, the longest, the longest on request
+_JITTER = 0.25  # random share of a pause, so that many clients do not retry at once
 _chance = random.SystemRandom()  # no episode depends on it
 
 
 class PassingError(LLMError):
-    """An attempt gave no answer; another one may.
+    """An attempt failed with a transient error.
 
     Args:
-        problem: what was wrong.
-        seconds: how long the endpoint asks to wait; None: it does not say.
-        lost: whether there was no reply at all, so that nobody knows what was charged.
+        problem: the error.
+        seconds: the pause that the endpoint asks for; None: it asks for none.
+        lost: whether there was no reply at all, so that the charge is unknown.
     """
 
     def __init__(self, problem: str, seconds: float | None = None, lost: bool = False) -> None:
@@ -32,7 +32,7 @@ class PassingError(LLMError):
 
 
 def may_pass(status: int, headers: Mapping[str, str]) -> bool:
-    """Whether what was refused with a status may be granted later, and not much later."""
+    """Whether an error is transient, and the endpoint asks for no long pause."""
     if (wait := asked_for(headers)) is not None and wait > _MOST:
         return False
     if (said := headers.get("x-should-retry")) in ("true", "false"):
@@ -41,7 +41,7 @@ def may_pass(status: int, headers: Mapping[str, str]) -> bool:
 
 
 def asked_for(headers: Mapping[str, str]) -> float | None:
-    """The seconds that an endpoint asks to wait, as a number or as a date; None: it does not say."""
+    """The pause that an endpoint asks for, in seconds, from a number or a date; None: it asks for none."""
     for name, unit in (("retry-after-ms", 1000.0), ("retry-after", 1.0)):
         try:
             seconds = float(headers[name]) / unit
@@ -59,8 +59,8 @@ def pause(attempt: int, seconds: float | None) -> float:
     """Seconds before the next attempt.
 
     Args:
-        attempt: number of the one that failed, from 0.
-        seconds: what the endpoint asks for.
+        attempt: number of the failed attempt, from 0.
+        seconds: the pause that the endpoint asks for.
     """
     if seconds:
         return seconds

@@ -1,4 +1,4 @@
-"""Settings of language models: what must not be part of a student's spec, read from the environment."""
+"""Settings of the client that are not part of a spec: they come from the environment."""
 
 import os
 from collections.abc import Mapping
@@ -11,29 +11,29 @@ OPENAI = "https://api.openai.com/v1"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
-    """How to ask, whatever is asked."""
+class ClientSettings:
+    """How the client asks any model of an endpoint."""
 
     key: str = field(repr=False)
-    """Sent as `Authorization: Bearer`; empty: none."""
+    """API key, sent as `Authorization: Bearer`; empty: none."""
     cache: str
     """SQLite file of answers and spending; `:memory:` keeps them for this process."""
     budget: float | None
-    """USD that may be spent by the cache's ledger; None: any amount."""
+    """Spending limit in USD, by the cache's ledger; None: no limit."""
     timeout: float
-    """Seconds to wait for an answer."""
+    """Time limit of a request, in seconds."""
     retries: int
-    """How often to try again."""
+    """Number of further attempts after a transient error."""
 
     @classmethod
-    def read(cls, base_url: str, environment: Mapping[str, str] = os.environ, key_in: str = KEY) -> "Settings":
+    def read(cls, base_url: str, environment: Mapping[str, str] = os.environ, key_in: str = KEY) -> "ClientSettings":
         """The settings for an endpoint.
 
         `OPENAI_API_KEY` goes to OpenAI or to `OPENAI_BASE_URL` only, `LLF_LLM_API_KEY` to any endpoint for which no
         other variable is given.
 
         Raises:
-            ValueError: a number is missing where one is expected, or the key has characters that no key has.
+            ValueError: a number or the cache's file is not allowed, or the key has characters that no key has.
         """
         key = environment.get(key_in, "")
         if not key and key_in == KEY and base_url in (OPENAI, environment.get("OPENAI_BASE_URL", "").rstrip("/")):
@@ -52,14 +52,14 @@ class Settings:
 
 
 def default(name: str, environment: Mapping[str, str] = os.environ) -> str:
-    """A model or base URL that is set in the environment: `LLF_LLM_...`, else `OPENAI_...`, else empty."""
+    """A variable of the environment: `LLF_LLM_...`, else `OPENAI_...`, else the empty string."""
     return environment.get(name) or environment.get(name.replace("LLF_LLM", "OPENAI")) or ""
 
 
 def _file(path: str | None) -> str:
     if path is not None and path.strip() == ":memory:":
         raise ValueError(
-            f"{CACHE} must be the name of a file, got {path!r}: each process would have a ledger and answers of its own"
+            f"{CACHE} must be the name of a file, got {path!r}: processes would not share answers and spending"
         )
     return path or ":memory:"
 

@@ -1,4 +1,4 @@
-"""A scripted OpenAI-compatible endpoint on this computer, to try students without a model and without costs."""
+"""A scripted OpenAI-compatible endpoint on this computer, for tests without a model and without costs."""
 
 import json
 import threading
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 
 class Reply(NamedTuple):
-    """A reply other than an answer."""
+    """A reply that is not a normal answer."""
 
     status: int = 200
     body: str = ""
@@ -17,7 +17,7 @@ class Reply(NamedTuple):
     cut: bool = False
     """Break the connection after half of the body."""
     repeat: int = 1
-    """Send the body so many times, one after the other."""
+    """How often the body is sent."""
     pause: float = 0.0
     """Seconds between two bytes of the body; 0: all at once."""
 
@@ -25,11 +25,11 @@ class Reply(NamedTuple):
 class ScriptedEndpoint:
     """Serves `POST /v1/chat/completions` and `GET /v1/models` while its `with` block runs, at `url`.
 
-    A request with `stream` is answered word by word.
+    The answer to a request with `stream` comes word by word.
 
     Args:
-        answer: what to say to a request, the decoded body: a text, or a `Reply`.
-        models: what `GET /v1/models` tells of each model.
+        answer: returns the answer to a request, given its decoded body: a text, or a `Reply`.
+        models: entries of `GET /v1/models`.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class ScriptedEndpoint:
             for part in _parts(body[: len(body) // 2] if reply.cut else body, reply):
                 handler.wfile.write(part)
                 time.sleep(reply.pause)
-        except ConnectionError:  # who asked is gone
+        except ConnectionError:  # the client has closed the connection
             pass
 
     def __enter__(self) -> "ScriptedEndpoint":
@@ -92,7 +92,7 @@ class ScriptedEndpoint:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
-    request_queue_size = 1024  # so many may knock at once
+    request_queue_size = 1024  # connections that may wait at once
 
 
 _STREAM = (("Content-Type", "text/event-stream"),)
@@ -107,7 +107,7 @@ def _parts(body: bytes, reply: Reply) -> Iterator[bytes]:
 
 
 def _events(text: str, request: dict[str, Any]) -> Iterator[str]:
-    """A streamed completion, a word at a time, with its tokens at the end if they are asked for."""
+    """A streamed completion, a word at a time, with its usage at the end if requested."""
     begun = _begun("chat.completion.chunk", request)
     for word in text.split(" "):
         yield _event(begun, {"role": "assistant", "content": f"{word} "}, None)
@@ -123,13 +123,13 @@ def _event(begun: dict[str, Any], delta: dict[str, str], finish: str | None) -> 
 
 
 def completion(text: str | None, request: dict[str, Any] | None = None, *, finish: str = "stop", **message: Any) -> str:
-    """The body of a chat completion; its tokens are words.
+    """The body of a chat completion; a token is a word.
 
     Args:
         text: the content.
-        request: what is answered.
+        request: the request that it answers.
         finish: why the answer ended.
-        message: more of the message, such as `reasoning_content` or `tool_calls`.
+        message: further fields of the message, such as `reasoning_content` or `tool_calls`.
     """
     said = {"role": "assistant", "content": text, **message}
     return json.dumps(
@@ -152,7 +152,7 @@ def _usage(request: dict[str, Any] | None, text: str | None) -> dict[str, int]:
 
 
 def refusal(parameter: str, status: int = 400) -> Reply:
-    """What an endpoint says that does not take a parameter."""
+    """The reply of an endpoint that does not accept a parameter."""
     instead = " Use 'max_completion_tokens' instead." if parameter == "max_tokens" else ""
     message = f"Unsupported parameter: '{parameter}' is not supported with this model.{instead}"
     error = {"message": message, "type": "invalid_request_error", "param": parameter, "code": "unsupported_parameter"}
@@ -160,16 +160,21 @@ def refusal(parameter: str, status: int = 400) -> Reply:
 
 
 def too_long(request: dict[str, Any], words: int) -> Reply | None:
-    """What an endpoint says to a prompt of more words than its context has; None if it has enough."""
+    """The reply to a prompt of more words than the context has; None if the prompt fits."""
     asked = sum(_words(message["content"]) for message in request["messages"])
     if asked <= words:
         return None
-    told = f"This model's maximum context length is {words} tokens. However, your messages resulted in {asked} tokens."
-    return Reply(400, json.dumps({"error": {"message": told, "param": "messages", "code": "context_length_exceeded"}}))
+    error = {
+        "message": f"This model's maximum context length is {words} tokens. However, your messages resulted in {asked} "
+        "tokens.",
+        "param": "messages",
+        "code": "context_length_exceeded",
+    }
+    return Reply(400, json.dumps({"error": error}))
 
 
 def _words(content: Any) -> int:
-    """The number of words of a message's content, a text or parts."""
+    """The number of words in a message's content, a text or parts."""
     if isinstance(content, list):
         return sum(_words(part.get("text")) for part in content)
     return len((content or "").split())

@@ -1,6 +1,6 @@
-"""One event loop a process, in a thread of its own, where all that takes time is waited for.
+"""One event loop per process, in its own thread, which runs the coroutines.
 
-Whoever has to wait may be in any thread, or in a notebook whose own loop is running.
+The caller may be in any thread, also in a notebook whose own loop is running.
 """
 
 import asyncio
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 _lock = threading.Lock()
-_loops: dict[int, asyncio.AbstractEventLoop] = {}  # by process: a fork has the parent's loop, but not its thread
+_loops: dict[int, asyncio.AbstractEventLoop] = {}  # by process: a fork inherits the loop, but not its thread
 
 
 def loop() -> asyncio.AbstractEventLoop:
@@ -25,7 +25,7 @@ def loop() -> asyncio.AbstractEventLoop:
 
 
 def wait_for(coroutine: Coroutine[Any, Any, T]) -> T:
-    """What a coroutine returns, or raises; it is cancelled if the wait is interrupted."""
+    """The result of a coroutine, or its exception; an interrupt cancels the coroutine."""
     future = asyncio.run_coroutine_threadsafe(coroutine, loop())
     try:
         return future.result()

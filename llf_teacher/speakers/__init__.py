@@ -1,1 +1,1 @@
-"""Teachers of studies that are no personalities alone: policies of one's own, models, personalities with a voice."""
+"""Teachers of a study that are more than a personality: the user's own policies, models, personalities with a voice."""

@@ -1,6 +1,6 @@
-"""What can stand for a teacher in a study beside personalities, as frozen values that texts name.
+"""Teachers of a study beside personalities: frozen values that spec strings name.
 
-What policies and models say has no claims: nothing vouches for it, and it is counted as `unchecked`.
+The words of policies and models have no claims, so they cannot be checked; studies count them as `unchecked`.
 """
 
 from abc import ABC, abstractmethod
@@ -12,40 +12,40 @@ from typing import Any, ClassVar
 import numpy as np
 
 from teachers.personality import Personality
-from teachers.spec import Spec
+from teachers.spec import Spec, call_string
 from teachers.voice import Voice
 
 
 class Speaker(Spec, ABC):
-    """Base of all of them."""
+    """Base of the teachers that are not personalities."""
 
-    shelf: ClassVar[str] = "llf_teacher.speakers"
+    package: ClassVar[str] = "llf_teacher.speakers"
     mute: ClassVar[bool] = False
-    """Whether it never says anything but the instruction."""
+    """Whether it says nothing but the instruction."""
 
     @abstractmethod
     def arguments(self) -> dict[str, Any]:
-        """What `llf_teacher.make` is told of it, made anew for an episode."""
+        """The arguments of `llf_teacher.make` for one episode."""
 
     def check(self, environment: Mapping[str, str]) -> None:
-        """Make sure, before a study begins, that it can speak here; errors as of students."""
+        """Check, before a study begins, that it can speak here; errors as of `Student.check`."""
 
     def facts(self) -> dict[str, Any]:
-        """What a study's manifest has to say of it beside its spec, as JSON values."""
+        """Entries for a study's manifest, as JSON values."""
         return {}
 
 
 class Wording(Spec, ABC):
-    """What says a personality's claims in its own way: the last stage of `mistake | voice(tone='warm')`."""
+    """Puts a personality's claims into words: the last part of `mistake | voice(tone='warm')`."""
 
-    shelf: ClassVar[str] = "llf_teacher.speakers"
+    package: ClassVar[str] = "llf_teacher.speakers"
 
     @abstractmethod
     def voice(self) -> Voice:
         """A voice, as `llf_teacher.make` takes it."""
 
     def check(self, environment: Mapping[str, str]) -> None:
-        """As of `Speaker`."""
+        """See `Speaker.check`."""
 
 
 @dataclass(frozen=True)
@@ -56,25 +56,25 @@ class Voiced(Speaker):
     wording: Wording
 
     @property
-    def mute(self) -> bool:  # type: ignore[override]  # as its personality is
-        """Whether the personality is."""
+    def mute(self) -> bool:  # type: ignore[override]  # depends on the personality
+        """Whether the personality is mute."""
         return self.personality.mute
 
     def __str__(self) -> str:
         return f"{self.personality} | {self.wording}"
 
     def arguments(self) -> dict[str, Any]:
-        """Both."""
+        """The personality and the voice."""
         return {"teacher": self.personality, "voice": self.wording.voice()}
 
     def check(self, environment: Mapping[str, str]) -> None:
-        """As the voice says."""
+        """Check the wording."""
         self.wording.check(environment)
 
 
 @dataclass(frozen=True)
-class _Found:
-    """Something of a module of the user's own, as a spec names it."""
+class _Imported:
+    """An object of the user's own module, as a spec names it."""
 
     module: str
     factory: str
@@ -82,49 +82,48 @@ class _Found:
     """Keyword arguments, in the order in which they were given."""
 
     def __str__(self) -> str:
-        options = ", ".join(f"{name}={value!r}" for name, value in self.options)
-        return f"{self.module}:{self.factory}({options})" if options else f"{self.module}:{self.factory}"
+        return call_string(f"{self.module}:{self.factory}", dict(self.options))
 
-    def found(self) -> Callable[..., Any]:
-        """What the module has under the name."""
-        made: Callable[..., Any] = getattr(import_module(self.module), self.factory)
-        return made
+    def imported(self) -> Callable[..., Any]:
+        """The object."""
+        found: Callable[..., Any] = getattr(import_module(self.module), self.factory)
+        return found
 
 
 @dataclass(frozen=True)
-class OwnTeacher(_Found, Speaker):
-    """A policy for the teacher's seat, `reset(rng)` and `act(observation, info)`, by the factory that makes it."""
+class CustomTeacher(_Imported, Speaker):
+    """A policy for the teacher's seat, with `reset(rng)` and `act(observation, info)`, by its factory."""
 
-    __str__ = _Found.__str__
+    __str__ = _Imported.__str__
 
     def arguments(self) -> dict[str, Any]:
         """A new policy."""
-        return {"teacher": self.found()(**dict(self.options))}
+        return {"teacher": self.imported()(**dict(self.options))}
 
 
 @dataclass(frozen=True)
-class OwnVoice(_Found, Wording):
-    """A function of a sentence that rewrites it; a class, or a name with arguments, makes one."""
+class CustomVoice(_Imported, Wording):
+    """A function that rewrites a sentence, or, if it is a class or has arguments, the factory of such a function."""
 
-    __str__ = _Found.__str__
+    __str__ = _Imported.__str__
 
     def voice(self) -> Voice:
         """The function."""
-        found = self.found()
-        made: Voice = found(**dict(self.options)) if self.options or isinstance(found, type) else found
-        return made
+        found = self.imported()
+        voice: Voice = found(**dict(self.options)) if self.options or isinstance(found, type) else found
+        return voice
 
 
-class Quiet:
-    """A policy of a teacher of whom nothing is wanted but the instruction."""
+class InstructionOnly:
+    """A teacher's policy that gives the instruction and then says nothing."""
 
     def __init__(self, policy: Any) -> None:
         self._policy = policy
 
     def reset(self, rng: np.random.Generator) -> None:
-        """Begin an episode."""
+        """Reset the policy."""
         self._policy.reset(rng)
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
-        """What it says first, and nothing afterwards."""
+        """The policy's first words; afterwards the empty string."""
         return "" if info["moment"].turn else self._policy.act(observation, info)

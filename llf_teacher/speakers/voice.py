@@ -1,4 +1,4 @@
-"""voice(tone): says what a personality says in a tone of the shelf: `curt`, `socratic`, `warm`."""
+"""voice(tone): says what a personality says in one of the built-in tones: `curt`, `socratic`, `warm`."""
 
 from dataclasses import dataclass
 
@@ -12,6 +12,7 @@ class Toned(Wording):
     """One of the voices that come with the package."""
 
     tone: str = PLAIN
+    """Name of the voice."""
 
     def __post_init__(self) -> None:
         if self.tone not in voice_names():

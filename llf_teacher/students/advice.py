@@ -1,4 +1,4 @@
-"""What a student that follows advice has in common, however it comes to know the advice."""
+"""Base of students that follow advice, from atoms or from words."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,14 +12,14 @@ _TRIES = 30
 
 @dataclass(frozen=True)
 class Believer(Student):
-    """Base of these students."""
+    """Base of students that believe what the teacher says."""
 
     forget: bool = True
-    """Whether each episode starts from nothing, as it should where each is another world."""
+    """Whether each episode starts without memory, as it should if each has another world."""
 
     @property
     def remembers(self) -> bool:
-        """Unless it is to forget."""
+        """True unless it forgets."""
         return not self.forget
 
     def __post_init__(self) -> None:
@@ -34,38 +34,38 @@ B_co = TypeVar("B_co", bound=Believer, covariant=True)
 class AdviceTaker(Policy[B_co]):
     """Remembers per state which actions were called right or wrong, and acts on it.
 
-    It takes the action that was last called right in this state; without one it follows a plan that the
-    instruction gave; without that it tries at random what was not called wrong. The latest word counts.
+    It takes the action that was last called right in this state; if there is none it follows the plan, if any;
+    otherwise it tries a random action that was not called wrong. The latest claim about an action counts.
     """
 
-    _knows = False
+    _started = False
 
     def begin(self) -> None:
-        """Know nothing, or what was called right or wrong in earlier episodes."""
-        if self.spec.forget or not self._knows:
+        """Begin an episode, with the memory of earlier ones unless the student forgets."""
+        if self.spec.forget or not self._started:
             self._right: dict[Any, dict[Any, Any]] = {}
             self._wrong: dict[Any, dict[Any, Any]] = {}
-            self._knows = True
+            self._started = True
         self._states: list[Any] = []
         self._plan: Sequence[Any] = ()
         self._endless = False
 
     def arrive(self, observation: dict[str, Any]) -> int:
-        """Note the state; the number of turns so far."""
+        """Add the state to the history; returns the number of turns so far."""
         self._states.append(frozen(state_of(observation)))
         return len(self._states) - 1
 
     def hear(self, kind: FeedbackType | None, actions: Sequence[Any], turn: int, endless: bool = False) -> None:
-        """Take a claim about actions to heart: the first of them if it is feedback, else a plan for all turns."""
+        """Learn from a claim about actions: the first of them if it is feedback, else a plan for all turns."""
         if kind is None:
             self.follow(actions, endless)
         else:
             self.learn(kind, actions[0], turn)
 
     def learn(self, kind: FeedbackType, action: Any, turn: int) -> None:
-        """Take a claim about an action to heart: advice is about the state after `turn`, hindsight about that before.
+        """Learn from a claim about an action: advice is about the state after `turn`, hindsight about the one before.
 
-        Hindsight at the opening speaks of somebody else's turns, in states that this student cannot tell.
+        Hindsight at the opening is about another student's turns, in states that this student has not seen.
         """
         before = turn - 1 if kind in (HP, HN) else turn
         if 0 <= before < len(self._states):
@@ -73,11 +73,11 @@ class AdviceTaker(Policy[B_co]):
             verdicts, others = (self._right, self._wrong) if kind in (HP, FP) else (self._wrong, self._right)
             others.get(state, {}).pop(key, None)
             mine = verdicts.setdefault(state, {})
-            mine.pop(key, None)  # so that it counts as the latest
+            mine.pop(key, None)  # so that it becomes the latest
             mine[key] = action
 
     def follow(self, actions: Sequence[Any], endless: bool = False) -> None:
-        """Plan to take these actions from the start; an endless plan goes on with its last action."""
+        """Take these actions as the plan from the first turn on; an endless plan repeats its last action."""
         self._plan, self._endless = actions, endless
 
     def decide(self) -> Any:

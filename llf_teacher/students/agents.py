@@ -1,32 +1,30 @@
-"""Agents of the user's own in the student's seat, named by specs such as `my_package.my_module:MyAgent(size=3)`.
+"""The user's own agents in the student's seat, by specs such as `my_package.my_module:MyAgent(size=3)`.
 
-The spec names a factory, a class or a function that takes the keyword arguments and returns an agent; it is called
-anew for each episode, in the process that plays it. Which of three protocols an agent speaks is read from its methods:
+The spec names a factory: a class or a function that takes the keyword arguments and returns an agent. Each episode
+calls it again, in the process that plays the episode. The agent's methods show which of three protocols it has:
 
     LLF-Bench   reset(docstring)           act(observation, feedback)   two arguments, or `*args`
     Gymnasium   reset(), or none           act(observation)             one argument: the dict of three strings
     policy      reset(rng)                 act(observation, info)       two arguments, the second named `info`
 
-Arguments with a default do not count. Agents of the first two read and write text, policies what is native to the
-world; an attribute `text` of the agent overrides this. What is no action of the world costs a turn, either way.
+Arguments with a default do not count. Agents of the first two read and write text, policies read and write the
+world's own observations and actions; an attribute `text` of the agent overrides this. An illegal action costs a turn.
 """
 
 import importlib
 import inspect
 import json
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from llf_teacher.students.chat import can_answer
-from llf_teacher.students.student import READS, Policy, Student, Telling, state_of
+from llf_teacher.students.student import READS, ModelReply, Policy, Student, state_of
 from pz_envs.text_mode import failure
-from teachers.spec import import_call, unknown
+from teachers.spec import SpecCall, call_string, unknown
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
-_SPEC = re.compile(r"\s*([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*)\s*:(.*)", re.DOTALL)
 _EXPECTED = (
     "expected reset(docstring) and act(observation, feedback), or act(observation), "
     "or reset(rng) and act(observation, info)"
@@ -34,10 +32,10 @@ _EXPECTED = (
 
 
 class _Policy(Policy["Agent"]):
-    """Passes on what the protocol asks for."""
+    """Calls the agent as its protocol says."""
 
     def begin(self) -> None:
-        """Tell the agent that an episode begins; an instruction comes with the first turn."""
+        """Reset the agent; an agent of LLF-Bench is reset in the first turn, with the instruction."""
         agent, protocol = self.spec.agent, self.spec.protocol
         self._opening = True
         if protocol == POLICY:
@@ -49,7 +47,7 @@ class _Policy(Policy["Agent"]):
         """The agent's action."""
         agent, protocol = self.spec.agent, self.spec.protocol
         state = state_of(observation)
-        # Plain strings: the atoms that a teacher's utterance carries are for readers of atoms, in the info.
+        # Plain strings: the atoms of a teacher's utterance are in the info, for agents that read atoms.
         instruction, feedback = f"{observation['instruction']!s}", f"{observation['feedback']!s}"
         opening, self._opening = self._opening, False
         if protocol == LLF:
@@ -57,36 +55,36 @@ class _Policy(Policy["Agent"]):
                 agent.reset(instruction)
             action = agent.act(state, None if opening and not feedback else feedback)
         elif protocol == GYMNASIUM:
-            told = instruction if opening else ""
-            action = agent.act({"observation": state, "instruction": told, "feedback": feedback})
+            given = instruction if opening else ""
+            action = agent.act({"observation": state, "instruction": given, "feedback": feedback})
         else:
             action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
         return as_text(action) if self.spec.text else self._native(action)
 
     def _native(self, action: Any) -> Any:
-        """An action as it is, but for a `ParseFailure` in place of one that is outside of the action space."""
+        """The action; a `ParseFailure` if it is outside the action space."""
         action = as_text(action) if isinstance(action, str) else action
         try:
             self.world.legal(action)
-        except Exception:  # values of a user's own may raise anything
+        except Exception:  # the user's own values may raise anything
             return failure(as_text(action), self.world)
         return action
 
-    def record(self) -> Telling:
-        """What the agent says of its last action, if it has a method of this name."""
-        if not callable(tell := getattr(self.spec.agent, "record", None)):
+    def record(self) -> ModelReply:
+        """What the agent's `record()` returns, if it has this method."""
+        if not callable(record := getattr(self.spec.agent, "record", None)):
             return {}
-        said: Telling = tell()
-        if unknown_names := [name for name in said if name not in Telling.__annotations__]:
-            raise ValueError(
-                f"student {self.spec}: {unknown('key of its record', unknown_names[0], Telling.__annotations__)}"
-            )
-        return said
+        reply: ModelReply = record()
+        known = ModelReply.__annotations__
+        for name in reply:
+            if name not in known:
+                raise ValueError(f"student {self.spec}: {unknown('key of its record', name, known)}")
+        return reply
 
 
 @dataclass(frozen=True)
 class Agent(Student):
-    """An agent by the factory that makes it."""
+    """An agent, by its factory."""
 
     module: str
     """Dotted name of the module."""
@@ -98,12 +96,11 @@ class Agent(Student):
     policy = _Policy
 
     def __str__(self) -> str:
-        options = ", ".join(f"{name}={value!r}" for name, value in self.options)
-        return f"{self.module}:{self.factory}({options})" if options else f"{self.module}:{self.factory}"
+        return call_string(f"{self.module}:{self.factory}", dict(self.options))
 
     @property
     def reads(self) -> str:
-        """`words`, unless the factory has an attribute `reads` that says otherwise."""
+        """The factory's attribute `reads`; `words` by default."""
         return getattr(self.make, "reads", "words")
 
     @property
@@ -113,7 +110,7 @@ class Agent(Student):
 
     @property
     def remembers(self) -> bool:
-        """It may: within a lifetime the agent is the same."""
+        """True: within a lifetime the agent is the same object."""
         return True
 
     @cached_property
@@ -124,7 +121,7 @@ class Agent(Student):
 
     @cached_property
     def agent(self) -> Any:
-        """The agent, made when it is first asked for."""
+        """The agent, made on first use."""
         return self.make(**dict(self.options))
 
     @cached_property
@@ -132,40 +129,31 @@ class Agent(Student):
         """`LLF`, `GYMNASIUM` or `POLICY`.
 
         Raises:
-            ValueError: the agent speaks none of them.
+            ValueError: the agent's methods fit none of them.
         """
         return protocol_of(self.agent, f"{self}")
 
 
-def is_agent(spec: Any) -> bool:
-    """Whether a spec has the form `package.module:...`."""
-    return isinstance(spec, str) and _SPEC.match(spec) is not None
-
-
-def parse_agent(spec: str) -> Agent:
-    """The agent that a spec names. This imports its module; the factory is not called yet.
+def make_agent(call: SpecCall) -> Agent:
+    """The agent that a call with a module as its prefix names. This imports the module; it does not call the factory.
 
     Raises:
-        ValueError: bad syntax, no such module or factory, or arguments that the factory does not take.
+        ValueError: there is no such module or factory, or it does not take the arguments.
     """
-    module, factory, options = import_call("student", "factory", spec)
-    make = getattr(module, factory, None)
-    if not callable(make):
+    module, factory = call.imported("student")
+    if not callable(factory):
         names = [name for name, value in vars(module).items() if callable(value) and not name.startswith("_")]
-        raise ValueError(f"student {spec!r}: {unknown(f'factory in {module.__name__}', factory, sorted(names))}")
+        raise ValueError(f"student {call.path!r}: {unknown(f'factory in {module.__name__}', call.name, sorted(names))}")
     try:
-        inspect.signature(make).bind(**options)
-    except TypeError as error:
+        call.check_arguments("student", factory)
+    except ValueError as error:
         hint = ""
-        if not options and not isinstance(make, type) and can_answer(make):
-            hint = f"; if it answers prompts, name it as 'chat:{spec.strip()}'"
-        shown = f"{factory}{inspect.signature(make)}"
-        raise ValueError(f"student {spec!r}: {shown} cannot be called so: {error}{hint}") from None
-    except ValueError:  # a builtin without a signature
-        pass
-    agent = Agent(spec.partition(":")[0].strip(), factory, tuple(options.items()))
+        if not call.arguments and not isinstance(factory, type) and can_answer(factory):
+            hint = f"; a function that answers prompts is named 'chat:{call}'"
+        raise ValueError(f"{error}{hint}") from None
+    agent = Agent(call.prefix[-1], call.name, tuple(call.arguments.items()))
     if agent.reads not in READS:
-        raise ValueError(f"student {spec!r}: reads is {agent.reads!r}; allowed: {', '.join(READS)}")
+        raise ValueError(f"student {call.path!r}: {unknown('value of reads', agent.reads, READS)}")
     return agent
 
 
@@ -173,7 +161,7 @@ def protocol_of(agent: Any, name: str) -> str:
     """The protocol that an agent's methods show.
 
     Raises:
-        ValueError: none; the message says what the methods are.
+        ValueError: the methods fit no protocol; the message shows them.
     """
     act, reset = _arguments(agent, "act"), _arguments(agent, "reset")
     if act is not None:
@@ -189,10 +177,10 @@ def protocol_of(agent: Any, name: str) -> str:
 
 
 def as_text(action: Any) -> str:
-    """An action as an answer in text mode: a text as it is, anything else as JSON."""
+    """An action as text mode takes it: a text stays, anything else becomes JSON."""
     try:
         text = action if isinstance(action, str) else json.dumps(action, default=_plain)
-    except Exception:  # a circle, a key that is no text, too deep, or what a value of a user's own raises
+    except Exception:  # a cycle, a key that is no string, too deep, or an error of a user's own value
         text = f"something of type {type(action).__name__} that is no JSON"
     return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
 

@@ -1,4 +1,4 @@
-"""The form of a chat model's answers: what it is shown as an example, and the action that is in an answer."""
+"""The form of a chat model's answers: an example for the prompt, and the action in an answer."""
 
 import json
 from typing import Any
@@ -9,20 +9,25 @@ from gymnasium import spaces
 from worlds.world import World
 
 ANSWERS = ("text", "json", "tool")
-"""What an answer can be: words behind `Response:`, a JSON object, a call of the tool `act`."""
+"""Forms of an answer: text behind `Response:`, a JSON object, a call of the tool `act`."""
 _THOUGHT = "I have not tried this yet, and want to see what it does."
 _LINES = 3  # of an example
 
 
 def example(answer: str, action: str) -> str:
-    """An answer with an action, as `written` gives it."""
+    """An example of an answer.
+
+    Args:
+        answer: its form.
+        action: the action in it, from `written`.
+    """
     if answer == "text":
         return f"Thought: {_THOUGHT}\nResponse: {action}"
     return json.dumps({"thought": _THOUGHT, "action": _value(action)}, ensure_ascii=False)
 
 
 def written(world: World[Any], rng: np.random.Generator) -> str:
-    """Some action as it is written in text mode, in words if the world has any for it."""
+    """A random action as text mode writes it, in words if the world has words for it."""
     action = world.sample_action(rng)
     if isinstance(action, str):
         return "\n".join(action.splitlines()[:_LINES])
@@ -34,7 +39,7 @@ def written(world: World[Any], rng: np.random.Generator) -> str:
     short = json.dumps(json.loads(text, parse_float=lambda digits: float(f"{float(digits):.3g}")))
     try:
         world.legal(json.loads(short))
-    except ValueError:  # rounding has left the space
+    except ValueError:  # rounded, it is outside the space
         return text
     return short
 
@@ -53,19 +58,23 @@ def schema(world: World[Any] | None) -> dict[str, Any]:
 
 
 def asking(answer: str, world: World[Any] | None) -> dict[str, Any]:
-    """What a request has to have, so that the answer has its form."""
+    """The fields of a request's body that ask for a form of answer."""
     if answer == "json":
         return {"response_format": {"type": "json_schema", "json_schema": {"name": "turn", "schema": schema(world)}}}
     if answer == "tool":
         act = {"name": "act", "description": "Take one action.", "parameters": schema(world)}
-        return {"tools": [{"type": "function", "function": act}], "tool_choice": "required"}  # some know no name here
+        return {
+            "tools": [{"type": "function", "function": act}],
+            "tool_choice": "required",
+        }  # some endpoints accept no tool's name here
     return {}
 
 
 def action_in(answer: str, text: str) -> tuple[str, str]:
-    """The action in an answer, as text for the seat, and the thought beside it. What has not the form of `answer` is
-    left as it is: the seat says whether it is an action.
-    """  # noqa: D205
+    """The action in an answer, as text for the seat, and the thought beside it.
+
+    A text of another form than `answer` is returned whole, so that the seat decides whether it is an action.
+    """
     if answer == "text":
         return text, ""
     try:

@@ -1,4 +1,4 @@
-"""A conversation with a chat model: the instruction, past turns as far as they fit, and what there is to answer."""
+"""A conversation with a chat model: the instruction, as many past turns as fit, and the current question."""
 
 import hashlib
 from collections.abc import Iterable
@@ -13,26 +13,26 @@ import numpy as np
 from llf_teacher.models.images import data_url
 from llf_teacher.students.answers import ANSWERS, action_in, asking, example, written
 from llf_teacher.students.student import state_of
-from pz_envs.answers import split_thought
+from pz_envs.answers import Parted, split_thought
 from teachers.spec import check_range
 from worlds.world import World
 
 PROMPTS = Path(__file__).with_name("prompts")
 SYSTEM, TURN = "system.j2", "turn.j2"
 Message = dict[str, Any]
-_TOKENS_PER_BYTE = 1 / 3  # until an endpoint has counted
-_SPAN = (1 / 16, 1.0)  # of what a count can be
+_TOKENS_PER_BYTE = 1 / 3  # until an endpoint gives a count
+_SPAN = (1 / 16, 1.0)  # of plausible tokens per byte
 
 
 class Question(NamedTuple):
-    """What is asked in a turn."""
+    """The question of a turn."""
 
     text: str
     image: str = ""
     """Its data URL; empty if there is none."""
 
     def then(self, later: "Question", shown: bool) -> "Question":
-        """A later question together with this one, with the later image if that is shown."""
+        """One question with a later one behind it, and the later image if that is shown."""
         text = "\n\n".join(filter(None, (self.text, later.text)))
         return Question(text, (later.image if shown else "") or self.image)
 
@@ -42,27 +42,28 @@ class Exchange(NamedTuple):
 
     asked: Question
     answered: str
-    """Without what was thought before it; empty if there was nothing else."""
+    """The answer without thoughts; may be empty."""
     call: str = ""
-    """Id of the tool's call that the answer is; empty if it is none."""
+    """Id of the tool call; empty if the answer is not one."""
 
 
 class Conversation:
-    """What a chat model is told and asked, turn by turn.
+    """The messages to a chat model, turn by turn.
 
-    `ask` gives the messages to send, `answer` takes what the model said and gives the action for the environment.
-    Thoughts between marks such as `<think>` are not sent back, and neither are empty answers. Where an observation has
-    an `image`, the question is a list of parts, the text and a PNG of it in a data URL.
+    `ask` returns the messages to send; `answer` takes the model's answer and returns the action for the environment.
+    Thoughts between marks such as `<think>` are not sent back, nor are empty answers. If an observation has an `image`,
+    the question is a list of parts: the text and the image as a PNG in a data URL.
 
     Args:
-        env: the environment, as `llf_teacher.make(..., text=True)` gives it, or a world; for an example of an answer
-            and the number of turns. None: without either.
-        history: how many past turns are sent along at most, the latest ones; the instruction always is.
-        max_prompt_tokens: cut the history to half of this when it would be more, so that the beginning of the prompt
-            stays the same for many turns and an endpoint can keep it; never the instruction. None: no limit.
-        images: how many of the latest turns are sent with their images; those before are text alone.
-        answer: `text`, `json` or `tool`; `options` has what requests need for the last two.
-        prompts: folder of templates `system.j2` and `turn.j2`; what it lacks is as by default.
+        env: an environment from `llf_teacher.make(..., text=True)`, or a world; for an example of an answer and the
+            number of turns. None: no example, no number of turns.
+        history: maximum number of past turns in a prompt, the latest; the instruction is always in it.
+        max_prompt_tokens: when a prompt would be longer, cut the history until the prompt has half this length, so that
+            the beginning of the prompt stays the same for many turns and an endpoint can cache it. The instruction is
+            never cut. None: no limit.
+        images: number of the latest turns that are sent with their images; earlier turns are sent as text.
+        answer: `text`, `json` or `tool`; `options` has the fields that a request needs for the last two.
+        prompts: folder of templates `system.j2` and `turn.j2`; a missing template is the default.
         rng: draws the action of the example.
 
     Raises:
@@ -80,7 +81,7 @@ class Conversation:
         prompts: Path | str | None = None,
         rng: np.random.Generator | None = None,
     ) -> None:
-        check_manner(history, max_prompt_tokens, answer, images)
+        check_options(history, max_prompt_tokens, answer, images)
         self._view = None if env is None else getattr(env.unwrapped, "student_view", None)
         world: World[Any] | None = env if self._view is None else self._view.session.world  # type: ignore[assignment]
         self.history, self.max_prompt_tokens, self.form, self.images = history, max_prompt_tokens, answer, images
@@ -88,41 +89,41 @@ class Conversation:
         rng = np.random.default_rng(0) if rng is None else rng
         self._example = "" if world is None else example(answer, written(world.scratch(), rng))
         self.options = asking(answer, world)
-        """More of a request's body."""
+        """Further fields of a request's body."""
         self.clear()
 
     def clear(self) -> None:
         """Forget everything."""
         self.instruction = ""
         self.thought = ""
-        """What was thought before the last answer, if that was marked."""
+        """The thoughts of the last answer, if they were marked."""
         self._turns: list[Exchange] = []
-        self._start = 0  # the first turn that is sent along
+        self._start = 0  # the first turn that is sent
         self._asked = Question("")
-        self._number = 0  # of the turn within the episode
-        self._words = ""  # the last feedback of an episode that is over
+        self._number = 0  # the turn within the episode
+        self._words = ""  # the last feedback of the episode before
         self._new = False
         self._per_byte, self._bytes = _TOKENS_PER_BYTE, 1
 
     def next_episode(self, feedback: str = "") -> None:
-        """Another episode of the same student begins, which remembers this one.
+        """Begin another episode of the same student, which remembers this one.
 
         Args:
-            feedback: the last words of the teacher, which came after the last action.
+            feedback: the teacher's feedback to the last action.
         """
         self._number, self._words, self._new = 0, feedback, True
 
     def ask(self, observation: dict[str, Any], turns_left: int | None = None) -> list[Message]:
-        """The messages to send for an observation: of the student's seat, or of the environment.
+        """The messages to send for an observation of the student's seat, or of the environment.
 
         Args:
-            observation: of this turn.
-            turns_left: turns until the episode ends, this one included; None: as the environment has it, if any.
+            observation: this turn's observation.
+            turns_left: turns until the episode ends, including this one; None: the environment's number, if any.
         """
         if turns_left is None and self._view is not None:
             turns_left = self._view.turns_left
-        if told := f"{observation['instruction']!s}":
-            self._begin(told)
+        if instruction := f"{observation['instruction']!s}":
+            self._begin(instruction)
         self._number += 1
         words = filter(None, (self._words, f"{observation['feedback']!s}"))
         text = self._turn.render(
@@ -138,13 +139,13 @@ class Conversation:
         self._bytes = _size(messages)
         return messages
 
-    def answer(self, text: str, *, call: str = "", input_tokens: int | None = None) -> str:
-        """The action in what the model said, for the environment's `step`.
+    def answer(self, text: str | Parted, *, call: str = "", input_tokens: int | None = None) -> str:
+        """The action in the model's answer, for the environment's `step`.
 
         Args:
-            text: the answer, or the arguments of the tool's call.
-            call: the call's id.
-            input_tokens: what the endpoint counted of the messages.
+            text: the answer, or the arguments of a tool call; whole, or with its thoughts split off.
+            call: id of the tool call.
+            input_tokens: the endpoint's count of tokens in the messages.
         """
         parted = split_thought(text)
         self._turns.append(Exchange(self._asked, parted.answer, call))
@@ -155,13 +156,13 @@ class Conversation:
         return action
 
     def _begin(self, instruction: str) -> None:
-        """Take in an instruction: of a first episode, or of one more."""
+        """Set the instruction of the first or of a further episode."""
         if not self._new:
             self.clear()
         self.instruction = instruction
 
     def _cut(self) -> list[Message]:
-        """The messages of a window that fits; where it does not, it begins so much later that half of it is free."""
+        """The messages that fit; if too many, the window's start moves until the messages have half the limit."""
         self._start = max(self._start, len(self._turns) - self.history)
         messages = self._messages()
         most = self.max_prompt_tokens
@@ -174,9 +175,9 @@ class Conversation:
     def _messages(self) -> list[Message]:
         rendered = self._system.render(instruction=self.instruction, example=self._example, answer=self.form)
         messages: list[Message] = [{"role": "system", "content": rendered}]
-        asked = Question("")  # what was not answered is asked together with the next
-        result = ""  # the call that the next question is the result of
-        shown = len(self._turns) + 1 - self.images  # the first turn whose image is sent along
+        asked = Question("")  # a question without an answer is sent together with the next
+        result = ""  # the tool call whose result the next question is
+        shown = len(self._turns) + 1 - self.images  # the first turn whose image is sent
         for number, turn in enumerate(self._turns[self._start :], self._start):
             asked = asked.then(turn.asked, number >= shown)
             if turn.answered:
@@ -186,7 +187,7 @@ class Conversation:
 
 
 def as_prompt(messages: Iterable[Message]) -> str:
-    """The same as one text, for who takes no messages; without images."""
+    """Messages as one text, without images."""
     return "\n\n".join(
         f"Your answer: {message['content']}" if message["role"] == "assistant" else text_of(message).strip()
         for message in messages
@@ -199,11 +200,11 @@ def text_of(message: Message) -> str:
     return "".join(part.get("text", "") for part in content) if isinstance(content, list) else f"{content or ''}"
 
 
-def check_manner(history: int, max_prompt_tokens: int | None, answer: str, images: int = 1) -> None:
+def check_options(history: int, max_prompt_tokens: int | None, answer: str, images: int = 1) -> None:
     """Check the options of a conversation.
 
     Raises:
-        ValueError: one is not allowed.
+        ValueError: an option is not allowed.
     """
     check_range("history", history, 0, 1000, int)
     check_range("images", images, 0, 1000, int)
@@ -214,10 +215,10 @@ def check_manner(history: int, max_prompt_tokens: int | None, answer: str, image
 
 
 def texts_of(prompts: Path | str | None) -> tuple[str, str]:
-    """The templates of a folder, system and turn.
+    """The templates of a folder: system and turn.
 
     Raises:
-        ValueError: there is no such folder, it has neither, or one is no template.
+        ValueError: there is no such folder, it has neither template, or a template is not valid.
     """
     names = (SYSTEM, TURN)
     folder = PROMPTS if prompts is None else Path(prompts)
@@ -229,12 +230,14 @@ def texts_of(prompts: Path | str | None) -> tuple[str, str]:
         try:
             _template(text).render(values)
         except jinja2.TemplateError as error:
-            raise ValueError(f"{folder / name} is no template: {error}; it may use {', '.join(values)}") from None
+            raise ValueError(
+                f"{folder / name} is not a valid template: {error}; allowed: {', '.join(values)}"
+            ) from None
     return texts[0], texts[1]
 
 
 def digest_of(prompts: Path | str | None) -> str:
-    """What tells prompts from others."""
+    """The first 12 digits of the SHA-256 of the templates of a folder."""
     return hashlib.sha256("\0".join(texts_of(prompts)).encode()).hexdigest()[:12]
 
 
@@ -250,12 +253,12 @@ def _template(text: str) -> jinja2.Template:
 
 
 def _questions(asked: Question, result: str) -> list[Message]:
-    """A question, or the result of a call; a result is text, so that an image comes behind it on its own."""
+    """A question, or the result of a tool call; a result must be text, so its image is a message of its own."""
     text, image = asked
     shown = {"type": "image_url", "image_url": {"url": image}}
     if result:
-        told = {"role": "tool", "tool_call_id": result, "content": text}
-        return [told, {"role": "user", "content": [shown]}] if image else [told]
+        message = {"role": "tool", "tool_call_id": result, "content": text}
+        return [message, {"role": "user", "content": [shown]}] if image else [message]
     return [{"role": "user", "content": [{"type": "text", "text": text}, shown] if image else text}]
 
 

@@ -1,4 +1,4 @@
-"""What students have in common that learn from rewards, within an episode or over many, and can be advised."""
+"""Base of students that learn from rewards, within an episode or over several, and can take advice."""
 
 from abc import abstractmethod
 from collections.abc import Collection
@@ -12,25 +12,25 @@ from teachers.spec import check_range
 
 @dataclass(frozen=True)
 class Learner(Student):
-    """Base of these students.
+    """Base of students that learn from rewards.
 
-    An advised learner takes the advised action of the turn in place of its own choice, and never one it is warned of if
-    it has another; it learns from what comes of the action, as from any other (Torrey & Taylor 2013).
+    A learner with trust takes the advised action of the turn in place of its own choice, and no action that a warning
+    names if there is another; it learns from the action's outcome as from any other (Torrey & Taylor 2013).
     """
 
     trust: float = 0.0
     """Probability of following the advice for a turn, 0 to 1; 0: it reads rewards only."""
     forget: bool = True
-    """Whether each episode starts from nothing, as it should where each is another world."""
+    """Whether each episode starts without memory, as it should if each has another world."""
 
     @property
     def reads(self) -> str:
-        """`reward`, or `advice` as well."""
+        """`reward`, or `atoms and reward` with trust."""
         return "atoms and reward" if self.trust else "reward"
 
     @property
     def remembers(self) -> bool:
-        """Unless it is to forget."""
+        """True unless it forgets."""
         return not self.forget
 
     def __post_init__(self) -> None:
@@ -43,25 +43,31 @@ L_co = TypeVar("L_co", bound=Learner, covariant=True)
 
 
 class LearnerPolicy(Policy[L_co]):
-    """Chooses, acts, learns from the reward when it is next asked or when the episode ends."""
+    """Chooses, acts, and learns from the reward in the next turn or at the end of the episode."""
 
-    _knows = False
+    _started = False
 
     def begin(self) -> None:
-        """Have done nothing in this episode; forget the others if so specified."""
-        if self.spec.forget or not self._knows:
+        """Begin an episode, without memory if the student forgets."""
+        if self.spec.forget or not self._started:
             self.clear()
-            self._knows = True
+            self._started = True
         self._turn = 0
         self._meant: Any = None
         self._acted = False
 
-    def go_on(self, turn: int, meant: Any, acted: bool) -> None:
-        """Be in the middle of an episode: after so many turns, with this in mind or None."""
+    def resume_at(self, turn: int, meant: Any, acted: bool) -> None:
+        """Continue in the middle of an episode.
+
+        Args:
+            turn: number of turns so far.
+            meant: the action that it intends; None if it has not chosen.
+            acted: whether it has acted since it last learned.
+        """
         self._turn, self._meant, self._acted = turn, meant, acted
 
     def intend(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """What it means to do now unless it is advised; asked again in the same turn it says the same."""
+        """The action that it takes without advice; the same each time within a turn."""
         if self._meant is None:
             self.see(observation)
             if self._acted:
@@ -70,7 +76,7 @@ class LearnerPolicy(Policy[L_co]):
         return self._meant
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """What it means to do, or what it is advised to."""
+        """The intended action, or the advised one."""
         action = self.intend(observation, info)
         if self.spec.trust:
             action = self._advised(action, info["atoms"])
@@ -80,14 +86,14 @@ class LearnerPolicy(Policy[L_co]):
         return action
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Learn from the last action; after a terminal state nothing more can be had."""
+        """Learn from the last action; the value of a terminal state is 0."""
         if self._acted:
             self.see(observation)
             self.learn(info["reward"], over=terminated)
             self._acted = False
 
     def _advised(self, action: Any, atoms: Collection[Any]) -> Any:
-        """The action after hearing the advice for this turn."""
+        """The action after the advice for this turn."""
         said = [atom for atom in atoms if atom.kind in (FP, FN) and atom.about_turn == self._turn]
         advice = [(atom.kind, about) for atom in said if (about := action_of(atom.claim)) is not None]
         if not advice or (self.spec.trust < 1 and self.rng.random() >= self.spec.trust):
@@ -100,24 +106,24 @@ class LearnerPolicy(Policy[L_co]):
 
     @abstractmethod
     def clear(self) -> None:
-        """Know nothing."""
+        """Forget everything."""
 
     def see(self, observation: dict[str, Any]) -> None:
-        """Look at the state; those that learn about actions alone need not."""
+        """Take in the state; learners about actions alone need not."""
 
     @abstractmethod
     def learn(self, reward: float, over: bool) -> None:
-        """Learn from the reward of the action that was taken last, given the state that was seen last.
+        """Learn from the reward of the last action, given the latest state.
 
         Args:
-            reward: the world's.
-            over: whether that state is terminal.
+            reward: the world's reward.
+            over: whether the latest state is terminal.
         """
 
     @abstractmethod
     def choose(self, wrong: Collection[Any] = ()) -> Any:
-        """The action of its own choice, other than those that it is warned of if that can be."""
+        """Its own choice of an action, other than the wrong ones if possible."""
 
     @abstractmethod
     def take(self, action: Any) -> None:
-        """Take note of the action that is being taken, its own or an advised one."""
+        """Note the action that it takes, its own or an advised one."""

@@ -1,4 +1,4 @@
-"""Reading: a student who knows the phrasebooks recognises their sentences in a text, without any atoms."""
+"""Recognition of the phrasebooks' sentences in a text, without atoms."""
 
 import itertools
 import math
@@ -18,21 +18,21 @@ class Heard(NamedTuple):
     """A recognised sentence."""
 
     claim: type[Claim[Any]]
-    """The class of claim that it words."""
+    """The class of the claim that it expresses."""
     slots: dict[str, str]
-    """The text that stands in each slot."""
+    """The text in each slot."""
     about_turn: int | None
-    """The turn that it says it is about; None if it does not say."""
+    """The turn that the sentence names; None if it names none."""
 
 
 class Reader:
     """Recognises the sentences of teachers.
 
-    A sentence is looked up in the voice that was heard last, and in the others only if it is not understood in that.
+    It looks for a sentence in the latest voice first, and in the other voices only if the latest does not have it.
 
     Args:
-        phrasebook: the words of a voice; not asked for one before it is needed.
-        voices: those that it knows.
+        phrasebook: returns the phrasebook of a voice; called when the voice is first needed.
+        voices: names of the voices.
         is_action: whether a text names an action, as an action's slot must; None: any text does.
     """
 
@@ -44,11 +44,11 @@ class Reader:
     ) -> None:
         self._phrasebook, self._is_action = phrasebook, is_action
         self._unread = list(reversed(voices))
-        self._known: list[str] = []  # the voice that was heard last comes first
+        self._known: list[str] = []  # the latest voice comes first
         self._lines: Beginnings[_Line] = Beginnings()
 
     def read(self, text: str) -> Iterator[Heard]:
-        """The sentences that are recognised, in order; what is not is skipped. It takes time linear in the text."""
+        """The recognised sentences, in order; other text is skipped. The time is linear in the text's length."""
         heard = Text(text)
         at = 0
         about: int | None = None
@@ -68,7 +68,7 @@ class Reader:
                 at += 1
 
     def _recognise(self, text: Text, at: int) -> "_Found | None":
-        """The sentence that begins here, if any, or the words that tell which turn the next one is about."""
+        """The sentence that begins here, if any, or the words that name the turn of the next sentence."""
         best: _Found | None = None
         lines = text.beginning(self._lines, at)
         tried: set[tuple[Any, ...]] = set()
@@ -81,7 +81,7 @@ class Reader:
             for line in lines:
                 what = line.claim, line.sentence
                 if line.voice == self._known[number] and what not in tried:
-                    tried.add(what)  # many voices say it alike
+                    tried.add(what)  # many voices share it
                     if place := line.sentence.match(text, at):
                         found = self._found(line, place, text, at, number * _MANY + line.number)
                         best = found if best is None else min(best, found, key=_RANK)
@@ -93,7 +93,7 @@ class Reader:
         return best
 
     def _learn(self, voice: str) -> None:
-        """Learn the sentences of a voice."""
+        """Add the sentences of a voice."""
         self._known.append(voice)
         number = itertools.count()
         for claim, templates in self._phrasebook(voice).items():
@@ -111,7 +111,7 @@ class Reader:
             doubtful = span is not None and not self._is_action(text[span])
         in_slots = sum(end - begin for begin, end in place.slots.values())
         own = place.end - at - in_slots
-        # What is doubtful should take in little; of the rest, what says most in words of its own is meant.
+        # Of doubtful readings the shortest is best; of the others, the one with most text outside slots.
         return _Found(doubtful, place.end if doubtful else -own, in_slots, rank, line, place)
 
 
@@ -126,15 +126,15 @@ class _Line(NamedTuple):
 
 
 class _Found(NamedTuple):
-    """What a sentence may be. The first four are its rank: the least is meant."""
+    """A reading of a sentence. The first four fields are its rank: the smallest is best."""
 
     doubtful: bool
-    """Whether a slot holds more than one sentence, or no action where it must."""
+    """Whether a slot holds more than one sentence, or lacks the action that it must hold."""
     size: float
     in_slots: int
     """Number of characters in slots."""
     number: int
-    """Where all else is equal, the voice that was heard later and the template that comes earlier are meant."""
+    """Order of equal readings: the later voice, then the earlier template."""
     line: _Line
     place: Place
 
@@ -145,7 +145,7 @@ _RANK = itemgetter(slice(4))
 
 @cache
 def _sentence(template: str, late: bool) -> Sentence:
-    """A template to be read, but of what is late only the words before the sentence that comes late."""
+    """The sentence of a template; of a late claim only the words before the late sentence."""
     if late:
         return Sentence(template.removesuffix("{text}").replace("{turn}", "{turn:d}"), ends=False)
     return Sentence(template)

@@ -1,7 +1,7 @@
 """Sentences of a phrasebook, found in a text in linear time.
 
-A template is read like the regular expression of lazy groups that it suggests, but without its backtracking: what
-stands between two slots of text is looked for as a whole, and what can follow a later place can follow the first, too.
+A template matches like a regular expression with a lazy group per slot, but without backtracking: the text between two
+slots is searched as a whole, and its first place counts, since whatever follows a later place can follow the first.
 """
 
 import re
@@ -17,43 +17,43 @@ _NUMBER_BEGINS = "+-0123456789in"
 _END = r"(?=\s|$)"
 _SENTENCE_END = r"[.!?:]\s++"
 _ANYTHING = re.compile(_SENTENCE_END)
-_LETTERS = 3  # of their beginnings, by which most places where no line begins are passed over
+_LETTERS = 3  # of a beginning: enough to skip most places where no line begins
 
 
 class Place(NamedTuple):
-    """Where a sentence stands in a text."""
+    """The place of a sentence in a text."""
 
     end: int
     slots: dict[str, tuple[int, int]]
-    """Where the text of each slot begins and ends."""
+    """Start and end of the text in each slot."""
 
 
 class _Chunk:
-    """What stands between two slots of text: words, and slots of numbers."""
+    """The part of a template between two slots of text: words, and slots of numbers."""
 
     def __init__(self, pattern: str) -> None:
         self._pattern = pattern
 
     @cached_property
     def plain(self) -> re.Pattern[str]:
-        """The chunk."""
+        """The pattern of the chunk."""
         return re.compile(self._pattern)
 
     @cached_property
     def quoted(self) -> re.Pattern[str]:
-        """The chunk behind a quotation mark."""
+        """The pattern of the chunk behind a quotation mark."""
         return re.compile(f'"{self._pattern}')
 
 
 class Sentence:
-    """A template, as what it makes is found in a text.
+    """Finds the sentences of a template in a text.
 
-    A slot of text that opens with a quotation mark closes with one, if it can, whatever sentences are in it. A slot
-    that comes twice must read the same.
+    A slot of text that opens with a quotation mark closes with one, if possible, whatever sentences it holds. A slot
+    that occurs twice must have the same text.
 
     Args:
-        template: the template, with something between any two slots of text.
-        ends: whether space, or the end of the text, must follow.
+        template: the template, with some text between any two slots of text.
+        ends: whether a space or the end of the text must follow.
     """
 
     def __init__(self, template: str, *, ends: bool = True) -> None:
@@ -76,10 +76,10 @@ class Sentence:
         self._first, *self._rest = map(_Chunk, parts)
         literal, _, spec, _ = fields[0]
         self.beginnings = tuple(_NUMBER_BEGINS) if spec and not literal else (literal,)
-        """It begins with one of these."""
+        """The possible beginnings of the sentence."""
 
     def match(self, text: "Text", at: int) -> Place | None:
-        """The sentence, if it begins here."""
+        """The place of the sentence, if it begins here."""
         head = self._first.plain.match(text.text, at)
         if head is None:
             return None
@@ -116,7 +116,7 @@ class Sentence:
 
 
 class _Line(Protocol):
-    """Something with a sentence."""
+    """An object with a sentence."""
 
     @property
     def sentence(self) -> Sentence: ...
@@ -126,11 +126,11 @@ LineT = TypeVar("LineT", bound=_Line)
 
 
 class Beginnings(Generic[LineT]):
-    """Lines by the words that they begin with, letter by letter."""
+    """Lines by their beginnings, letter by letter."""
 
     def __init__(self) -> None:
         self.root: dict[str, Any] = {}
-        """Per letter what goes on with it, and under the empty string the lines that are complete."""
+        """A tree: per letter its continuations, and under the empty string the complete lines."""
         self.size = 0
         self._short: dict[str, list[LineT]] = {}
         self._behind: dict[tuple[int, frozenset[str]], re.Pattern[str]] = {}
@@ -146,7 +146,7 @@ class Beginnings(Generic[LineT]):
         self.size += 1
 
     def behind_an_end(self, hopeless: set[Sentence]) -> re.Pattern[str]:
-        """The end of a sentence, behind which a line may begin that is not hopeless."""
+        """The pattern of a sentence's end behind which a line may begin that is not hopeless."""
         dead = frozenset(
             beginning for beginning, lines in self._short.items() if all(line.sentence in hopeless for line in lines)
         )
@@ -155,7 +155,7 @@ class Beginnings(Generic[LineT]):
         return self._behind[key]
 
     def of(self, text: str) -> list[LineT]:
-        """The lines with whose words the text begins."""
+        """The lines whose beginnings the text has."""
         node = self.root
         found: list[LineT] = node.get("", [])
         for letter in text:
@@ -165,7 +165,7 @@ class Beginnings(Generic[LineT]):
 
 
 def _first_letters(node: dict[str, Any], dead: frozenset[str], said: str = "") -> str:
-    """What matches the first letters of all lines, but for short beginnings that are dead."""
+    """The pattern of the first letters of all lines, except dead short beginnings."""
     if len(said) == _LETTERS or ("" in node and said not in dead):
         return ""
     ways = [re.escape(letter) + _first_letters(node[letter], dead, said + letter) for letter in node if letter]
@@ -173,12 +173,12 @@ def _first_letters(node: dict[str, Any], dead: frozenset[str], said: str = "") -
 
 
 class Text:
-    """A text that is read from its beginning to its end, with what was found on the way."""
+    """A text that is read from beginning to end, with a memory of what was found."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.hopeless: set[Sentence] = set()
-        """Sentences that cannot begin any more: what must follow in them does not."""
+        """Sentences that cannot occur in the rest: a part of them does not occur any more."""
         self._known: dict[tuple[re.Pattern[str], Hashable], tuple[int, re.Match[str] | None]] = {}
         self._behind = -1, _ANYTHING
         self._left: dict[int, tuple[int, list[Any]]] = {}
@@ -191,19 +191,19 @@ class Text:
         return [end.start() for end in re.finditer(r"[.!?:]\s", self.text)]
 
     def has_end(self, span: tuple[int, int]) -> bool:
-        """Whether a part of the text holds the end of a sentence, and more."""
+        """Whether a part of the text holds the end of a sentence and more text."""
         i = bisect_left(self._ends, span[0])
         return i < len(self._ends) and self._ends[i] + 2 <= span[1]
 
     def find(self, pattern: re.Pattern[str], at: int, way: Hashable = None) -> re.Match[str] | None:
-        """The first place of a pattern from here on; those who go forwards on a way of their own search but once."""
+        """The first place of a pattern from here on; the results are kept per `way`, which only moves forwards."""
         since, found = self._known.get((pattern, way), (len(self.text) + 1, None))
         if since > at or (found is not None and found.start() < at):
             since, found = self._known[pattern, way] = at, pattern.search(self.text, at)
         return found
 
     def next(self, lines: Beginnings[LineT] | None, at: int) -> int:
-        """Behind the next end of a sentence, where one of the lines can begin; anything can if there are none."""
+        """The place behind the next end of a sentence where a line can begin; without lines, behind any end."""
         pattern = _ANYTHING
         if lines:
             if len(self.hopeless) != self._behind[0]:

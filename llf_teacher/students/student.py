@@ -1,7 +1,7 @@
 """Students: policies for the student's seat, named by spec strings such as `q_learning(alpha=0.5)`.
 
 A student is a frozen dataclass in a module of its name under `llf_teacher/students/builtin/`; a `Policy` beside it
-plays. A policy knows the rules of the world (spaces, words), never its state, and reads what it says it reads.
+plays. A policy has the rules of the world (spaces, words), never its state, and gets the information in `reads`.
 """
 
 from abc import ABC, abstractmethod
@@ -19,23 +19,23 @@ from worlds.world import World
 
 READS = ("nothing", "reward", "words", "atoms", "atoms and reward", "truth")
 TAUGHT = ("words", "atoms", "atoms and reward")
-"""What a student reads whom a teacher can reach."""
+"""Values of `reads` of students that feedback can change."""
 
 
-class Telling(TypedDict, total=False):
-    """What a model said in a turn and what that cost, as a record keeps it; all of it may be lacking."""
+class ModelReply(TypedDict, total=False):
+    """A model's answer in a turn and its cost, as a record keeps them; every key is optional."""
 
     answer: str
-    """Its words, without thoughts."""
+    """The answer, without thoughts."""
     thought: str
-    """What it thought before, where that was marked or given apart."""
+    """The thoughts before it, if they were marked or in a field of their own."""
     finish: str
-    """Why it ended: `length` if it had not come to its end."""
+    """Why the answer ended: `length` if it is incomplete."""
     input_tokens: int
     output_tokens: int
     usd: float
     seconds: float
-    """From asking to having the answer."""
+    """Time from the request to the reply."""
 
 
 S_co = TypeVar("S_co", bound="Student", covariant=True)
@@ -47,7 +47,7 @@ class Policy(ABC, Generic[S_co]):
     Args:
         spec: the student, for its parameters.
         family: the family of the environment.
-        world: a scratch world of the environment's class and options, for its rules; it knows no episode.
+        world: a scratch world of the environment's class and options, for its rules; it has no episode.
     """
 
     def __init__(self, spec: S_co, family: Subject, world: World[Any]) -> None:
@@ -59,10 +59,10 @@ class Policy(ABC, Generic[S_co]):
 
     @property
     def action_count(self) -> int:
-        """How many actions there are.
+        """The number of actions.
 
         Raises:
-            ValueError: they are not finitely many.
+            ValueError: the action space is not discrete.
         """
         space = self.world.action_space
         if not isinstance(space, spaces.Discrete):
@@ -74,7 +74,7 @@ class Policy(ABC, Generic[S_co]):
         """The box of the actions.
 
         Raises:
-            ValueError: they are no points of a box.
+            ValueError: the action space is not a box.
         """
         space = self.world.action_space
         if not isinstance(space, spaces.Box):
@@ -87,16 +87,16 @@ class Policy(ABC, Generic[S_co]):
         self.begin()
 
     def begin(self) -> None:
-        """Set up what is to be remembered within the episode."""
+        """Set up the memory of an episode."""
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Take the end of an episode to heart, before the next one; arguments as in `act`.
+        """Learn from the end of an episode, before the next one; arguments as of `act`.
 
-        It is called where a student has more than one episode.
+        It is called if a student has more than one episode.
         """
 
-    def record(self) -> Telling:
-        """What the last action cost, of a student that asks a model; of others nothing."""
+    def record(self) -> ModelReply:
+        """The answer and the cost of the last action, of a student that asks a model; empty of other students."""
         return {}
 
     @abstractmethod
@@ -104,28 +104,28 @@ class Policy(ABC, Generic[S_co]):
         """The next action.
 
         Args:
-            observation: what the student's seat observes: `state` (or `observation`), `instruction`, `feedback`.
-            info: what `entitled` gives.
+            observation: of the student's seat: `state` (or `observation`), `instruction`, `feedback`.
+            info: from `entitled`.
         """
 
 
 class Student(Spec, ABC):
     """Base of all students: a frozen value that makes a `Policy` for a seat."""
 
-    shelf: ClassVar[str] = builtin.__name__
+    package: ClassVar[str] = builtin.__name__
     policy: ClassVar[type[Policy[Any]]]
-    """What it is in a seat."""
+    """Its policy in a seat."""
     suits: ClassVar[type[Learning] | None] = None
-    """What it can learn from rewards alone; the fields of that are parameters of the student."""
+    """The class of learning from rewards alone that it does, whose fields are parameters of the student."""
     batch: ClassVar[str] = ""
-    """Its seats in arrays: a class of the module of its name in `llf_teacher.students.batches`; empty: it has none."""
+    """Its policy in arrays: a class of the module of its name in `llf_teacher.students.batches`; empty: none."""
 
-    # A subclass sets these, as in `reads = "words"`, or works them out of its parameters, as a property.
+    # A subclass sets these, as in `reads = "words"`, or computes them from its parameters, as a property.
 
     @property
     @abstractmethod
     def reads(self) -> str:
-        """What it learns from, one of `READS`; reports show it."""
+        """The information that it learns from, one of `READS`; reports show it."""
 
     @property
     def text(self) -> bool:
@@ -134,7 +134,7 @@ class Student(Spec, ABC):
 
     @property
     def remembers(self) -> bool:
-        """Whether its policy may know in an episode what it learnt in those before."""
+        """Whether its policy can use in an episode what it learned in earlier episodes."""
         return False
 
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
@@ -142,7 +142,7 @@ class Student(Spec, ABC):
         return self.policy(self, family, world.scratch())
 
     def check(self, environment: Mapping[str, str]) -> None:
-        """Make sure, before a study begins, that it can play here; a student that needs nothing always can.
+        """Check, before a study begins, that it can play here. By default it always can.
 
         Raises:
             ValueError: a setting is missing or not allowed.
@@ -150,17 +150,17 @@ class Student(Spec, ABC):
         """
 
     def facts(self) -> dict[str, Any]:
-        """What a study's manifest has to say of it beside its spec, as JSON values."""
+        """Entries for a study's manifest, as JSON values."""
         return {}
 
 
 def state_of(observation: dict[str, Any]) -> Any:
-    """The world's part of an observation, whichever adapter it came through."""
+    """The world's part of an observation, of the seat or of an adapter."""
     return observation["state"] if "state" in observation else observation["observation"]
 
 
 def frozen(value: Any) -> Any:
-    """A hashable stand-in that is equal for equal observations or actions."""
+    """A hashable value that is equal for equal observations or actions."""
     if isinstance(value, dict):
         return tuple((key, frozen(item)) for key, item in value.items())
     if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""What students have in common that hold a conversation with a chat model, or with a function that stands for one."""
+"""Base of students that talk to a chat model, or to a function in place of one."""
 
 from abc import abstractmethod
 from typing import Any, TypeVar
@@ -17,25 +17,25 @@ class TalkingPolicy(Policy[S_co]):
 
     @property
     def talk(self) -> Conversation:
-        """The conversation, made when it is first asked for."""
+        """The conversation, made on first use."""
         if self._talk is None:
             self._talk = self.converse()
         return self._talk
 
     def begin(self) -> None:
-        """Have said nothing, unless the episode before was the same student's."""
+        """Begin an empty conversation, unless the same student goes on from an earlier episode."""
         if not self._goes_on:
             self._talk = None
         self._opening, self._goes_on = True, False
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> str:
-        """What is answered; the seat finds the action in it."""
+        """The answer; the seat finds the action in it."""
         seen = observation if self._opening else {**observation, "instruction": ""}
         self._opening = False
         return self.reply(self.talk.ask(seen, info.get("turns_left")))
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Remember the episode in the next one."""
+        """Keep the conversation for the next episode."""
         self.talk.next_episode(f"{observation['feedback']!s}")
         self._goes_on = True
 
@@ -45,4 +45,4 @@ class TalkingPolicy(Policy[S_co]):
 
     @abstractmethod
     def reply(self, messages: list[Message]) -> str:
-        """Send messages, tell `talk` the answer, and return the action."""
+        """Send messages, pass the answer to `talk.answer`, and return the action."""

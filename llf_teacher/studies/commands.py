@@ -30,7 +30,8 @@ def transcript(
     """Print an episode turn by turn: what was seen, said and done; a false claim is marked by `!`."""
     from llf_teacher.studies import load
 
-    typer.echo(escape_control_chars(load(store).transcript(key)))
+    with load(store) as results:
+        typer.echo(escape_control_chars(results.transcript(key)))
 
 
 def figures(
@@ -45,7 +46,8 @@ def figures(
     """Write each figure of the report as SVG and PDF that stand alone, with its data as CSV."""
     from llf_teacher.studies import load, load_study
 
-    files = load(store).figures(folder, load_study(study) if study else None)
+    with load(store) as results:
+        files = results.figures(folder, load_study(study) if study else None)
     typer.echo(f"{len(files)} files, stored in {folder}.")
 
 

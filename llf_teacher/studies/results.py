@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from html import escape
 from pathlib import Path
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
 from llf_teacher.serialization import to_json, write_json_lines
@@ -25,7 +25,7 @@ Columns = Mapping[str, Any]
 
 
 class Results:
-    """The episodes of a store, which is read and never written.
+    """The episodes of a store, which is read and never written; as a context, it closes the file.
 
     Args:
         path: the file.
@@ -39,6 +39,16 @@ class Results:
         if not self.path.is_file():
             raise StoreError(f"there is no file {path}; give a store that `llf study run` made")
         self._store = Store(self.path)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._store.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     @property
     def episodes(self) -> Any:

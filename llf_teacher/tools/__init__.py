@@ -1,1 +1,1 @@
-"""What is made of teachers and studies besides: audits, benchmarks, golden transcripts, tables for documents."""
+"""Tools: audits, benchmarks, films, golden transcripts, and tables and pages for the documents."""

@@ -1,4 +1,4 @@
-"""The audit: everything that a teacher says, checked against the simulator."""
+"""The audit: check every claim of a teacher against the simulator."""
 
 import itertools
 from collections import Counter
@@ -23,12 +23,12 @@ from teachers.voice import Change
 from worlds.world import World
 
 STUDENTS = ("random", "obedient", *(f"wayward(habit={habit!r})" for habit in HABITS))
-"""Who is taught in an audit: one who errs, one who does as told, and those who do what nobody expects."""
+"""Specs of the students in an audit: random actions, advised actions, and unusual habits."""
 _EXAMPLES = 5
 
 
 class Finding(NamedTuple):
-    """Something that was said and should not have been, with where to find it."""
+    """A false claim or a leak, with the place where it occurred."""
 
     what: str
     """`false` or `leak`."""
@@ -37,45 +37,45 @@ class Finding(NamedTuple):
     student: str
     instruction_type: str
     options: dict[str, Any]
-    """The world's options that were drawn, and those of its reset."""
+    """Options of the world that were drawn, and those of its reset."""
     seed: int
     turn: int
 
 
 @dataclass
 class Audit:
-    """What was found of one teacher in one environment."""
+    """The result for one teacher in one environment."""
 
     id: str
     teacher: str
-    """Its spec, or its type."""
+    """Its spec, or the name of its class."""
     honest: bool
     """Whether it promises to tell the truth."""
     episodes: int = 0
     turns: int = 0
-    """Turns of students."""
+    """Number of the students' turns."""
     words: int = 0
-    """Words of feedback."""
+    """Number of words of feedback."""
     claims: Counter[tuple[FeedbackType | None, Label]] = field(default_factory=Counter)
-    """Number of claims by kind, None for an instruction's and for notices, and by label. Text without claims counts as
-    one that is `unchecked`, of no kind.
+    """Number of claims by kind and label; the kind is None for instructions and notices. Feedback without claims counts
+    as one `unchecked` claim of kind None.
     """
     withheld: Counter[FeedbackType | None] = field(default_factory=Counter)
-    """Number of claims that the oracle offered and the personality never passed on, by kind."""
+    """Number of claims of the oracle that the personality did not make, by kind."""
     students: Counter[str] = field(default_factory=Counter)
-    """Number of claims that were made to each student, by its spec."""
+    """Number of claims made to each student, by its spec."""
     falsehoods: Counter[str] = field(default_factory=Counter)
-    """Number of them that do not hold."""
+    """Number of false claims made to each student, by its spec."""
     leaks: int = 0
-    """Claims of a kind that was not asked for, advised actions of a personality that may tell none, and actions in a
-    basic instruction, which is to leave them to be found.
+    """Number of leaks: claims of a kind that was not asked for, advised actions by a personality that may not reveal
+    them, and actions in a basic instruction.
     """
     examples: list[Finding] = field(default_factory=list)
     """The first falsehoods and leaks."""
     changes: int = 0
-    """Sentences whose numbers or names a rewriting voice changed. The claims are checked as they were made."""
+    """Number of sentences in which a rewriting voice changed a number or a name."""
     changed: list[Change] = field(default_factory=list)
-    """The first of them."""
+    """The first changes."""
 
     def count(self, *labels: Label) -> int:
         """Number of claims with one of these labels."""
@@ -93,11 +93,11 @@ class Audit:
 
     @property
     def caught(self) -> bool:
-        """Whether it broke a promise: an honest one said what is false, or anyone leaked."""
+        """Whether there are leaks, or false claims by a teacher that promises honesty."""
         return self.leaks > 0 or (self.honest and self.count(Label.DISTORTED) > 0)
 
     def as_dict(self) -> dict[str, Any]:
-        """The findings as JSON values."""
+        """The result as JSON values."""
         claims: dict[str, dict[str, int]] = {}
         for (kind, label), number in sorted(self.claims.items(), key=lambda each: (each[0][0] or "", each[0][1])):
             claims.setdefault(kind or "none", {})[label] = number
@@ -134,21 +134,20 @@ def audit(
     progress: Callable[[int], None] | None = None,
     **settings: Any,
 ) -> Audit:
-    """Let students be taught, and check every claim by its `holds`.
+    """Play students with a teacher, and check each claim by its `holds`.
 
-    Every other episode is one of a world whose options are drawn, as far as they are not given; see
-    `World.draw_options`.
+    In every other episode, the options of the world that are not given are drawn; see `World.draw_options`.
 
     Args:
         id: an id of `llf_teacher.ids()`, or a `Lesson`.
-        teacher: a spec string, a `Personality`, or any policy for the teacher's seat. What it promises is read off its
-            attributes `honest` and `reveals`, as personalities have them; one without is to be honest.
-        turns: turns of students, shared equally by all combinations of student and instruction type.
+        teacher: a spec string, a `Personality`, or any policy for the teacher's seat. Its attributes `honest` and
+            `reveals` state what it promises, as those of personalities do; both are True where they are missing.
+        turns: number of turns, shared equally by all combinations of student and instruction type.
         students: specs of students.
-        instruction_types: which instructions are given; None: all that the environment supports.
-        feedback_type: what is asked for.
+        instruction_types: types of instruction to use; None for all that the environment supports.
+        feedback_type: the feedback that is asked for.
         progress: called with the number of turns so far.
-        settings: others of `StudentEnv`, and the world's options.
+        settings: other settings of `StudentEnv`, and options of the world.
 
     Raises:
         ValueError: an argument is not supported.
@@ -189,26 +188,26 @@ def audit(
 
 
 class _Episode(NamedTuple):
-    """What is watched."""
+    """The settings of an episode."""
 
     instruction_type: str
     seed: int
     turns: int
-    """At most."""
+    """Most turns of the episode."""
     options: dict[str, Any]
-    """Those of the world that differ from its environment's."""
+    """Options of the world that differ from those of the environment."""
     reset: dict[str, Any]
 
 
 def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: np.random.Generator) -> _Episode:
-    """The episode with other options than the world's, but for those that are given."""
+    """The episode with drawn options of the world, except for those that are given."""
     drawn = world.draw_options(rng).items()
     options = {name: value for name, value in drawn if name not in given and value != world.options[name]}
     return episode._replace(options=options, reset=world.draw_reset(rng))
 
 
 def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode) -> None:
-    """Add an episode, or what is wanted of it, to the findings."""
+    """Play an episode and add what it shows to the result."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
     reveals = getattr(promise, "reveals", True)

@@ -1,6 +1,7 @@
-"""Films: an episode as frames, and frames as a file."""
+"""Films: play an episode as frames, and save frames as an animation or a video."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -14,19 +15,19 @@ from worlds.pictures.canvas import Frame
 __all__ = ["SUFFIXES", "check_path", "film", "save"]
 
 SUFFIXES = (".gif", ".webp", ".mp4")
-"""What a film's file can be."""
+"""Endings of the names of films."""
 _COLOURS = 128
-_FPS = 10  # of a video, which shows each frame for a while
+_FPS = 10  # of a video, which repeats each frame
 
 
 def film(id: str, *, student: str, seed: int, **settings: Any) -> list[Frame]:
-    """A frame of each turn of an episode, the opening first, each after the teacher has spoken.
+    """A frame for the opening and for each turn of an episode, each after the feedback.
 
     Args:
         id: an environment.
-        student: the spec of who plays.
-        seed: of the episode.
-        settings: those of `StudentEnv`: `teacher`, `feedback_type`, `theme`, `privileged_info`, ...
+        student: the spec of the student.
+        seed: the seed of the episode.
+        settings: settings of `StudentEnv`: `teacher`, `feedback_type`, `theme`, `privileged_info`, ...
     """
     player = parse_student(student)
     env = StudentEnv(id, text=player.text, render_mode="rgb_array", **settings)
@@ -36,14 +37,14 @@ def film(id: str, *, student: str, seed: int, **settings: Any) -> list[Frame]:
 
 
 def check_path(path: Path) -> None:
-    """Make sure, before anything is played, that a film can be written.
+    """Check, before an episode is played, that a film can be written.
 
     Raises:
-        ValueError: the name has an unknown ending.
-        ModuleNotFoundError: it is to be an mp4, and its encoder is not installed.
+        ValueError: the name does not end in one of `SUFFIXES`.
+        ModuleNotFoundError: the encoder for mp4 is not installed.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"a film is named as one of *{', *'.join(SUFFIXES)}, got {path.name!r}")
+        raise ValueError(f"a film's name must end in one of {', '.join(SUFFIXES)}, got {path.name!r}")
     if path.suffix.lower() == ".mp4":
         try:
             import imageio_ffmpeg  # noqa: F401
@@ -56,12 +57,12 @@ def check_path(path: Path) -> None:
 
 
 def save(frames: Sequence[Frame], path: Path, seconds: float = 1.5) -> None:
-    """Write frames as an animation that begins anew when it is over, or as a video.
+    """Write frames as an animation that repeats, or as a video.
 
     Args:
-        frames: at least one, all of the same size.
-        path: where to; see `SUFFIXES`.
-        seconds: how long each is shown, the last one twice as long.
+        frames: at least one frame; all have the same size.
+        path: the file to write; see `SUFFIXES`.
+        seconds: time for which each frame is shown; the last one is shown twice as long.
 
     Raises:
         ValueError, ModuleNotFoundError: as `check_path`.
@@ -81,12 +82,12 @@ def save(frames: Sequence[Frame], path: Path, seconds: float = 1.5) -> None:
         duration=[round(1000 * each) for each in times],
         loop=0,
         lossless=True,  # of a webp
-        optimize=False,  # so that all frames keep one palette, and what does not change is left out
+        optimize=False,  # keeps one palette for all frames, so that only changes are stored
     )
 
 
 def _indexed(images: Sequence[Image.Image]) -> list[Image.Image]:
-    """Images of one palette, that of all of them together."""
+    """The images with one common palette."""
     width, height = images[0].size
     whole = Image.new("RGB", (width, height * len(images)))
     for i, image in enumerate(images):
@@ -99,9 +100,8 @@ def _video(frames: Sequence[Frame], path: Path, times: Sequence[float]) -> None:
     import imageio_ffmpeg
 
     height, width, _ = frames[0].shape
-    writer = imageio_ffmpeg.write_frames(f"{path}", (width, height), fps=_FPS)
-    writer.send(None)
-    for frame, each in zip(frames, times, strict=True):
-        for _ in range(max(round(each * _FPS), 1)):
-            writer.send(frame.tobytes())
-    writer.close()
+    with closing(imageio_ffmpeg.write_frames(f"{path}", (width, height), fps=_FPS)) as writer:
+        writer.send(None)
+        for frame, each in zip(frames, times, strict=True):
+            for _ in range(max(round(each * _FPS), 1)):
+                writer.send(frame.tobytes())

@@ -1,4 +1,4 @@
-"""Golden transcripts: readable records of one short episode an environment, which tests replay."""
+"""Golden transcripts: for each environment a readable record of a short episode, which the tests replay."""
 
 import dataclasses
 from pathlib import Path
@@ -17,9 +17,9 @@ SEED, TURNS = 7, 6
 
 
 def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
-    """An episode as text: a student that obeys every second turn, a teacher that says everything.
+    """An episode as text: the student follows the plan in every second turn, the teacher gives all feedback.
 
-    The instruction is complete (`c`), so that its claims are in the record, too.
+    The instruction is complete (`c`), so that the record has its claims, too.
     """
     env = make(id, instruction_type="c", max_turns=turns)
     session = env.session

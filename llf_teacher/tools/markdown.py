@@ -1,4 +1,4 @@
-"""Markdown: tables, and text that is shown as it is."""
+"""Markdown: tables and escaped text."""
 
 import re
 from collections.abc import Iterable
@@ -9,14 +9,14 @@ _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|])")
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table, which ends with a line break; cells are Markdown of one line."""
+    """A table with a line break at its end; cells are Markdown, put into one line."""
     head = tuple(head)
     lines = [head, tuple("---" for _ in head), *(tuple(row) for row in rows)]
     return "".join(f"| {' | '.join(_cell(cell) for cell in line)} |\n" for line in lines)
 
 
 def escape(text: str) -> str:
-    """A text whose characters mean nothing, in one line; what it has between backticks stays code."""
+    """The text in one line, with special characters escaped; code between backticks stays code."""
     parts = re.split(r"(`[^`]+`)", " ".join(text.split()))
     return "".join(part if part[:1] == "`" and len(part) > 1 else _SPECIAL.sub(r"\\\1", part) for part in parts)
 

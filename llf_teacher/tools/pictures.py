@@ -1,4 +1,4 @@
-"""Pictures of a few episodes: for the tests, by a hash that small differences leave as it is, and for the documents."""
+"""Pictures of a few episodes, for the documents and, as hashes that ignore small differences, for the tests."""
 
 import contextlib
 import time
@@ -21,7 +21,7 @@ _SEED, _TURNS = 7, 5
 
 
 def sample(environment: str, *, theme: str = "light", privileged: bool = True) -> Frame:
-    """A frame of a student who is at its fifth turn: it has done well, but for the first and the third one."""
+    """A frame of the fifth turn; the first and the third action are random, the others follow the plan."""
     env = StudentEnv(
         f"{PREFIX}{environment}", render_mode="rgb_array", privileged_info=privileged, theme=theme, paraphrase=0
     )
@@ -39,23 +39,23 @@ def sample(environment: str, *, theme: str = "light", privileged: bool = True) -
 
 
 def dhash(frame: Frame) -> str:
-    """64 bits in hexadecimal: whether each of 8 x 8 parts of a picture is darker than its neighbour to the right."""
+    """A hash of 64 bits, in hexadecimal: whether each of 8 x 8 parts is darker than its neighbour to the right."""
     small = np.asarray(Image.fromarray(frame).convert("L").resize((9, 8), Image.Resampling.BOX), float)
     bits = (small[:, 1:] > small[:, :-1]).ravel()
     return f"{int(''.join('01'[bit] for bit in bits.astype(int)), 2):016x}"
 
 
 def write(folder: Path, which: Collection[str] = ()) -> Path:
-    """Write the hashes of a frame of each family's first showcase, or of those among the given ids.
+    """Write the hash of a frame of each family's first showcase, or only of those among the given ids.
 
-    What is not asked for, or cannot be drawn here, keeps the hash that it has.
+    The hashes of other families, and of those that cannot be drawn on this machine, do not change.
     """
     path = folder / GOLDEN
     hashes = tomllib.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     shown = [family.showcase[0] for family in all_families() if not family.missing()]
     for environment in shown:
         if not which or f"{PREFIX}{environment}" in which:
-            with contextlib.suppress(RuntimeError):  # of a simulator without OpenGL
+            with contextlib.suppress(RuntimeError):  # a simulator without OpenGL
                 hashes[environment] = dhash(sample(environment))
     lines = [f'"{environment}" = "{hashes[environment]}"\n' for environment in shown if environment in hashes]
     path.write_text("".join(lines), encoding="utf-8")
@@ -63,7 +63,7 @@ def write(folder: Path, which: Collection[str] = ()) -> Path:
 
 
 def contact_sheet(path: Path | str, columns: int = 2, share: float = 0.75) -> None:
-    """Write a frame of each family's first showcase, light and dark by turns, at a share of its size.
+    """Write a sheet with a frame of each family's first showcase, by turns light and dark, scaled by `share`.
 
     Raises:
         RuntimeError: a simulator has no OpenGL.
@@ -81,7 +81,7 @@ def contact_sheet(path: Path | str, columns: int = 2, share: float = 0.75) -> No
 
 
 def frame_rate(environment: str, frames: int = 40) -> float:
-    """Privileged frames a second of a processor's time, each of another turn; the middle one of so many."""
+    """Privileged frames per second of CPU time, by the median of `frames` frames, each of another turn."""
     env = StudentEnv(f"{PREFIX}{environment}", render_mode="rgb_array", privileged_info=True)
     env.reset(seed=_SEED)
     rng = np.random.default_rng(_SEED)

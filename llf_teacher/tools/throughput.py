@@ -1,4 +1,4 @@
-"""Throughput: lessons in arrays, in a second of the processor, beside Gymnasium's own CartPole in arrays."""
+"""Throughput of lessons in arrays, beside that of Gymnasium's CartPole in arrays."""
 
 import time
 import tracemalloc
@@ -20,37 +20,36 @@ STUDENT = "q_learning(forget=False, trust=1.0, optimism=0.0, epsilon=0.1)"
 EPISODES = 30
 _HORIZONS = 12
 _ENDLESS = 1_000_000
-_ROUND = 50  # steps whose actions are kept at once
+_ROUND = 50  # steps whose actions are drawn at once
 
 
 class Kind(NamedTuple):
-    """What is measured in a row of the table."""
+    """A row of the table."""
 
     name: str
     make: Callable[..., VectorEnv[Any, Any, Any]]
-    """Makes it of a number of rows, and other options."""
+    """Makes the environment from the number of its rows and other options."""
     horizon: int
-    """Steps after which each row has begun again, at the latest."""
+    """Number of steps in which each row is reset at least once."""
     horizons: int
-    """How many of them are played."""
+    """Number of horizons that are played."""
     anew: dict[str, Any] | None
-    """Options with which each world is drawn anew, if that is not always so."""
+    """Options that draw each world anew; None if that is always done."""
     endless: dict[str, Any]
-    """Options with which no episode ends."""
+    """Options under which no episode ends."""
 
 
-def throughput(rows: int = 4096, horizons: int = _HORIZONS, progress: Callable[[str], Any] | None = None) -> Table:
-    """Steps per second of the processor in one run, in millions, with fresh random actions.
+def throughput(progress: Callable[[str], object], rows: int = 4096, horizons: int = _HORIZONS) -> Table:
+    """A table of steps per second of CPU time, in millions, with fresh random actions.
 
-    Autoresets at the family's own horizon are included, `steps alone` has none, and `resets alone` has nothing else.
-    `anew` draws each world anew where others come from a pool; `pool s` is what that takes to be made, once. `kB` is
-    the memory of a row, its share of the pool included.
+    `M/s` includes autoresets at the family's own horizon, `steps alone` has no resets, `resets alone` has no steps.
+    `anew` draws each world anew instead of from a pool, and `pool s` is the time to make the pool, in seconds. `kB` is
+    the memory of a row, with its share of the pool.
     """
     names = ("M/s", "steps alone", "resets alone", "anew", "pool s", "kB")
     table = Table("environment", *names, title=f"{rows} rows", title_justify="left", box=None, padding=(0, 2, 0, 0))
     for kind in _kinds(horizons):
-        if progress:
-            progress(kind.name)
+        progress(kind.name)
         env = kind.make(rows)
         env.reset(seed=0)
         begin = time.process_time()
@@ -65,7 +64,7 @@ def throughput(rows: int = 4096, horizons: int = _HORIZONS, progress: Callable[[
 
 
 def _kinds(horizons: int) -> Iterable[Kind]:
-    """CartPole, and both seats of all families that can be played in arrays."""
+    """CartPole, and both seats of all families that support arrays."""
     yield Kind("CartPole-v1", _cartpole, 30, horizons, None, {})
     for family in all_families():
         if not family.world_batch:
@@ -92,14 +91,14 @@ def _teacher(id: str) -> Callable[..., VectorEnv[Any, Any, Any]]:
 
 
 def _rate(env: VectorEnv[Any, Any, Any], steps: int) -> str:
-    """Steps of all rows in a second, in millions; actions are drawn before."""
+    """Steps of all rows per second, in millions; drawing the actions is not timed."""
     env.reset(seed=0)
     env.reset()
     env.step(next(_fresh(env)))
     fresh = _fresh(env)
     spent, done = 0.0, 0
     while done < steps:
-        actions = list(islice(fresh, min(_ROUND, steps - done)))  # none is played twice
+        actions = list(islice(fresh, min(_ROUND, steps - done)))  # no action is played twice
         begin = time.process_time()
         for each in actions:
             env.step(each)
@@ -109,7 +108,7 @@ def _rate(env: VectorEnv[Any, Any, Any], steps: int) -> str:
 
 
 def _fresh(env: VectorEnv[Any, Any, Any]) -> "Iterator[np.ndarray[Any, Any]]":
-    """Random actions for all rows, again and again."""
+    """Random actions for all rows, without end."""
     rng, space = np.random.default_rng(0), env.single_action_space
     while True:
         if isinstance(space, spaces.Discrete):
@@ -120,7 +119,7 @@ def _fresh(env: VectorEnv[Any, Any, Any]) -> "Iterator[np.ndarray[Any, Any]]":
 
 
 def _resets(env: VectorEnv[Any, Any, Any]) -> str:
-    """Resets of all rows in a second, in millions."""
+    """Resets of all rows per second, in millions."""
     begin = time.process_time()
     for _ in range(_HORIZONS):
         env.reset()
@@ -128,7 +127,7 @@ def _resets(env: VectorEnv[Any, Any, Any]) -> str:
 
 
 def _memory(kind: Kind, rows: int) -> float:
-    """Thousands of bytes a row that an environment holds once it is in use."""
+    """Memory of an environment in use, in thousands of bytes per row."""
     tracemalloc.start()
     try:
         env = kind.make(rows)

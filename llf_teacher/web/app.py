@@ -2,8 +2,9 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import AsyncIterator, Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, asynccontextmanager
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -63,7 +64,9 @@ def make_app(
     Raises:
         StoreError: a store is none.
     """
-    return _Pages(terms, [load(path).path for path in stores]).app(names, key)
+    for path in stores:
+        load(path).close()  # raises the error if there is no store
+    return _Pages(terms, stores).app(names, key)
 
 
 class _Pages:
@@ -102,7 +105,16 @@ class _Pages:
             Mount("/static", StaticFiles(directory=_STATIC)),
         ]
         handlers: Any = {ValueError: _refused, HTTPException: _refused, Exception: _broken}
-        return Guard(Starlette(routes=routes, exception_handlers=handlers), names, key)
+        return Guard(Starlette(routes=routes, exception_handlers=handlers, lifespan=self._lifespan), names, key)
+
+    @asynccontextmanager
+    async def _lifespan(self, app: Starlette) -> AsyncIterator[None]:
+        """Close the stores and end the thread when the server stops."""
+        with ExitStack() as held:
+            for store in self._stores:
+                held.callback(store.close)
+            held.callback(self._thread.shutdown)
+            yield
 
     async def _do(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
         """Call a function in the thread of lessons."""

@@ -44,7 +44,8 @@ def _write_store(path: Path, record: Record, film: object) -> None:
 def _write_chat(path: Path, record: Record, film: object) -> None:
     whole = path.with_name("episode.db")
     _write_store(whole, record, film)
-    write_export(load(whole), path, "chat")
+    with load(whole) as results:
+        write_export(results, path, "chat")
 
 
 def _write_film(path: Path, record: Record, film: Callable[[], list[Frame]]) -> None:

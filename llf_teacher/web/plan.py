@@ -15,7 +15,7 @@ from llf_teacher.studies.definition.custom_specs import teacher_spec
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.personality import parse_personality
 from teachers.session import is_count
-from teachers.spec import unknown
+from teachers.spec import parse_call, unknown
 
 SEATS = {"student": STUDENT, "teacher": TEACHER, "watch": WATCHER}
 """Where one can sit, by the words of the page."""
@@ -133,12 +133,10 @@ _FIELDS = {
 
 
 def _student(spec: str) -> str:
-    parsed = STUDENTS.parse(spec)
-    if len(parsed) != 1:
-        raise ValueError(f"{spec!r} names {len(parsed)} students; choose one")
-    if parsed[0].name not in students():
-        raise ValueError(unknown("student of this page", parsed[0].name, students()))
-    return str(parsed[0])
+    call = parse_call("student", spec, STUDENTS.expected)
+    if call.name not in students():
+        raise ValueError(unknown("student of this page", call.name, students()))
+    return str(STUDENTS.make(call))
 
 
 def _number(name: str, value: Any, low: int, high: int) -> int | None:

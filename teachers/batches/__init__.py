@@ -1,4 +1,4 @@
-"""What oracles say of many worlds at once, in arrays. A family's is in the module of its name."""
+"""Oracles for many worlds at once, in arrays. A family's is in the module of its name."""
 
 from abc import ABC, abstractmethod
 from typing import Any, Generic, NamedTuple
@@ -13,10 +13,10 @@ __all__ = ["Moments", "OracleBatch", "Said", "subset"]
 
 
 class Moments(NamedTuple, Generic[StateT]):
-    """Turns as teachers see them, a row each: `teachers.atoms.Moment` in arrays."""
+    """Moments in arrays, one row each; see `teachers.atoms.Moment`."""
 
     before: StateT
-    """The worlds' state before the actions; that of an opening, whose turn is 0, has no meaning."""
+    """The worlds' state before the actions; undefined at an opening, where the turn is 0."""
     action: npt.NDArray[Any]
     reward: Floats
     after: StateT
@@ -26,22 +26,22 @@ class Moments(NamedTuple, Generic[StateT]):
 
 
 class Said(NamedTuple):
-    """What there is to say of a moment, a row each."""
+    """What there is to say of moments, one row each."""
 
     kinds: npt.NDArray[np.uint8]
-    """The kinds of the claims, as a subset's number: bit i for kind i."""
+    """The kinds of the claims, of shape (rows,): bit i for kind i."""
     advised: npt.NDArray[Any]
-    """The action that is advised (fp); without meaning where none is."""
+    """The advised action (fp); undefined where there is none."""
     warned: npt.NDArray[Any]
-    """The action that is warned of (fn); without meaning where none is."""
+    """The action of the warning (fn); undefined where there is none."""
 
 
 class OracleBatch(ABC, Generic[StateT]):
-    """States in arrays what a family's oracle states claims of; of one kind there is at most one about an action.
+    """A family's oracle in arrays; of each kind it states at most one claim about an action.
 
     Args:
-        oracle: one for the worlds of the batch.
-        worlds: what it looks at.
+        oracle: an oracle for the worlds of the batch.
+        worlds: the worlds that it judges.
     """
 
     def __init__(self, oracle: Oracle[Any, Any], worlds: WorldBatch[Any, StateT]) -> None:
@@ -49,19 +49,19 @@ class OracleBatch(ABC, Generic[StateT]):
 
     @abstractmethod
     def judge(self, moments: Moments[StateT]) -> Said:
-        """All that is true and worth saying: `Oracle.judge`."""
+        """All claims that are true and worth saying, as `Oracle.judge`."""
 
     def values(self, state: StateT) -> Floats:
-        """Value per discrete action, of shape (rows, actions): `Oracle.values`; importance and regret follow."""
+        """Value per discrete action, of shape (rows, actions), as `Oracle.values`; importance and regret follow."""
         raise RefusalError(f"{type(self).__name__} gives no values")
 
-    def way(self, state: StateT, n: int) -> Ints:
-        """How many actions `Oracle.plan` has."""
-        raise RefusalError(f"{type(self).__name__} plans nothing")
+    def plan_length(self, state: StateT, n: int) -> Ints:
+        """The number of actions in `Oracle.plan`, of shape (rows,)."""
+        raise RefusalError(f"{type(self).__name__} has no plan")
 
 
 def subset(r: Bools, hp: Bools, hn: Bools, fp: Bools, fn: Bools) -> npt.NDArray[np.uint8]:
-    """The number of the subset of kinds that are true, a row each."""
+    """The kinds that are true as bits, of shape (rows,): bit i for kind i."""
     total = np.zeros(len(r), np.uint8)
     for bit, said in enumerate((r, hp, hn, fp, fn)):
         total |= said.view(np.uint8) << np.uint8(bit)

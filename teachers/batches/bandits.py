@@ -11,7 +11,7 @@ class BanditOracleBatch(OracleBatch[State]):
     """Judges pulls by the arms' expected rewards."""
 
     def judge(self, moments: Moments[State]) -> Said:
-        """Whether it was a best arm; the first best one, and one in turns of those that are not."""
+        """Judge the arm; advise the first best one; warn of the others in turn."""
         _, action, _, after, _, turn, over = moments
         best, acted, goes_on = chosen(after.best, action), turn > 0, ~over
         poor = after.best.shape[1] - np.count_nonzero(after.best, axis=1)
@@ -23,6 +23,6 @@ class BanditOracleBatch(OracleBatch[State]):
         """Expected reward per arm."""
         return state.means
 
-    def way(self, state: State, n: int) -> Ints:
+    def plan_length(self, state: State, n: int) -> Ints:
         """A best arm, again and again."""
         return np.full(len(state.means), n)

@@ -1,4 +1,4 @@
-"""The gridworld's oracle in arrays: all that it says of a room follows from the room's compass."""
+"""The gridworld's oracle in arrays: all claims about a room follow from the room's compass."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ class GridworldOracleBatch(OracleBatch[State]):
     worlds: GridworldBatch
 
     def judge(self, moments: Moments[State]) -> Said:
-        """Whether the move led nearer; the first way that does, and one in turns of those that do not."""
+        """Judge the move; advise the first direction that leads nearer; warn of the others in turn."""
         before, action, _, after, _, turn, over = moments
         compass = self.worlds.houses.compass
         acted = turn > 0
@@ -40,7 +40,7 @@ class GridworldOracleBatch(OracleBatch[State]):
         values[state.found] = 0.0
         return values
 
-    def way(self, state: State, n: int) -> Ints:
+    def plan_length(self, state: State, n: int) -> Ints:
         """Moves to the treasure."""
         moves = np.minimum(self.worlds.houses.distance.take(state.place), n)
         moves[state.found] = 0

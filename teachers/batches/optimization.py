@@ -1,11 +1,10 @@
-"""The oracle of losses in arrays. What it says follows the same steps as in `teachers.oracles.optimization`."""
+"""The oracle of losses in arrays, in the same steps as in `teachers.oracles.optimization`."""
 
 import numpy as np
 
 from teachers.batches import Moments, OracleBatch, Said, subset
 from teachers.oracles.optimization import BEHIND, CLOSE, ENOUGH, SHARES, SHORT
-from teachers.oracles.optimization.checks import between, corners_of
-from teachers.oracles.optimization.claims import FARTHER
+from teachers.oracles.optimization.claims import FARTHER, between, corners_of
 from worlds.batches import Bools, Floats
 from worlds.batches.optimization import Landscapes, OptimizationBatch, Points, State
 from worlds.optimization import TOLERANCE, Optimization
@@ -16,12 +15,12 @@ _POWERS = 10.0 ** np.maximum(np.arange(-_EXACT, _EXACT + 1), 0)  # a table, as n
 
 
 class OptimizationOracleBatch(OracleBatch[State]):
-    """Judges proposals by what the loss did, and advises points whose loss it has looked up."""
+    """Judges proposals by the change of the loss, and advises points whose loss it has computed."""
 
     worlds: OptimizationBatch
 
     def judge(self, moments: Moments[State]) -> Said:
-        """Whether the loss fell, as a whole or by one coordinate; a better point, and a worse one."""
+        """Judge the change of the loss, as a whole and by coordinate; advise a better point; warn of a worse one."""
         _, _, _, after, _, turn, over = moments
         landscapes = self.worlds.landscapes(after)
         praise, blame = self._verdicts(moments, landscapes)
@@ -34,43 +33,43 @@ class OptimizationOracleBatch(OracleBatch[State]):
         return Said(kinds, np.where(good[:, None], np.stack(advised, 1), after.x), np.stack(warned, 1))
 
     def _verdicts(self, moments: Moments[State], landscapes: Landscapes) -> tuple[Bools, Bools]:
-        """Where there is something good to say of a proposal, and where something bad."""
+        """The rows of which a proposal deserves praise, and those of which one deserves blame."""
         start, before, after = _points(moments.before.x), moments.before.y, moments.after.y
         end = _points(moments.action)
         changed = _differ(before, after) & ~moments.success
         praise, blame = moments.success | (changed & (after < before)), changed & (after >= before)
         for alone in ((end[0], start[1]), (start[0], end[1])):
             loss = landscapes.value(alone)
-            told = _differ(before, loss) & ((alone[0] != start[0]) | (alone[1] != start[1]))
-            praise = praise | (told & (loss < before))
-            blame = blame | (told & (loss >= before))
+            judged = _differ(before, loss) & ((alone[0] != start[0]) | (alone[1] != start[1]))
+            praise = praise | (judged & (loss < before))
+            blame = blame | (judged & (loss >= before))
         return praise, blame
 
     def _steps(self, x: Points, y: Floats, landscapes: Landscapes, rows: np.ndarray) -> tuple[Bools, Points]:
-        """Where there is a point to advise, of these rows, and which."""
+        """The rows, of `rows`, with a point to advise, and the points."""
         found = np.zeros(len(y), bool)
         advised = x[0].copy(), x[1].copy()
         minimum = self.worlds.world.minimum
 
-        def tell(rows: np.ndarray, point: Points, tells: Bools) -> np.ndarray:
-            """Advise the points that are to be told; the rows that are left."""
-            told = rows[tells]
-            found[told] = True
+        def advise(rows: np.ndarray, point: Points, fits: Bools) -> np.ndarray:
+            """Advise the points that fit; return the other rows."""
+            fitting = rows[fits]
+            found[fitting] = True
             for coordinate, values in zip(advised, point, strict=True):
-                coordinate[told] = values[tells]
-            return rows[~tells]
+                coordinate[fitting] = values[fits]
+            return rows[~fits]
 
         here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
         step = _newton(there.gradient(here), there.hessian(here))
         point, able = self._short(here, (here[0] + step[0], here[1] + step[1]), there)
-        rows = tell(rows, point, able & (there.value(point) - minimum <= ENOUGH * (now - minimum)))
+        rows = advise(rows, point, able & (there.value(point) - minimum <= ENOUGH * (now - minimum)))
         for share in SHARES:
             if not len(rows):
                 break
             here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
             point, able = self._short(here, between(here, there.nearest(here)[0], share), there)
             loss = there.value(point)
-            rows = tell(rows, point, able & (loss < now) & _differ(loss, now))
+            rows = advise(rows, point, able & (loss < now) & _differ(loss, now))
         if len(rows):  # a ridge has to be crossed, behind which the minimiser lies
             here, now, there = _at(x, rows), y[rows], landscapes.at(rows)
             point, able = self._short(here, between(here, there.nearest(here)[0], SHORT), there)
@@ -79,11 +78,11 @@ class OptimizationOracleBatch(OracleBatch[State]):
                 farther = between(here, point, 1 + i / FARTHER / 4)
                 inside = _contains(self.worlds.world, farther)
                 behind |= inside & (there.value(farther) < now)
-            tell(rows, point, able & behind)
+            advise(rows, point, able & behind)
         return found, advised
 
     def _short(self, x: Points, point: Points, landscapes: Landscapes) -> tuple[Points, Bools]:
-        """The points, in the domain, or ones no closer to a minimiser than a tenth of the way; where there are any."""
+        """The points in the domain, at least a tenth of the way away from a minimiser; the rows that have one."""
         world = self.worlds.world
         point = moved_inside(world, point)
         minimiser, distance = landscapes.nearest(point)
@@ -98,7 +97,7 @@ class OptimizationOracleBatch(OracleBatch[State]):
     def _warnings(
         self, x: Points, y: Floats, landscapes: Landscapes, good: Bools, advised: Points, turn: np.ndarray, may: Bools
     ) -> tuple[Bools, Points]:
-        """Where there is a point to warn of, and which: opposite to the advised one, or a corner."""
+        """The rows with a point to warn of, and the points: opposite to the advised one, or a corner."""
         world = self.worlds.world
         corners = np.array(corners_of(world))
         warned = x[0].copy(), x[1].copy()
@@ -111,10 +110,10 @@ class OptimizationOracleBatch(OracleBatch[State]):
             corner = corners[(turn[left] + i) % len(corners)]
             point = _at(opposite, left) if i < 0 else (corner[:, 0], corner[:, 1])
             loss = landscapes.at(left).value(point)
-            tells = (loss > y[left]) & _differ(loss, y[left])
-            found[left[tells]] = True
+            fits = (loss > y[left]) & _differ(loss, y[left])
+            found[left[fits]] = True
             for coordinate, values in zip(warned, point, strict=True):
-                coordinate[left[tells]] = values[tells]
+                coordinate[left[fits]] = values[fits]
         return found, warned
 
 
@@ -133,7 +132,7 @@ def six_digits(x: Floats) -> Floats:
     up, down = _POWERS[_EXACT + place], _POWERS[_EXACT - place]
     scaled = x * up / down
     rounded: Floats = np.rint(scaled) / up * down
-    # What lies between two of these numbers, but for what the product lost, is left to the exact way.
+    # Numbers halfway between two of these, within the rounding of the product, are formatted exactly.
     doubtful = (np.abs(scaled - np.floor(scaled) - 0.5) < _TIE) | (np.abs(digits) > _EXACT)
     for i in np.flatnonzero(doubtful).tolist():
         rounded[i] = float(f"{x[i]:.6g}")
@@ -152,7 +151,7 @@ def _newton(gradient: tuple[Floats, Floats], hessian: tuple[Floats, Floats, Floa
 
 
 def _differ(a: Floats, b: Floats) -> Bools:
-    """Where two losses differ in the six digits that phrases tell."""
+    """Where two losses differ in the six digits that phrases show."""
     apart: Bools = np.abs(a - b) > 1e-5 * np.maximum(np.abs(a), np.abs(b))
     return apart
 

@@ -1,4 +1,4 @@
-"""The bandits' oracle: it knows what each arm pays on average."""
+"""The bandits' oracle: it judges arms by what they pay on average."""
 
 from collections.abc import Sequence, Set
 
@@ -33,7 +33,7 @@ class Answer(Claim[Truth, Bandit]):
 
 @claim
 class _Tried(Verdict[Truth, Bandit], ActionClaim[Truth, Bandit]):
-    """What an arm is worth that somebody pulled before."""
+    """Base of verdicts on an arm that the oracle tried."""
 
     action: int
     mean: float
@@ -77,7 +77,7 @@ class Solution(ActionClaim[Truth, Bandit]):
 
 @claim
 class _Pulled(Verdict[Truth, Bandit], ActionClaim[Truth, Bandit]):
-    """What the arm is worth that was pulled."""
+    """Base of verdicts on the arm that was pulled."""
 
     action: int
 
@@ -190,7 +190,7 @@ class BanditOracle(Oracle[Truth, Bandit]):
     max_importance = 200.0
 
     def start(self, truth: Truth) -> None:
-        """Sort the arms into best and poor ones, and make the claims about each once."""
+        """Sort the arms into best and poor ones, and make the claims about each."""
         self._best = truth.best
         self._poor = tuple(arm for arm in range(len(truth.means)) if arm not in self._best)
         self._pulled = tuple(
@@ -204,7 +204,7 @@ class BanditOracle(Oracle[Truth, Bandit]):
         return Goal(arms=arms), Answer(last=arms - 1)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """Poor arms with what they pay on average; one of them at most where there are two."""
+        """At most two poor arms with what they pay on average."""
         tries = rng.permutation(self._poor)[:_TRIES].tolist()
         return tuple(TriedPoor(action=arm, mean=round(truth.means[arm], 3)) for arm in tries)
 
@@ -227,11 +227,11 @@ class BanditOracle(Oracle[Truth, Bandit]):
         return truth.means
 
     def idle(self, truth: Truth) -> float:
-        """The best expected reward less what is paid where no arm is pulled."""
+        """The best expected reward minus that of a turn without a pull: 0, or the worst arm's if lower."""
         return max(truth.means) - min(0.0, *truth.means)
 
     def importance(self, truth: Truth) -> float:
-        """Best expected reward less the worst."""
+        """Best expected reward minus the worst."""
         return max(truth.means) - min(truth.means)
 
     def plan(self, truth: Truth, n: int) -> tuple[int, ...]:

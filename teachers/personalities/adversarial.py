@@ -1,4 +1,4 @@
-"""adversarial(budget): a few tips that are as bad as can be, among true ones."""
+"""adversarial(budget): a few tips that are as bad as possible, among true ones."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +9,7 @@ from teachers.spec import Count
 
 
 class _Adversary(Stage["Adversarial"]):
-    """Counts tips, and what was at stake."""
+    """Counts false tips, and sums what was at stake."""
 
     def begin(self) -> None:
         self._left = self.spec.budget
@@ -18,7 +18,7 @@ class _Adversary(Stage["Adversarial"]):
     def speak(self, claims: Claims, view: View) -> Claims:
         importance = view.importance()
         self._seen, self._total = self._seen + 1, self._total + importance
-        if importance * self._seen < self._total * (1 - 1e-9):  # but for rounding
+        if importance * self._seen < self._total * (1 - 1e-9):  # within rounding
             return claims
         return [self._worst(claim, view) if claim.kind is FP and self._left else claim for claim in claims]
 
@@ -34,7 +34,7 @@ class _Adversary(Stage["Adversarial"]):
 class Adversarial(Personality):
     """Replaces advice (fp) by false advice of the action that loses most, when no less is at stake than on average.
 
-    The budget counts claims of an episode. An advice that has no false counterpart about an action is passed on.
+    The budget counts claims of an episode. Advice without a false counterpart about an action passes.
     """
 
     budget: Count = 3

@@ -10,7 +10,7 @@ from teachers.spec import Range
 
 
 class _Delay(Stage["Delayed"]):
-    """Keeps the claims that are under way."""
+    """Keeps the claims that are still to be said."""
 
     def begin(self) -> None:
         self._queue: deque[Claims] = deque()
@@ -23,10 +23,10 @@ class _Delay(Stage["Delayed"]):
 
 @dataclass(frozen=True)
 class Delayed(Personality):
-    """Says at each turn what it would have said some turns ago; what is not yet said at the end is lost."""
+    """Says each claim some turns late; what is left at the end of the episode is lost."""
 
     turns: Annotated[int, Range(0, 10_000)] = 1
-    """How late a claim is, at least 0."""
+    """The delay in turns, at least 0."""
 
     source = "TAMER: Knox & Stone 2009"
     stage = _Delay

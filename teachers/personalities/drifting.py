@@ -7,7 +7,7 @@ from teachers.spec import Count
 
 
 class _Drift(Stage["Drifting"]):
-    """Holds the other one."""
+    """Keeps the other personality's stage."""
 
     def begin(self) -> None:
         self._other = parse_personality(self.spec.to).start(self.rng)
@@ -18,7 +18,7 @@ class _Drift(Stage["Drifting"]):
 
 @dataclass(frozen=True)
 class Drifting(Personality):
-    """Passes everything on in its first turns, and then does what another personality does that begins only now."""
+    """Passes on every claim in its first turns, then acts as another personality that starts at that turn."""
 
     after: Count = 10
     """The first turn of the other personality, at least 0."""
@@ -37,17 +37,17 @@ class Drifting(Personality):
             same = False
         if not same:
             raise ValueError(
-                f"to must be a spec, or a personality that one can name, got {to!r}; "
+                f"to must be a spec, or a personality that has one, got {to!r}; "
                 "put it into a module of its name under teachers/personalities/"
             )
         object.__setattr__(self, "to", str(to))
 
     @property
     def needs(self) -> frozenset[str]:
-        """What the other one needs."""
+        """What the other personality needs."""
         return parse_personality(self.to).needs
 
     @property
     def honest(self) -> bool:
-        """If the other one is."""
+        """Whether the other personality is."""
         return parse_personality(self.to).honest

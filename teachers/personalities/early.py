@@ -10,14 +10,14 @@ E = TypeVar("E", bound="Early")
 
 
 class Advising(Stage[E]):
-    """Counts turns of advice."""
+    """Counts the turns in which something is said."""
 
     def begin(self) -> None:
-        """Nothing is spent."""
+        """Start with the whole budget."""
         self._left = self.spec.budget
 
     def speak(self, claims: Claims, view: View) -> Claims:
-        """Everything, as long as the budget lasts."""
+        """All claims in turns that are worth it, while the budget lasts."""
         if not claims or not self._left or not self.wants(view):
             return ()
         self._left -= 1

@@ -6,5 +6,5 @@ from teachers.personality import Claims, View, personality
 
 @personality()
 def encouraging(claims: Claims, view: View) -> Claims:
-    """Says the same claims, praise (hp) first; the truth stays the same."""
+    """Says the same claims, praise (hp) first."""
     return sorted(claims, key=lambda claim: claim.kind is not HP)

@@ -10,7 +10,7 @@ from teachers.spec import Count
 
 
 class _Summary(Stage["EndOfEpisode"]):
-    """Keeps what is to be said."""
+    """Keeps the claims, and what was at stake."""
 
     def begin(self) -> None:
         self._kept: list[tuple[float, int, Claim[Any]]] = []
@@ -29,9 +29,9 @@ class _Summary(Stage["EndOfEpisode"]):
 
 @dataclass(frozen=True)
 class EndOfEpisode(Personality):
-    """Says nothing until the episode is over, and then the claims about the turns in which most was at stake.
+    """Says nothing until the episode is over, then the claims about the turns with most at stake.
 
-    Of turns with as much at stake the later ones are preferred. A student who leaves before the end hears nothing.
+    Of turns with equal stakes the later ones are preferred. A student that leaves before the end gets no feedback.
     """
 
     top_k: Count = 5

@@ -10,7 +10,7 @@ from teachers.view import HINDSIGHT
 
 
 class _Comparison(Stage["Equal"]):
-    """Keeps the scale."""
+    """Keeps the running mean of what was at stake."""
 
     def begin(self) -> None:
         self._turns, self._total = 0, 0.0
@@ -32,9 +32,10 @@ class _Comparison(Stage["Equal"]):
 
 @dataclass(frozen=True)
 class Equal(Personality):
-    """Compares the last action with the best other one, and finds them equal within the margin; other claims pass.
+    """Replaces verdicts on the last action by "no difference" if the best other action is within a margin of it.
 
-    The margin is eps times the running mean of what was at stake. Tied actions are equal under any margin above 0.
+    The margin is eps times the running mean of what was at stake. Other claims pass. Tied
+    actions are equal under any margin above 0.
     """
 
     eps: Share = 0.1
@@ -45,4 +46,4 @@ class Equal(Personality):
     stage = _Comparison
 
 
-_BELOW = 1 - 1e-9  # what equals the margin but for rounding is not below it
+_BELOW = 1 - 1e-9  # equal within rounding is not below

@@ -17,10 +17,10 @@ def feature_noise(
     low: Share = 0.0,
     high: Annotated[float, Range("low", 1)] = 0.5,
 ) -> Claims:
-    """Errs in each claim with a probability that the state has once and for all, spread evenly from `low` to `high`.
+    """Errs in each claim with a probability that is fixed for each state, uniform from `low` to `high`.
 
-    The state is the one in which the action was or will be taken that the claim is about; its feature is a hash. A
-    claim to be replaced that has no plausible false counterpart is withheld.
+    The state is that before the action that the claim is about; its feature is a hash. A claim to be replaced that has
+    no plausible false counterpart is withheld.
     """
     said = []
     for claim, draw in zip(claims, rng.random(len(claims)).tolist(), strict=True):

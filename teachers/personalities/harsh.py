@@ -6,5 +6,5 @@ from teachers.personality import Claims, View, personality
 
 @personality(reveals=False)
 def harsh(claims: Claims, view: View) -> Claims:
-    """Says blame (hn) only; it is deserved."""
+    """Says blame (hn) only, which is true."""
     return [claim for claim in claims if claim.kind is HN]

@@ -9,7 +9,7 @@ from teachers.spec import Range
 
 
 class _Ladder(Stage["Hinter"]):
-    """Keeps the rung."""
+    """Keeps the rung of the ladder."""
 
     def begin(self) -> None:
         self._level = self.spec.level
@@ -23,10 +23,10 @@ class _Ladder(Stage["Hinter"]):
 
 @dataclass(frozen=True)
 class Hinter(Personality):
-    """Says of each advice (fp) only what its rung of the ladder tells: what the advice implies, the vaguest first.
+    """Replaces each advice (fp) by a coarser claim that it implies, by its rung on a ladder, the vaguest first.
 
-    It climbs a rung after each bad action and returns to the first rung of its own after a good one. An advice that has
-    no vaguer forms is replaced by "there is something good to be done" on the first rung of all.
+    It climbs a rung after each bad action, and returns to rung `level` after a good one. Advice without coarser claims
+    is replaced by "there is something good to be done" on rung 0.
     """
 
     level: Annotated[int, Range(0, 100)] = 0

@@ -9,7 +9,7 @@ from teachers.spec import Range
 
 
 class Weighing(Advising["Importance"]):
-    """Counts turns of advice."""
+    """Counts the turns in which something is said."""
 
     def wants(self, view: View) -> bool:
         """Whether much is at stake in the next action."""
@@ -18,7 +18,7 @@ class Weighing(Advising["Importance"]):
 
 @dataclass(frozen=True)
 class Importance(Early):
-    """Speaks iff the best action is worth more than the worst by the threshold, and there is budget left.
+    """Speaks iff the best action is worth at least the threshold more than the worst, and budget is left.
 
     The budget counts turns of an episode in which something is said; the threshold is in units of the oracle's values.
     """

@@ -12,7 +12,7 @@ def inconsistent(
 ) -> Claims:
     """Says each claim with probability `likelihood`, and then the true one with probability `consistency`.
 
-    A claim to be turned into a false one that has no plausible counterpart is withheld.
+    A claim to be replaced that has no plausible false counterpart is withheld.
     """
     said = []
     for claim, (speaks, errs) in zip(claims, rng.random((len(claims), 2)).tolist(), strict=True):

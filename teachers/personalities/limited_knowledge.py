@@ -1,4 +1,4 @@
-"""limited_knowledge(fraction): knows only part of the states, and is silent about the others."""
+"""limited_knowledge(fraction): speaks only of a part of the states."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from teachers.spec import Share
 
 
 class _Knowledge(Stage["LimitedKnowledge"]):
-    """Knows the states whose fingerprints, as shares of a circle, lie in an arc."""
+    """Keeps the arc in which the fingerprints of known states lie, as shares of a circle."""
 
     def begin(self) -> None:
         self._start = float(self.rng.random())
@@ -22,13 +22,13 @@ class _Knowledge(Stage["LimitedKnowledge"]):
 
 @dataclass(frozen=True)
 class LimitedKnowledge(Personality):
-    """Says a claim iff it knows the state in which the action was or will be taken that the claim is about.
+    """Says a claim iff the state before the action that the claim is about is a known one.
 
-    Which states it knows is drawn when an episode begins. Rewards (r) are there for everybody to see.
+    The known states are drawn when an episode begins. Rewards (r) are always said.
     """
 
     fraction: Share = 0.5
-    """Share of the states that it knows, 0 to 1."""
+    """Share of the states that are known, 0 to 1."""
 
     source = "Bignold et al. 2021; Fachantidis et al. 2019"
     stage = _Knowledge

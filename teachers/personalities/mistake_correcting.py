@@ -6,11 +6,11 @@ from teachers.personalities.importance import Importance, Weighing
 from teachers.personality import View
 
 TOLERANCE = 1e-9
-"""Value that an optimal action may lose, for rounding."""
+"""Value that an optimal action may lose by rounding."""
 
 
 class _Correcting(Weighing):
-    """Counts turns of advice."""
+    """Counts the turns in which something is said."""
 
     def wants(self, view: View) -> bool:
         acted = view.moment.action is not None
@@ -22,7 +22,7 @@ class MistakeCorrecting(Importance):
     """Speaks iff much was at stake in the last action and it was not optimal; tied actions are all optimal.
 
     In the source the student announces its action and may be corrected before it acts; in our seats it has acted. A
-    turn without an action is a mistake. Finding out that there was one costs no budget, as in `importance`.
+    turn without an action is a mistake. Turns without a mistake cost no budget.
     """
 
     needs = frozenset(("importance", "regret"))

@@ -1,4 +1,4 @@
-"""noisy(beta): judges by chance, the more surely the more an action's value differs from its rival's."""
+"""noisy(beta): praises or blames by chance, with odds by the difference between an action's value and its rival's."""
 
 import math
 from typing import Annotated
@@ -18,8 +18,8 @@ def noisy(
     """Calls the last action good with the probability that Bradley and Terry's model gives it over its rival.
 
     That is 1 / (1 + exp(-beta (v - w))) with v the action's value and w the greatest of those that differ from it; an
-    action without such a rival is good. Beta, the rationality, is 0 to judge by a coin, and great to judge by the
-    values. Verdicts (hp, hn) are turned round where the draw says otherwise; other claims pass.
+    action without such a rival is good. Beta is the rationality: with 0 the verdict is a coin flip, with a large beta
+    it follows the values. Verdicts (hp, hn) that differ from the draw are reversed; other claims pass.
     """
     draw, values = rng.random(), view.past_values()
     if values is None:

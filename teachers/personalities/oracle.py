@@ -5,5 +5,5 @@ from teachers.personality import Claims, View, personality
 
 @personality(source="LLF-Bench's `a`", transparent=True)
 def oracle(claims: Claims, view: View) -> Claims:
-    """Passes every claim on."""
+    """Passes on every claim."""
     return claims

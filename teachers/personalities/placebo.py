@@ -1,6 +1,6 @@
 """placebo: true but useless text, matched in length to what the oracle would have said.
 
-A control: what a student gains from it, it gains from being spoken to at all (arXiv 2606.30774).
+A control: it measures the gain from hearing any text at all (arXiv 2606.30774).
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from teachers.personality import Claims, Personality, Stage, View
 
 
 class _Truisms(Stage["Placebo"]):
-    """Carries over how many words it is behind the oracle."""
+    """Counts by how many words it is behind the oracle."""
 
     def begin(self) -> None:
         self._owed = 0.0
@@ -24,7 +24,7 @@ class _Truisms(Stage["Placebo"]):
         for claim in claims:
             self._owed += view.words(claim)
             nearest = sorted(self._lengths, key=lambda each: abs(each[1] - self._owed))
-            fact, words = nearest[self.rng.integers(2)]  # not always the same sentence
+            fact, words = nearest[self.rng.integers(2)]  # so that sentences vary
             self._owed -= words
             said.append(Truism(kind=claim.kind, fact=fact))
         return said
@@ -32,7 +32,7 @@ class _Truisms(Stage["Placebo"]):
 
 @dataclass(frozen=True)
 class Placebo(Personality):
-    """Replaces each claim by a general truth of the same kind and, on average over a few turns, the same length."""
+    """Replaces each claim by a truism of the same kind and, on average over a few turns, the same length."""
 
     source = "arXiv 2606.30774"
     reveals = False

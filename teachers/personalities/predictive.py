@@ -10,7 +10,7 @@ from teachers.personality import Claims, View
 
 
 class _Expecting(Weighing):
-    """Counts what the student does where."""
+    """Counts the student's actions by state."""
 
     def begin(self) -> None:
         super().begin()
@@ -35,10 +35,10 @@ class _Expecting(Weighing):
 
 @dataclass(frozen=True)
 class Predictive(Importance):
-    """Speaks iff much is at stake in the next action and the one that it expects is not optimal.
+    """Speaks iff much is at stake in the next action and the expected action is not optimal.
 
-    It expects what the student did most often in this state, or where it has not been, most often of all; of equally
-    frequent actions the one taken first. Before the first action it expects nothing and is silent.
+    The expected action is the student's most frequent one in this state, or, in a new state, in all states; of equally
+    frequent actions, the first. Before the first action none is expected, and it is silent.
     """
 
     needs = frozenset(("importance", "regret"))

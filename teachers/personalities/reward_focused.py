@@ -14,8 +14,7 @@ def reward_focused(
 ) -> Claims:
     """Withholds praise (hp) with probability `plus` and blame (hn) with probability `minus`, drawn once a turn.
 
-    These are mu+ and mu- in the source. What its silence means depends on them, which a student can learn. Other claims
-    pass.
+    These are mu+ and mu- in the source. They decide what silence means, which a student can learn. Other claims pass.
     """
     return some_verdicts(claims, rng, plus, minus)
 

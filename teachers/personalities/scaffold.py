@@ -9,7 +9,7 @@ from teachers.spec import Share
 
 
 class _Help(Stage["Scaffold"]):
-    """Keeps how much help is needed."""
+    """Keeps the amount of help."""
 
     def begin(self) -> None:
         self._help = 1.0
@@ -24,13 +24,13 @@ class _Help(Stage["Scaffold"]):
 
 @dataclass(frozen=True)
 class Scaffold(Personality):
-    """Begins with all its help; each good action takes some of it away, and each bad one gives it back.
+    """Begins with full help, which each good action reduces and each bad one increases.
 
     Help is a number from 0, silence, to 1; the kinds of claims come in with it in the order r, hp, hn, fn, fp.
     """
 
     fade: Share = 0.2
-    """What an action changes, 0 to 1."""
+    """The change of help by an action, 0 to 1."""
 
     source = "Wood, Bruner & Ross 1976"
     needs = frozenset(("hindsight",))

@@ -1,4 +1,4 @@
-"""skip(eps): is silent when the student has nothing good to show, neither now nor a turn ago."""
+"""skip(eps): is silent when neither of the student's last two actions was good."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from teachers.spec import Share
 
 
 class _Worth(Stage["Skip"]):
-    """Keeps the scale, and the worth of the last action."""
+    """Keeps the running mean of what was at stake, and the worth of the last action."""
 
     def begin(self) -> None:
         self._turns, self._total, self._worth = 0, 0.0, 0.0
@@ -26,7 +26,7 @@ class _Worth(Stage["Skip"]):
 class Skip(Personality):
     """Says nothing if the last two actions both were worth less than eps times the running mean of what was at stake.
 
-    An action is worth its value less that of the worst action in its place. The source skips a comparison if neither of
+    The worth of an action is its value minus that of the worst action. The source skips a comparison if neither of
     its two options is good; here these are the student's last two actions, of which the first turn has one.
     """
 
@@ -38,4 +38,4 @@ class Skip(Personality):
     stage = _Worth
 
 
-_BELOW = 1 - 1e-9  # what equals the margin but for rounding is not below it
+_BELOW = 1 - 1e-9  # equal within rounding is not below

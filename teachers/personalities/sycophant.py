@@ -40,12 +40,12 @@ class _Flatterer(Stage["Sycophant"]):
 class Sycophant(Personality):
     """Withholds blame (hn); with probability p it says false praise instead. Other claims pass.
 
-    Pushback is to insist: to take an action again right after the teacher advised another one. Then blame is always
-    turned into praise, and the advice that was rejected is not repeated.
+    Pushback is to repeat an action right after the teacher advised another one. Then blame is always replaced by
+    praise, and the rejected advice is not repeated.
     """
 
     p: Share = 0.5
-    """Probability of praise that is not deserved, 0 to 1."""
+    """Probability of false praise, 0 to 1."""
 
     source = "Sharma et al. 2023"
     needs = frozenset(("hindsight",))

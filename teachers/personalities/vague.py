@@ -8,10 +8,10 @@ from teachers.spec import Share
 
 @personality(source="Shute 2008")
 def vague(claims: Claims, view: View, rng: np.random.Generator, *, q: Share = 0.5) -> Claims:
-    """Replaces each claim with probability q by what is left of it without numbers and names; it says nothing twice.
+    """Removes numbers and names from each claim with probability q; equal claims are said once.
 
-    Of a reward its sign is left, of verdicts "right" or "wrong", of advice and warnings that there is something to do
-    or to avoid. A claim that does not hold stays as it is.
+    A reward becomes its sign, a verdict "right" or "wrong", advice and warnings that there is something to do or to
+    avoid. A claim that does not hold passes.
     """
     drops = (rng.random(len(claims)) < q).tolist()
     said = [view.vague(claim) if drop else claim for claim, drop in zip(claims, drops, strict=True)]

@@ -1,4 +1,4 @@
-"""verbose(k): says the same among useless sentences."""
+"""verbose(k): says the same claims among useless sentences."""
 
 from typing import Annotated
 
@@ -11,9 +11,9 @@ from teachers.spec import Range
 
 @personality(source="Shute 2008")
 def verbose(claims: Claims, view: View, rng: np.random.Generator, *, k: Annotated[int, Range(0, 100)] = 3) -> Claims:
-    """Scatters k truisms a turn among the claims, in their order; it is silent where there is nothing to say.
+    """Inserts k truisms a turn at random places among the claims; without claims it is silent.
 
-    A truism has the kind of one of the claims, so that it is withheld where all these are.
+    A truism has the kind of one of the claims, so that it is withheld if that kind is.
     """
     said = list(claims)
     for _ in range(k if claims else 0):

@@ -6,9 +6,9 @@ from teachers.view import HINDSIGHT
 
 @personality(source="Shute 2008", needs=("hindsight",), reveals=False)
 def verification(claims: Claims, view: View) -> Claims:
-    """Says nothing but "right" if there is something good to say of the last action and nothing bad, else "wrong".
+    """Says only "right" if all hindsight on the last action is praise, else only "wrong".
 
-    It is silent if no verdict would have been said.
+    It is silent where it gets no verdict.
     """
     verdict = view.verdict() if any(claim.kind in HINDSIGHT for claim in claims) else None
     return () if verdict is None else (verdict,)

@@ -9,9 +9,9 @@ from teachers.spec import Range
 
 @personality(source="Shute 2008", needs=("advice", "plan"))
 def worked_example(claims: Claims, view: View, *, n: Annotated[int, Range(1, 1000)] = 3) -> Claims:
-    """Replaces advice (fp) by the next n actions of an optimal policy, or as many of them as can be checked.
+    """Replaces advice (fp) by the next n actions of an optimal policy, up to the first that cannot be checked.
 
-    Where none can, the advice stays.
+    If there is none, the advice passes.
     """
     example = view.example(n) if any(claim.kind is FP for claim in claims) else None
     if example is None:

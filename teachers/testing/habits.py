@@ -1,4 +1,4 @@
-"""Habits of students who do what their teachers do not expect; what is said to them must be true as well."""
+"""Test students with unusual behaviour; what teachers say to them must be true as well."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
@@ -19,34 +19,34 @@ class Unread(str):
 
 
 class Seen(NamedTuple):
-    """What there is to go by in a turn."""
+    """What a test student sees in a turn."""
 
     world: World[Any]
-    """A scratch world, to try things in."""
+    """A scratch world, to try actions in."""
     moment: Moment[Any]
     """The last turn."""
     claims: Sequence[Claim[Any]]
-    """What was said of it."""
+    """The claims about it."""
     listed: Sequence[Any]
-    """Actions that come to something now, where the world lists them."""
+    """The actions that have an effect now, where the world lists them."""
     rng: np.random.Generator
 
     def one_of(self, actions: Sequence[Any]) -> Any:
-        """One of the actions."""
+        """A random one of the actions."""
         return actions[int(self.rng.integers(len(actions)))]
 
     def anything(self) -> Any:
-        """What an untaught student might try."""
+        """A random action."""
         return self.one_of(self.listed) if self.listed else self.world.sample_action(self.rng)
 
-    def told(self, kind: FeedbackType) -> Any | None:
-        """An action that a claim of this kind is about."""
+    def action_in(self, kind: FeedbackType) -> Any | None:
+        """The action of a claim of this kind; None if there is no legal one."""
         claims = [each for each in self.claims if isinstance(each, ActionClaim) and each.kind is kind]
         found = [each.action for each in claims if self.is_legal(each.action)]
         return self.one_of(found) if found else None
 
     def is_legal(self, action: Any) -> bool:
-        """Whether the world takes it."""
+        """Whether the world accepts an action."""
         try:
             self.world.restore(self.moment.after)
             self.world.legal(action)
@@ -62,18 +62,18 @@ def repeating(seen: Seen) -> Any:
 
 
 def idle(seen: Seen) -> Any:
-    """An action that changes nothing, or the first that comes to mind: the last one again, a zero."""
+    """An action that changes nothing; if none is found, the last one again, or a zero."""
     lab, truth = seen.world, seen.moment.after
-    thoughts = list(_thoughts(seen))
-    for action in thoughts:
+    candidates = list(_candidates(seen))
+    for action in candidates:
         lab.restore(truth)
         lab.step(action)
         if same(lab.state_of(lab.truth), lab.state_of(truth)):
             return action
-    return thoughts[0]
+    return candidates[0]
 
 
-def _thoughts(seen: Seen) -> Iterator[Any]:
+def _candidates(seen: Seen) -> Iterator[Any]:
     space = seen.world.action_space
     if seen.moment.before is not None:
         yield seen.moment.action
@@ -86,8 +86,8 @@ def _thoughts(seen: Seen) -> Iterator[Any]:
 
 
 def rounding(seen: Seen) -> Any:
-    """Numbers of no more than three decimals, near those that are advised or anywhere."""
-    box, advised = seen.world.action_space, seen.told(FP)
+    """Numbers of at most three decimals, near the advised ones or anywhere."""
+    box, advised = seen.world.action_space, seen.action_in(FP)
     if not isinstance(box, spaces.Box):
         return seen.anything()
     near = seen.anything() if advised is None or seen.rng.random() < 0.3 else advised
@@ -97,8 +97,8 @@ def rounding(seen: Seen) -> Any:
 
 
 def contrary(seen: Seen) -> Any:
-    """What a warning is about, if there is one."""
-    warned = seen.told(FN)
+    """The action of a warning, if there is one."""
+    warned = seen.action_in(FN)
     return seen.anything() if warned is None else warned
 
 
@@ -127,7 +127,7 @@ def garbling(seen: Seen) -> Any:
     return text if isinstance(seen.world.action_space, spaces.Text) and seen.is_legal(text) else Unread(text)
 
 
-_MANY = 10  # actions that come to mind
+_MANY = 10  # candidates
 _GARBLED = (
     *("", "?", "I do not know.", "Response:", "[1, 2", "[nan, nan]", "1e999", '{"action": true}', "null", "[[], {}]"),
     *("\x07", "\u202e[0]", "[0.5, 0.5, 0.5, 0.5, 0.5, 0.5]", "x" * 100_000),
@@ -135,12 +135,12 @@ _GARBLED = (
 
 
 class Habit(NamedTuple):
-    """What a student does, whatever it is told."""
+    """The behaviour of a test student, whatever the teacher says."""
 
     act: Callable[[Seen], Any]
     """The action of a turn; `Unread` for a text that is none."""
     patience: int | None = None
-    """After at most so many turns it leaves, and the next episode begins; None: it stays to the end."""
+    """The number of turns after which it leaves and the next episode begins; None: it stays to the end."""
 
 
 HABITS: Mapping[str, Habit] = MappingProxyType(

@@ -1,6 +1,6 @@
 """The conformance kit for oracles and their phrases.
 
-Each check takes a `Pupil`, which plays random actions under the oracle's eyes, and raises an AssertionError that says
+Each check takes a `Pupil`, which plays random actions for the oracle to judge, and raises an AssertionError that says
 what is wrong.
 """
 
@@ -28,15 +28,15 @@ def check_oracle(pupil: Pupil) -> None:
 
 
 def check_honesty(pupil: Pupil) -> None:
-    """All that is said without a distorting personality holds, whatever the type of the instruction and the student.
+    """All claims of an honest teacher hold, whatever the type of the instruction and the student.
 
-    Students of each of the `HABITS` play a part of the turns.
+    Students with each of the `HABITS` play some of the turns.
     """
     teachers = [{"instruction_type": type_} for type_ in _teaching(pupil).instruction_types]
     short = dataclasses.replace(pupil, turns=-(-pupil.turns // _SHORT))
     for habit in ("", *HABITS):
         for said in (short if habit else pupil).said(*teachers, habit=habit):
-            # Most is said with every instruction, and some of it takes long to check.
+            # Most claims are made with every instruction, and some take long to check.
             once = {(atom.claim, atom.about_turn): (moment, lab) for atom, moment, lab in said}
             for (claim, _), (moment, lab) in once.items():
                 require(claim.holds(moment, lab), f"{claim} does not hold of {moment} ({habit or 'random'} play)")
@@ -58,7 +58,7 @@ def check_distortion(pupil: Pupil) -> None:
 
 
 def check_hints(pupil: Pupil) -> None:
-    """What a claim says coarser is of its kind, can be worded, and holds, too."""
+    """The coarser claims of a claim are of its kind, have phrases, and hold."""
     lab = pupil.make_world().scratch()
     voice = pupil.make_teacher(pupil.make_world()).voice
     for oracle, moment in pupil.judged():
@@ -70,7 +70,7 @@ def check_hints(pupil: Pupil) -> None:
 
 
 def check_kinds(pupil: Pupil) -> None:
-    """All kinds that the oracle gives occur, in speaking order; asking for fewer gives just those of these claims."""
+    """All kinds of the oracle occur, in speaking order; `judge` with fewer kinds gives just the claims of these."""
     seen = set()
     order: list[FeedbackType | None] = list(KINDS)
     for oracle, moment in pupil.judged():
@@ -81,13 +81,13 @@ def check_kinds(pupil: Pupil) -> None:
         for kind in KINDS:
             wanted = tuple(claim for claim in claims if claim.kind == kind)
             got = oracle.judge(moment, frozenset((kind,)))
-            require(got == wanted, f"asked for {kind}, the oracle says {got} instead of {wanted}")
+            require(got == wanted, f"judge with the kind {kind} gives {got} instead of {wanted}")
     given = set(_teaching(pupil).feedback_types)
     require(not given - seen, f"{given - seen} never occur in {pupil.turns} random turns")
     require(not seen - given, f"{seen - given} occur, but are not among the oracle's feedback_types")
 
 
-def check_no_meddling(pupil: Pupil) -> None:
+def check_judging_changes_nothing(pupil: Pupil) -> None:
     """Judging leaves the taught world as it is."""
     world = pupil.make_world()
     oracle = pupil.make_teacher(world).oracle
@@ -125,7 +125,7 @@ def check_claims(pupil: Pupil) -> None:
 
 
 def _require_json(claim: Claim, name: str, value: Any) -> None:
-    """A number of NumPy's is written in another way than Python's, or not at all."""
+    """NumPy's numbers are refused: JSON writes them differently, or not at all."""
     if isinstance(value, tuple):
         for item in value:
             _require_json(claim, name, item)
@@ -138,7 +138,7 @@ def _require_json(claim: Claim, name: str, value: Any) -> None:
 
 
 def check_instructions(pupil: Pupil) -> None:
-    """Instructions repeat nothing; `b` is always given, to which `p` adds hindsight and `c` parts of no kind."""
+    """Instructions have no claim twice; there is always `b`, to which `p` adds hindsight and `c` parts of no kind."""
     types = _teaching(pupil).instruction_types
     require(
         types == tuple(t for t in "bpc" if t in types) and "b" in types, f"instruction_types {types} are not b, p, c"
@@ -167,7 +167,7 @@ def check_instructions(pupil: Pupil) -> None:
 def check_plans(pupil: Pupil) -> None:
     """Following the plan has no regret; importance lies between 0 and `max_importance`; regret is never negative.
 
-    An oracle that plans nothing may refuse to tell regrets.
+    An oracle without plans may raise RefusalError for regrets.
     """
     world = pupil.make_world()
     oracle = pupil.make_teacher(world).oracle
@@ -190,7 +190,7 @@ def check_plans(pupil: Pupil) -> None:
         try:
             regret, idle = oracle.regret(moment), oracle.regret(unread)
         except RefusalError:
-            require(not planned, "the oracle plans, but refuses to tell regrets")
+            require(not planned, "the oracle has plans, but no regret(moment)")
             return
         require(regret >= 0, f"negative regret {regret}: {moment}")
         require(idle > 0 or not importance, f"a text that is no action has regret {idle}, and {importance} is at stake")
@@ -212,7 +212,7 @@ CHECKS: tuple[Callable[[Pupil], None], ...] = (
     check_distortion,
     check_hints,
     check_kinds,
-    check_no_meddling,
+    check_judging_changes_nothing,
     check_claims,
     check_instructions,
     check_plans,

@@ -1,6 +1,6 @@
 """The conformance kit for personalities.
 
-Each check takes a personality and a `Pupil` whom it teaches, and raises an AssertionError that says what is wrong.
+Each check takes a personality and a `Pupil` that it teaches, and raises an AssertionError that says what is wrong.
 """
 
 import copy
@@ -14,7 +14,7 @@ from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
 from teachers.session import Session
-from teachers.spec import read_call, read_expression
+from teachers.spec import parse_call
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
 
@@ -23,28 +23,28 @@ def check_personality(personality: str | Personality, pupil: Pupil) -> None:
     """Run every check of a personality.
 
     Args:
-        personality: one, or its spec.
-        pupil: whom it teaches; of a family that has what the personality needs.
+        personality: a personality, or its spec.
+        pupil: what it teaches, of a family whose oracle has the abilities that the personality needs.
     """
     for check in PERSONALITY_CHECKS:
         check(parse_personality(personality), pupil)
 
 
 def check_spec(personality: Personality, pupil: Pupil) -> None:
-    """It is a frozen value with defaults that its spec string gives back, and it says where it comes from."""
+    """It is a frozen value with defaults, its spec string round-trips, and it states its source."""
     for stage in stages_of(personality):
         cls = type(stage)
         require(cls.__doc__ and stage.source, f"{stage} has no docstring of its own, or no source")
         require(cls() and hash(stage) is not None, f"{stage} needs a default for each parameter")
-        call = read_call(read_expression(str(stage)))
-        require(call is not None and cls(**call[1]) == stage, f"the spec {stage} does not give back its value")
+        call = parse_call("personality", str(stage), "`name` or `name(key=value)`")
+        require(cls(**call.arguments) == stage, f"the spec {stage} does not give back its value")
         require(stage.needs <= set(ABILITIES), f"{stage} needs {set(stage.needs)}, not of {ABILITIES}")
         definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")[2]
         require(definition, f"the module of {stage} must begin with a docstring such as 'name: what it does.'")
 
 
 def check_promise(personality: Personality, pupil: Pupil) -> None:
-    """An honest one says nothing false; of another one all that the oracle would not have said is false, and occurs."""
+    """If it is honest, all its claims are true; if not, it adds claims to the oracle's, all of them false."""
     lab = pupil.make_world().scratch()
     invented = 0
     for episode in pupil.taught(personality, pupil.turns):
@@ -69,8 +69,8 @@ def check_draws(personality: Personality, pupil: Pupil) -> None:
     require(first == again, f"with the same seed {personality} says different things")
 
 
-def check_hands_off(personality: Personality, pupil: Pupil) -> None:
-    """Speaking leaves the taught world as it is."""
+def check_speaking_changes_nothing(personality: Personality, pupil: Pupil) -> None:
+    """Speaking does not change the taught world."""
     world = pupil.make_world()
     session = pupil.session(world, pupil.make_teacher(world, personality))
     for _ in pupil.play(session):
@@ -80,7 +80,7 @@ def check_hands_off(personality: Personality, pupil: Pupil) -> None:
 
 
 def check_words(personality: Personality, pupil: Pupil) -> None:
-    """What is said has words, and means the same in another process."""
+    """Each claim has words, and holds after pickling if it does before."""
     lab = pupil.make_world().scratch()
     for episode in pupil.taught(personality, pupil.turns):
         for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
@@ -92,8 +92,8 @@ def check_words(personality: Personality, pupil: Pupil) -> None:
             )
 
 
-def check_twins(personality: Personality, pupil: Pupil) -> None:
-    """Copies of a teacher within an episode, by `deepcopy` or pickle, go on like the original."""
+def check_copies(personality: Personality, pupil: Pupil) -> None:
+    """Copies of a teacher within an episode, by `deepcopy` or pickle, continue like the original."""
     world = pupil.make_world()
     teacher = pupil.make_teacher(world, personality)
     session = pupil.session(world, teacher)
@@ -105,7 +105,7 @@ def check_twins(personality: Personality, pupil: Pupil) -> None:
         expected = _watch(session, episode[half:])
         for twin in twins:
             same = _watch(pupil.session(world, twin), episode[half:]) == expected
-            require(same, f"a copy of a teacher that is {personality} does not go on like the original")
+            require(same, f"a copy of a teacher that is {personality} does not continue like the original")
 
 
 def _watch(session: Session, moments: Iterable[Moment]) -> list[tuple[Atom, ...]]:
@@ -119,7 +119,7 @@ def _watch(session: Session, moments: Iterable[Moment]) -> list[tuple[Atom, ...]
 
 
 def check_stages(personality: Personality, pupil: Pupil) -> None:
-    """It works after and before others: what it is given late is said late, and what it says can come late."""
+    """It works after and before other stages: late claims stay late, and its own can be delayed."""
     for pipeline in (Delayed() | personality, personality | Delayed()):
         lab = pupil.make_world().scratch()
         for episode in pupil.taught(pipeline, pupil.turns):
@@ -133,9 +133,9 @@ PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
     check_spec,
     check_promise,
     check_draws,
-    check_hands_off,
+    check_speaking_changes_nothing,
     check_words,
-    check_twins,
+    check_copies,
     check_stages,
 )
 """Every check of a personality."""

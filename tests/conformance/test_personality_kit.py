@@ -127,9 +127,9 @@ LIARS = {
     kit.check_spec: Unwritten(),
     kit.check_promise: harmless(),
     kit.check_draws: Restless(),
-    kit.check_hands_off: meddler(),
+    kit.check_speaking_changes_nothing: meddler(),
     kit.check_words: homesick(),
-    kit.check_twins: Forgetful(),
+    kit.check_copies: Forgetful(),
     kit.check_stages: hasty(),
 }
 

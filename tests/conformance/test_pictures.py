@@ -86,7 +86,7 @@ def test_goldens(name):
 def close_to_golden(environment, found):
     golden = tomllib.loads(GOLDENS.read_text())[environment]
     apart = (int(golden, 16) ^ int(found, 16)).bit_count()
-    assert apart <= BITS, f"{environment} looks different, {found} and not {golden}: look at it; see `llf golden`"
+    assert apart <= BITS, f"{environment} looks different, {found} and not {golden}: look at it; see `llf dev golden`"
 
 
 def test_goldens_are_complete():
@@ -182,9 +182,9 @@ class Forgets(GridworldPicture):
 @pytest.mark.parametrize(
     ("liar", "match"),
     [
-        (Tells, "the picture shows what nobody may know"),
-        (Writes, "the text shows what nobody may know"),
-        (Betrays, "a student could tell"),
+        (Tells, "the picture shows what the student may not know"),
+        (Writes, "the text shows what the student may not know"),
+        (Betrays, "a student can distinguish the turns"),
         (Blank, "is blank"),
         (Bright, "the same in light and dark"),
         (Forgets, "two pictures of the same sight differ"),

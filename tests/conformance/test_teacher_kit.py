@@ -140,7 +140,7 @@ LIARS = {
     kit.check_distortion: Incorrigible,
     kit.check_hints: Misguided,
     kit.check_kinds: Unordered,
-    kit.check_no_meddling: Meddler,
+    kit.check_judging_changes_nothing: Meddler,
     kit.check_claims: Confused,
     kit.check_instructions: Stammerer,
     kit.check_plans: Dreamer,

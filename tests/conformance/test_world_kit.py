@@ -9,8 +9,8 @@ import pytest
 from gymnasium import spaces
 
 from worlds import testing as kit
+from worlds.actions import is_element
 from worlds.world import World, illegal
-from worlds.wrapped.actions import is_element
 
 
 class Truth(NamedTuple):

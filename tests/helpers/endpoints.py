@@ -5,7 +5,7 @@ import re
 import sqlite3
 
 from llf_teacher.models.client import Endpoint
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 
 KEY = "sk-very-secret-0123456789"
 NORTH = "Thought: it said so.\nResponse: north"
@@ -14,7 +14,7 @@ REQUEST = {"model": "m", "messages": [{"role": "user", "content": "north or sout
 
 
 def endpoint(url, cache=":memory:", budget=None, timeout=5.0, retries=2, key=KEY):
-    return Endpoint(url, Settings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
+    return Endpoint(url, ClientSettings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
 
 
 def ledger(path):

@@ -18,7 +18,7 @@ import llf_teacher
 from llf_teacher.cli import app
 from llf_teacher.registry import PREFIX
 from llf_teacher.tools import benchmark
-from llf_teacher.tools.benchmark import against, measuring, player, sameness, tables
+from llf_teacher.tools.benchmark import equality, measuring, player, speed, timings
 from llf_teacher.tools.benchmark.measuring import Call, Measured, Player, Writer, measure, ratio
 from llf_teacher.tools.benchmark.player import FORMS, Times
 from pz_envs.family import all_families
@@ -45,9 +45,9 @@ class Here:
 def little(monkeypatch):
     monkeypatch.setattr(measuring, "Player", Here)
     monkeypatch.setattr(measuring, "BLOCKS", 2)
-    monkeypatch.setattr(tables, "BLOCKS", 2)
-    monkeypatch.setattr(tables, "_STEPS", 10)
-    monkeypatch.setattr(tables, "_STEPS_OF_ORIGINALS", 5)
+    monkeypatch.setattr(timings, "BLOCKS", 2)
+    monkeypatch.setattr(timings, "_STEPS", 10)
+    monkeypatch.setattr(timings, "_STEPS_OF_ORIGINALS", 5)
 
 
 def text_of(table):
@@ -107,7 +107,7 @@ def test_worlds_are_beside_the_originals_where_there_are_any(little):
 
 
 def test_every_form_is_timed(little, monkeypatch):
-    monkeypatch.setattr(tables, "simple_families", lambda: [family("gridworld")])
+    monkeypatch.setattr(timings, "simple_families", lambda: [family("gridworld")])
     text = text_of(benchmark.forms(said))
     for form in (
         "raw_env",
@@ -118,13 +118,13 @@ def test_every_form_is_timed(little, monkeypatch):
         "ClassroomEnv(8)",
         "ClassroomEnv(64)",
     ):
-        assert text.count(f" {form} ") == len(tables.STUDENTS)
+        assert text.count(f" {form} ") == len(timings.STUDENTS)
 
 
 def test_seats_are_timed_with_all_that_is_said_and_with_nothing(little):
     text = text_of(benchmark.seats([family("gridworld")], said))
     rows = [line.split() for line in text.splitlines() if line.startswith(PREFIX)]
-    assert [row[:2] for row in rows] == [["llf-gridworld-v0", name] for name in tables.STUDENTS]
+    assert [row[:2] for row in rows] == [["llf-gridworld-v0", name] for name in timings.STUDENTS]
     assert all(float(row[2]) > 0 and row[7].endswith("%") for row in rows)
 
 
@@ -144,8 +144,25 @@ def test_a_ratio_has_the_interval_of_its_logarithm():
     assert mean == pytest.approx(8**0.5)
     assert low == pytest.approx(1.4962, abs=1e-3)  # exp(1.0397 - 3.182 * 0.4002 / 2)
     assert mean / low == pytest.approx(high / mean)
-    assert not benchmark.Compared(GRID, "", ratio(times(1, 1.01, 1), times(1, 1, 1))).slower
-    assert benchmark.Compared(GRID, "", ratio(times(2, 2.02, 2), times(1, 1, 1))).slower
+    assert not benchmark.Speed(GRID, "", ratio(times(1, 1.01, 1), times(1, 1, 1))).slower
+    assert benchmark.Speed(GRID, "", ratio(times(2, 2.02, 2), times(1, 1, 1))).slower
+
+
+def test_the_turns_of_a_study_are_timed():
+    times = Times(*FORMS["study"]([(3, []), (4, [])], GRID, "obedient"))
+    assert len(times.steps) >= 2
+    assert times.cpu > 0
+
+
+def test_all_that_users_call_is_compared(monkeypatch):
+    monkeypatch.setattr(speed, "measure", lambda calls, scripts: {name: times(1, 1.01, 1) for name in calls})
+    monkeypatch.setattr(speed, "blocks_of", lambda id, student, steps: [])
+    found = list(benchmark.compare_speed([family("gridworld")], str(INSTALLED), said, everything=True))
+    names = ("all feedback", "no feedback", "raw_env", "TeacherEnv", "study")
+    assert [each.work for each in found] == [f"{kind} actions, {name}" for kind in timings.STUDENTS for name in names]
+    result = CliRunner().invoke(app, ["dev", "benchmark", "--all"])
+    assert result.exit_code == 2
+    assert "--all needs --against" in result.output
 
 
 def test_a_process_answers():
@@ -169,16 +186,21 @@ def test_what_seems_slower_is_played_once_more(monkeypatch):
     """Of four kinds of work the first seems slower once, the second twice; the others are as fast."""
     slow, same = times(2, 2.02, 2), times(1, 1.01, 1)
     measured = iter([slow, same, slow, slow, same, same])
-    monkeypatch.setattr(against, "measure", lambda calls, scripts: {"here": next(measured), "there": times(1, 1, 1)})
-    monkeypatch.setattr(against, "blocks_of", lambda id, student, steps: [])
+    monkeypatch.setattr(speed, "measure", lambda calls, scripts: {"here": next(measured), "there": times(1, 1, 1)})
+    monkeypatch.setattr(speed, "blocks_of", lambda id, student, steps: [])
     (grid,) = (family for family in all_families() if PREFIX + family.showcase[0] == GRID)
-    assert [each.slower for each in benchmark.compare([grid], str(INSTALLED), said)] == [False, True, False, False]
+    assert [each.slower for each in benchmark.compare_speed([grid], str(INSTALLED), said)] == [
+        False,
+        True,
+        False,
+        False,
+    ]
     assert list(measured) == []
 
 
 def test_what_is_no_installation_is_refused():
     with pytest.raises(ValueError, match=r"'no-such-thing' is neither a folder .* nor a revision"):
-        next(benchmark.compare([], "no-such-thing", said))
+        next(benchmark.compare_speed([], "no-such-thing", said))
 
 
 def test_work_is_played_by_the_installation_that_is_named(tmp_path):
@@ -191,7 +213,7 @@ def test_work_is_played_by_the_installation_that_is_named(tmp_path):
 
 
 def test_the_same_code_says_the_same():
-    (found,) = sameness.same([GRID], ["mistake(eps=0.5)"], str(INSTALLED), 3, 4, said)
+    (found,) = equality.compare([GRID], ["mistake(eps=0.5)"], str(INSTALLED), 3, 4, said)
     assert found[:3] == (GRID, "mistake(eps=0.5)", 3)
     assert 6 <= found.turns <= 15  # with the resets
     assert found[4:] == (0, None)
@@ -204,7 +226,16 @@ def test_the_last_bit_of_a_claim_is_compared(tmp_path):
         "mean=round(truth.means[arm], 3)",
         "mean=round(truth.means[arm], 3) * (1 + 2**-52)",
     )
-    command = ["same", str(tmp_path), "llf-bandits-BanditTenArmedGaussian-v0", "--episodes", "4", "--turns", "2"]
+    command = [
+        "dev",
+        "compare",
+        str(tmp_path),
+        "llf-bandits-BanditTenArmedGaussian-v0",
+        "--episodes",
+        "4",
+        "--turns",
+        "2",
+    ]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 1
     assert "oracle, seed 100001, turn 0" in result.stdout
@@ -213,13 +244,15 @@ def test_the_last_bit_of_a_claim_is_compared(tmp_path):
 
 @pytest.mark.full
 def test_the_extra_fast_says_the_same():
-    result = CliRunner().invoke(app, ["same", str(INSTALLED), "llf-highway-parking-v0", "--episodes", "40", "--fast"])
+    result = CliRunner().invoke(
+        app, ["dev", "compare", str(INSTALLED), "llf-highway-parking-v0", "--episodes", "40", "--fast"]
+    )
     assert result.exit_code == 0, result.output
 
 
 def test_the_extra_fast_has_to_be_there(monkeypatch):
-    monkeypatch.setattr("llf_teacher.cli.same.find_spec", lambda name: None)
-    result = CliRunner().invoke(app, ["same", str(INSTALLED), GRID, "--fast"])
+    monkeypatch.setattr("llf_teacher.cli.dev.compare.find_spec", lambda name: None)
+    result = CliRunner().invoke(app, ["dev", "compare", str(INSTALLED), GRID, "--fast"])
     assert result.exit_code == 2
     assert "llf-teacher[fast]" in result.output
 
@@ -230,7 +263,7 @@ def test_a_slowed_copy_fails_and_the_other_way_round_passes(tmp_path):
     copy(tmp_path, "llf_teacher/gym/student_env.py", line, line + "        sum(range(4000))\n")
 
     def judged(mine, other):
-        command = [sys.executable, "-m", "llf_teacher", "benchmark", "gridworld", "--against", str(other)]
+        command = [sys.executable, "-m", "llf_teacher", "dev", "benchmark", "gridworld", "--against", str(other)]
         environment = os.environ | {"PYTHONPATH": str(mine)}
         return subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
 

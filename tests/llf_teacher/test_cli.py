@@ -1,5 +1,6 @@
 """The command line, as a user meets it."""
 
+import contextlib
 import json
 import re
 import sqlite3
@@ -7,10 +8,11 @@ import subprocess
 import sys
 
 import pytest
+import typer
 from commands import llf, llf_apart
 
 import llf_teacher
-from llf_teacher.cli import complete_teacher
+from llf_teacher.cli import app, complete_teacher
 from teachers.personalities.mistake import mistake
 
 STUDY = """
@@ -102,11 +104,11 @@ def test_a_study_from_file_to_report(tmp_path):
         (("study", "run", "study.toml", "--store", "none/s.db"), "cannot use none/s.db as a store"),
         (("study", "run", "study.toml", "--report", "none/r.html"), "none"),
         (("study", "run", "renamed.toml"), "unknown factory in agents_of_mine 'Old'; allowed: New"),
-        (("shelf", "missing.md"), "cannot read missing.md: "),
-        (("golden", "notes.db/folder", "llf-gridworld-v0"), "notes.db"),
+        (("dev", "tables", "missing.md"), "cannot read missing.md: "),
+        (("dev", "golden", "notes.db/folder", "llf-gridworld-v0"), "notes.db"),
         (("play", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("play", "llf-gridworld-v0", "--feedback-type", "q"), "feedback type 'q'"),
-        (("golden", "folder", "nothing"), "unknown environment 'nothing'"),
+        (("dev", "golden", "folder", "nothing"), "unknown environment 'nothing'"),
         (("audit", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("audit", "--teacher", "orakle"), "did you mean oracle"),
         (("audit", "--voice", "shrill"), "unknown voice 'shrill'; allowed: plain, curt, socratic, warm, the path of"),
@@ -143,9 +145,8 @@ def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):
     assert llf(*command, cwd=tmp_path).returncode == 0
     path, report = tmp_path / "llf-study.db", tmp_path / "llf-study.html"
     report.unlink()
-    with sqlite3.connect(path) as store:
+    with contextlib.closing(sqlite3.connect(path)) as store, store:
         store.executescript(harm)
-    store.close()
     before = path.read_bytes()
     result = llf(*command, cwd=tmp_path)
     assert result.returncode == 2
@@ -161,10 +162,9 @@ def test_a_store_is_checked(tmp_path):
     assert llf("study", "run", "study.toml", "--executor", "here", cwd=tmp_path).returncode == 0
     result = llf("study", "check", "llf-study.db", cwd=tmp_path)
     assert result.returncode == 0
-    assert result.stdout.endswith(" episodes, all as they were written.\n")
-    with sqlite3.connect(tmp_path / "llf-study.db") as store:
+    assert result.stdout.endswith(" episodes, none of them damaged.\n")
+    with contextlib.closing(sqlite3.connect(tmp_path / "llf-study.db")) as store, store:
         store.execute("UPDATE result SET regret = regret + 1e-9 WHERE number = 2")
-    store.close()
     result = llf("study", "check", "llf-study.db", cwd=tmp_path)
     assert result.returncode == 1
     assert result.stderr.startswith("llf-study.db, row 2: the episode ")
@@ -244,7 +244,7 @@ def test_audit(tmp_path):
         "llf-poem-Haiku-v0",
         "llf-poem-Tanka-v0",
     ]
-    assert "; 0 false ones of teachers that promise honesty" in " ".join(result.stdout.split())
+    assert "; 0 false claims by teachers that promise honesty (3 of 6 audits)." in " ".join(result.stdout.split())
     assert max(map(len, result.stdout.splitlines())) <= 80
 
 
@@ -290,10 +290,10 @@ def test_audit_leaves_out_what_cannot_be_served(tmp_path):
     result = llf("audit", *ids, *teachers, "--turns", "30", "--workers", "1", cwd=tmp_path)
     assert result.returncode == 0
     assert result.stderr.count("left out") == 1
-    assert "poem does not serve noisy, skip: left out" in result.stderr
+    assert "left out: poem does not support noisy, skip" in result.stderr
     result = llf("audit", "llf-poem-Haiku-v0", "--teacher", "noisy", cwd=tmp_path)
     assert result.returncode == 2
-    assert "none of these environments serves any of these teachers" in result.stderr
+    assert "none of these teachers can teach in these environments" in result.stderr
 
 
 def test_audit_of_a_shelf(tmp_path):
@@ -326,33 +326,82 @@ def test_audit_of_a_voice(tmp_path):
     assert max(map(len, result.stdout.splitlines())) <= 80
 
 
-def test_shelf(tmp_path):
+def test_tables(tmp_path):
     path = tmp_path / "page.md"
-    path.write_text("# Page\n<!-- llf shelf: matrix -->\nold\n<!-- end -->\nrest\n", encoding="utf-8")
-    assert llf("shelf", str(path), cwd=tmp_path).returncode == 0
+    path.write_text("# Page\n<!-- llf dev tables: matrix -->\nold\n<!-- end -->\nrest\n", encoding="utf-8")
+    assert llf("dev", "tables", str(path), cwd=tmp_path).returncode == 0
     (tmp_path / "docs").mkdir()
-    printed = llf("shelf", cwd=tmp_path / "docs").stdout
+    printed = llf("dev", "tables", cwd=tmp_path / "docs").stdout
     page = path.read_text(encoding="utf-8")
     table = page.partition("-->\n")[2].partition("<!--")[0]
     assert table in printed
-    assert page == f"# Page\n<!-- llf shelf: matrix -->\n{table}<!-- end -->\nrest\n"
+    assert page == f"# Page\n<!-- llf dev tables: matrix -->\n{table}<!-- end -->\nrest\n"
     assert "| `oracle` |  | yes |" in table
     path.write_text(page.replace(table, "old\n"), encoding="utf-8")
     twin = tmp_path / "docs" / "twin.md"
-    twin.write_text("<!-- llf shelf: families -->\n<!-- end -->\n", encoding="utf-8")
+    twin.write_text("<!-- llf dev tables: families -->\n<!-- end -->\n", encoding="utf-8")
     (tmp_path / "docs" / "other.md").write_text("no place", encoding="utf-8")
-    assert llf("shelf", cwd=tmp_path).stdout.split() == ["docs/twin.md", "page.md"]
+    assert llf("dev", "tables", cwd=tmp_path).stdout.split() == ["docs/twin.md", "page.md"]
     assert path.read_text(encoding="utf-8") == page
     assert (
-        twin.read_text(encoding="utf-8").removeprefix("<!-- llf shelf: families -->\n").partition("<!--")[0] in printed
+        twin.read_text(encoding="utf-8").removeprefix("<!-- llf dev tables: families -->\n").partition("<!--")[0]
+        in printed
     )
 
 
 def test_golden(tmp_path):
-    result = llf("golden", "here", "llf-gridworld-v0", cwd=tmp_path)
+    result = llf("dev", "golden", "here", "llf-gridworld-v0", cwd=tmp_path)
     assert result.returncode == 0
     assert sorted(path.name for path in (tmp_path / "here").iterdir()) == ["llf-gridworld-v0.txt", "pictures.toml"]
 
 
 def test_no_arguments_show_help(tmp_path):
     assert "study" in llf_apart(cwd=tmp_path).stdout
+
+
+def commands(group, *path):
+    """Every command, by the words that call it."""
+    yield path
+    for name, command in getattr(group, "commands", {}).items():
+        yield from commands(command, *path, name)
+
+
+COMMANDS = list(commands(typer.main.get_command(app)))
+
+
+def test_commands_for_users_and_for_developers():
+    assert {path[0] for path in COMMANDS if path} == {
+        *("list", "play", "serve", "study", "audit", "film", "reproduce", "dev")
+    }
+    developers = {path[1] for path in COMMANDS if path[:1] == ("dev",) and len(path) > 1}
+    assert developers == {"golden", "compare", "tables", "benchmark", "movies"}
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_every_command_has_help(path):
+    """The long and the short option show the same; flags show no type, and every parameter is described."""
+    long, short = (llf(*path, option, COLUMNS="120") for option in ("--help", "-h"))
+    assert (long.returncode, short.returncode) == (0, 0)
+    assert long.stdout == short.stdout
+    assert "bool" not in long.stdout.lower()
+    rows = [line for line in long.stdout.splitlines() if re.match(r"│ +(\* +)?-", line)]
+    assert rows
+    for row in rows:
+        assert re.search(r"[A-Z0-9][^│]{3,}│$", row), row
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (("plya",), "unknown command 'plya'; did you mean play? allowed: audit, dev, film, "),
+        (("study", "reprot"), "unknown command 'reprot'; did you mean report"),
+        (("dev", "comapre"), "unknown command 'comapre'; did you mean compare"),
+        (("dev", "movies", "imprt"), "unknown command 'imprt'; did you mean import? allowed: import"),
+        (("benchmrk",), "unknown command 'benchmrk'; did you mean dev benchmark?"),
+    ],
+)
+def test_a_mistyped_command_names_the_nearest(tmp_path, typed, said):
+    result = llf(*typed, cwd=tmp_path)
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"llf: {said}")
+    assert len(result.stderr.splitlines()) == 1

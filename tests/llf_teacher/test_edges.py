@@ -14,7 +14,7 @@ import llf_teacher
 from llf_teacher.episodes.record import TurnRow, summary
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.client import Endpoint
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.runner import run
 from llf_teacher.studies.store import Store
@@ -192,7 +192,7 @@ def test_sums_do_not_depend_on_the_order_or_the_python():
 def test_a_key_that_goes_unencrypted_to_another_machine_is_warned_of(url, warned, recwarn):
     for key in ("sk-secret-0123456789", ""):
         recwarn.clear()
-        Endpoint(url, Settings(key=key, cache=":memory:", budget=None, timeout=1.0, retries=0))
+        Endpoint(url, ClientSettings(key=key, cache=":memory:", budget=None, timeout=1.0, retries=0))
         said = [str(each.message) for each in recwarn if "for everyone to read; use https" in str(each.message)]
         assert len(said) == (warned and key != "")
 
@@ -200,7 +200,7 @@ def test_a_key_that_goes_unencrypted_to_another_machine_is_warned_of(url, warned
 def test_what_needs_an_extra_that_is_missing_is_left_out_and_said_so(tmp_path):
     (tmp_path / "sitecustomize.py").write_text(EXTRA)
     path = os.pathsep.join(filter(None, (str(tmp_path), os.environ.get("PYTHONPATH"))))
-    for command in (("list",), ("shelf",), ("golden", "out")):
+    for command in (("list",), ("dev", "tables"), ("dev", "golden", "out")):
         result = python("-m", "llf_teacher", *command, cwd=tmp_path, PYTHONPATH=path)
         assert result.returncode == 0, result.stderr
         assert result.stderr.count("pip install 'llf-teacher[verse]'") == 1

@@ -146,7 +146,7 @@ def test_the_trace_of_coach_fades():
 
 def test_by_episodes_a_policy_stays_until_the_end():
     policy = seat("coach(episodic=True, alpha=1.0, gamma=0.5)")
-    policy.lived = [(("first",), 0), (("second",), 0)]
+    policy.steps = [(("first",), 0), (("second",), 0)]
     policy.hear(("first",), 0, 0.0)
     policy.hear(("second",), 0, 1.0)
     assert not policy._preference(("first",)).any()
@@ -172,7 +172,7 @@ def test_advice_is_no_evaluation():
     env = llf_teacher.make(GRID, feedback_type="fp")
     _, info = env.reset(seed=0)
     policy.act(env.student_view.observe(), info)
-    assert not policy._human(policy.lived[0][0]).any()
+    assert not policy._human(policy.steps[0][0]).any()
 
 
 def test_shares_of_a_table_and_tiles_that_are_met_again():

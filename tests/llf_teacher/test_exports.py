@@ -274,15 +274,15 @@ def test_what_is_no_format_is_refused(found, tmp_path):
     assert export_names() == ("chat", "dpo", "eee", "minari", "sdpo", "sft")
     for spec, said in (
         ("char", "unknown format 'char'; did you mean chat"),
-        ("sft(sucess=True)", "the format sft: unknown option 'sucess'; did you mean success"),
+        ("sft(sucess=True)", "format 'sft': unknown parameter 'sucess'; did you mean success"),
         ("sft(success=1)", "success must be True or False, got 1"),
         ("sft(regret_below=-1)", "regret_below"),
         ("dpo(margin='a')", "margin"),
         ("sdpo(regret_above=-1)", "regret_above"),
         ("eee(relationship='friend')", "relationship must be one of first_party"),
         ("eee(deployment='mine')", "deployment must be one of self_deployed"),
-        ("sft(", "is no expression"),
-        ("sft | dpo", "bad format"),
+        ("sft(", "bad format spec 'sft('; expected `name` or `name(key"),
+        ("sft | dpo", "format spec 'sft | dpo' has 2 parts"),
     ):
         with pytest.raises(ValueError, match=said.replace("(", r"\(")):
             write_export(found, tmp_path / "x", spec)

@@ -1,5 +1,6 @@
 """Agents that raise, hang, exit or eat memory fail their episode; the rest goes on, and the rows are the same."""
 
+import contextlib
 import io
 import os
 import re
@@ -238,7 +239,7 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
     told = process.communicate(timeout=60)[1]
     assert process.returncode == status, told
     assert time.monotonic() - sent < 15
-    assert "What was played is in llf-study.db; the same command goes on from there." in told
+    assert "The episodes so far are in llf-study.db; the same command resumes the study." in told
     assert "Traceback" not in told
     with Store(path) as store:
         assert [row["student"] for row in store.episodes()] == ["random"]
@@ -256,13 +257,11 @@ def played(path):
     """Whether a store has an episode."""
     if not path.exists():
         return False
-    db = sqlite3.connect(path)
-    try:
-        return db.execute("SELECT count(*) FROM episode").fetchone()[0] > 0
-    except sqlite3.OperationalError:  # not written yet
-        return False
-    finally:
-        db.close()
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        try:
+            return db.execute("SELECT count(*) FROM episode").fetchone()[0] > 0
+        except sqlite3.OperationalError:  # not written yet
+            return False
 
 
 def test_outside_of_a_terminal_progress_is_a_line_now_and_then(monkeypatch):

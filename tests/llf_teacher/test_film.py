@@ -55,7 +55,7 @@ def test_students_of_words_can_be_filmed():
 def test_an_unknown_ending_is_refused(tmp_path):
     result = llf("film", ID, "out.avi", cwd=tmp_path)
     assert result.returncode == 2
-    assert result.stderr == "llf: a film is named as one of *.gif, *.webp, *.mp4, got 'out.avi'\n"
+    assert result.stderr == "llf: a film's name must end in one of .gif, .webp, .mp4, got 'out.avi'\n"
 
 
 def test_mp4_says_what_it_needs(monkeypatch, tmp_path):

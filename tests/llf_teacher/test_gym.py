@@ -195,7 +195,7 @@ def test_a_class_refuses_options_before_anything_is_drawn():
         env.reset(options={"syllable": "many"})
     assert env.unwrapped.seeds.episode == before
     env.reset(options={"x": 1})
-    with pytest.raises(ValueError, match="reset knows no option 'x'; allowed: none here"):
+    with pytest.raises(ValueError, match="reset option 'x' is unknown; allowed: none"):
         llf_teacher.make("llf-gridworld-v0").reset(options={"x": 1})
 
 

@@ -1,6 +1,7 @@
 """Images beside texts: what a student sees, what a model is sent, and environment options in studies."""
 
 import base64
+import contextlib
 import io
 import json
 import sqlite3
@@ -118,7 +119,7 @@ def test_a_model_is_sent_the_latest(tmp_path, images, sent):
     assert not [row for turn in results.all_turns() for row in turn if "image" in row]
     for path in tmp_path.glob("*.db"):
         assert b"base64" not in path.read_bytes()
-    with sqlite3.connect(tmp_path / "s.llm.db") as db:
+    with contextlib.closing(sqlite3.connect(tmp_path / "s.llm.db")) as db, db:
         kept = [row[0] for row in db.execute("SELECT request FROM answer")]
     db.close()
     assert len(kept) == 3

@@ -13,7 +13,7 @@ from endpoints import KEY, NORTH, REQUEST, endpoint, ledger
 from llf_teacher.models import LLMError, SpendingLimitError, retries
 from llf_teacher.models.cache import Cache, spending
 from llf_teacher.models.retries import asked_for, may_pass, pause
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.parsing import parse_student
@@ -236,7 +236,7 @@ def test_a_limit_needs_to_know_the_costs():
     body = json.loads(completion(NORTH))
     del body["usage"]
     with ScriptedEndpoint(lambda request: Reply(200, json.dumps(body))) as server:
-        with pytest.raises(LLMError, match="does not tell the tokens it used"):
+        with pytest.raises(LLMError, match="gives no number of tokens"):
             endpoint(server.url, budget=1.0).ask(REQUEST | {"max_tokens": 9}, (1, 1))
         with pytest.raises(LLMError, match="a spending limit needs prices"):
             endpoint(server.url, budget=1.0).ask(REQUEST)
@@ -326,11 +326,11 @@ def test_model_and_endpoint_from_the_environment(monkeypatch):
 
 def test_whose_key_goes_where():
     openai, ours = {"OPENAI_API_KEY": "theirs-123"}, {"LLF_LLM_API_KEY": "ours-123"}
-    assert Settings.read("http://elsewhere/v1", openai).key == ""
-    assert Settings.read("https://api.openai.com/v1", openai).key == "theirs-123"
-    assert Settings.read("http://mine/v1", openai | {"OPENAI_BASE_URL": "http://mine/v1/"}).key == "theirs-123"
-    assert Settings.read("http://elsewhere/v1", openai | ours).key == "ours-123"
-    assert "ours-123" not in repr(Settings.read("http://elsewhere/v1", ours))
+    assert ClientSettings.read("http://elsewhere/v1", openai).key == ""
+    assert ClientSettings.read("https://api.openai.com/v1", openai).key == "theirs-123"
+    assert ClientSettings.read("http://mine/v1", openai | {"OPENAI_BASE_URL": "http://mine/v1/"}).key == "theirs-123"
+    assert ClientSettings.read("http://elsewhere/v1", openai | ours).key == "ours-123"
+    assert "ours-123" not in repr(ClientSettings.read("http://elsewhere/v1", ours))
 
 
 @pytest.mark.parametrize(
@@ -352,7 +352,7 @@ def test_whose_key_goes_where():
             "extra must be a dict of JSON values without the keys model, messages",
         ),
         ("llm(model='m', extra={'a': {1}})", "extra must be a dict of JSON values"),
-        ("llm(model='m', key='x')", "student 'llm' has no parameter 'key'; allowed: model, base_url"),
+        ("llm(model='m', key='x')", "student 'llm': unknown parameter 'key'; allowed: model, base_url"),
     ],
 )
 def test_bad_options(spec, match):
@@ -388,7 +388,7 @@ def test_the_extra_is_missing(tmp_path, monkeypatch):
         pytest.raises(ModuleNotFoundError, match=r"run: pip install 'llf-teacher\[llm\]'"),
     ):
         run(study("http://localhost:1/v1"), store)
-    with pytest.raises(ModuleNotFoundError, match="need 'openai'"):
+    with pytest.raises(ModuleNotFoundError, match="needs 'openai'"):
         endpoint("http://localhost:1/v1")
 
 

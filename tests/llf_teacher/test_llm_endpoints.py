@@ -4,7 +4,7 @@ import pytest
 
 from llf_teacher.models import LLMError
 from llf_teacher.models.endpoints import place_of
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import Study
@@ -72,7 +72,7 @@ def test_places_are_in_a_file(tmp_path):
     assert place_of("local").base_url == "http://h:1/v1"
     far = place_of("far")
     surroundings = {"FAR_KEY": "sk-far", "LLF_LLM_API_KEY": "sk-ours"}
-    assert Settings.read(far.base_url, surroundings, far.key).key == "sk-far"
+    assert ClientSettings.read(far.base_url, surroundings, far.key).key == "sk-far"
     assert place_of("local", {"LLF_LLM_ENDPOINT_LOCAL": "http://other/v1"}).base_url == "http://other/v1"
     (tmp_path / "mine.toml").write_text('[endpoints.local]\nbase_url = "http://mine/v1"\n')
     assert place_of("local", {"LLF_LLM_ENDPOINTS": "mine.toml"}).base_url == "http://mine/v1"
@@ -81,7 +81,7 @@ def test_places_are_in_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        (None, r"nobody says where the endpoint 'local' is: set LLF_LLM_ENDPOINT_LOCAL, or write llf-endpoints\.toml"),
+        (None, r"the endpoint 'local' has no address: set LLF_LLM_ENDPOINT_LOCAL, or write llf-endpoints\.toml"),
         ("[endpoints.locale]\nbase_url='http://h/v1'", "endpoint.*'local'.*locale"),
         ("[endpoints.local]\nurl='http://h/v1'", "key 'url'.*base_url"),
         ("[endpoints.local]\nbase_url='h'", r"endpoints\.local\.base_url must be an address"),

@@ -19,7 +19,7 @@ from llf_teacher.models import cache as cache_module
 from llf_teacher.models.cache import Cache
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.replies import Prices
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
 from llf_teacher.models.waiting import wait_for
 
@@ -28,7 +28,7 @@ NORTH = "Thought: it said so.\nResponse: north"
 
 
 def endpoint(url, cache=":memory:", budget=None, timeout=5.0, retries=2, key=""):
-    return Endpoint(url, Settings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
+    return Endpoint(url, ClientSettings(key=key, cache=f"{cache}", budget=budget, timeout=timeout, retries=retries))
 
 
 def test_the_time_limit_is_for_the_whole_request():
@@ -38,7 +38,7 @@ def test_the_time_limit_is_for_the_whole_request():
         asked = endpoint(server.url, timeout=0.5, retries=0)
         started = time.monotonic()
         with pytest.raises(
-            LLMError, match=r"in 1 attempts, at last: timed out after 0\.5 seconds; LLF_LLM_TIMEOUT says how"
+            LLMError, match=r"in 1 attempts, at last: timed out after 0\.5 seconds; LLF_LLM_TIMEOUT sets the limit"
         ):
             asked.ask(REQUEST)
     assert 0.5 <= time.monotonic() - started < 10, "of 50 seconds"
@@ -52,7 +52,7 @@ def test_a_body_without_end_is_given_up(status):
         sent.append(request)
         return Reply(status, " " * 1_000_000, repeat=300)
 
-    with ScriptedEndpoint(answer) as server, pytest.raises(LLMError, match="more than 16000000 bytes"):
+    with ScriptedEndpoint(answer) as server, pytest.raises(LLMError, match="longer than the allowed 16000000 bytes"):
         endpoint(server.url, timeout=30.0).ask(REQUEST)
     assert len(sent) == 1
 
@@ -65,7 +65,7 @@ def test_counts_that_cannot_be_are_unknown(tmp_path, tokens):
     with ScriptedEndpoint(lambda request: reply) as server:
         answer = endpoint(server.url, tmp_path / "c.db").answer(REQUEST, (1, 1))
         assert (answer.text, answer.usage.input_tokens, answer.usage.usd) == (NORTH, None, None)
-        with pytest.raises(LLMError, match="does not tell the tokens it used"):
+        with pytest.raises(LLMError, match="gives no number of tokens"):
             endpoint(server.url, budget=1.0).ask(REQUEST, (1, 1))
     with contextlib.closing(Cache(f"{tmp_path / 'c.db'}")) as cache:
         assert cache.by_model()[0]["unpriced"] == 1
@@ -138,14 +138,14 @@ def test_a_failed_request_gives_back_what_it_reserved(tmp_path):
 def test_a_limit_needs_a_longest_answer():
     request = {name: value for name, value in REQUEST.items() if name != "max_tokens"}
     with ScriptedEndpoint(lambda request: NORTH) as server:
-        with pytest.raises(LLMError, match=r"a spending limit needs a longest answer .*: max_tokens"):
+        with pytest.raises(LLMError, match=r"a spending limit needs a maximum length .*: max_tokens"):
             endpoint(server.url, budget=1.0).ask(request, (1, 1))
         assert not server.requests
 
 
 def test_a_cache_in_memory_is_refused():
     with pytest.raises(ValueError, match=r"LLF_LLM_CACHE must be the name of a file, got ':memory:'"):
-        Settings.read("http://h/v1", {"LLF_LLM_CACHE": ":memory:"})
+        ClientSettings.read("http://h/v1", {"LLF_LLM_CACHE": ":memory:"})
 
 
 def picky(*parameters, status=400):
@@ -202,7 +202,7 @@ def test_other_troubles_are_no_refusal(told):
 def test_a_limit_cannot_be_kept_where_no_length_is_taken():
     with (
         ScriptedEndpoint(picky("max_tokens", "max_completion_tokens")) as server,
-        pytest.raises(LLMError, match="takes no max_tokens, so that no spending limit can be kept"),
+        pytest.raises(LLMError, match="accepts no max_tokens, so that no spending limit can be kept"),
     ):
         endpoint(server.url, budget=100.0).ask(REQUEST, (1, 1))
 

@@ -8,7 +8,7 @@ import pytest
 from llf_teacher.episodes.record import TurnRow, pack_turns
 from llf_teacher.models import LLMError, NoAnswerError
 from llf_teacher.models.client import Endpoint
-from llf_teacher.models.settings import Settings
+from llf_teacher.models.settings import ClientSettings
 from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
 from llf_teacher.studies.analysis.costs import cost_lines
@@ -132,7 +132,7 @@ def test_an_agent_of_ones_own_may_tell(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("status", "only_this"), [(400, True), (413, True), (422, True), (401, False), (404, False)])
 def test_an_error_of_one_request_is_told_from_one_of_all(status, only_this):
     with ScriptedEndpoint(lambda request: Reply(status, '{"error": {"message": "no"}}')) as server:
-        asked = Endpoint(server.url, Settings(key="", cache=":memory:", budget=None, timeout=5.0, retries=0))
+        asked = Endpoint(server.url, ClientSettings(key="", cache=":memory:", budget=None, timeout=5.0, retries=0))
         with pytest.raises(LLMError, match="no") as caught:
             asked.ask({"model": "m", "messages": []})
     assert isinstance(caught.value, NoAnswerError) == only_this

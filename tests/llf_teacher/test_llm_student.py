@@ -196,7 +196,7 @@ def test_prompts_of_ones_own(tmp_path):
         assert parse_student(spec).facts()["prompts"]["system.j2"]["text"].startswith("Do this")
         assert f"{parse_student(spec)}" == spec
         (tmp_path / "system.j2").write_text("Do that: {{ instruction }}")
-        with pytest.raises(ValueError, match="are not those of"):
+        with pytest.raises(ValueError, match="have changed since"):
             parse_student(spec)
         assert f"{parse_student(student)}" != spec
 
@@ -204,8 +204,8 @@ def test_prompts_of_ones_own(tmp_path):
 @pytest.mark.parametrize(
     ("text", "match"),
     [
-        ("{{ secret }}", "is no template: 'secret' is undefined; it may use instruction, example, answer"),
-        ("{% if %}", "is no template"),
+        ("{{ secret }}", "is not a valid template: 'secret' is undefined; allowed: instruction, example, answer"),
+        ("{% if %}", "is not a valid template"),
         (None, r"prompts must be a folder with system\.j2 or turn\.j2 or both"),
     ],
 )
@@ -231,7 +231,7 @@ def test_options_that_are_not_allowed(options, match):
 
 
 def test_a_limit_is_refused_where_answers_have_no_length():
-    with pytest.raises(ValueError, match="a spending limit needs a longest answer"):
+    with pytest.raises(ValueError, match="a spending limit needs a maximum length"):
         parse_student("llm(model='m', input_price=1, output_price=1, max_tokens=None)").check({"LLF_LLM_BUDGET": "1"})
 
 

@@ -158,8 +158,11 @@ def test_the_command_reads_a_pilot(tmp_path):
         (vague, oracle) = sorted(needs(outcomes(store.rows()), "silent", 0.2), key=lambda need: -need.safe)
     said = CliRunner().invoke(app, ["study", "power", str(tmp_path / "pilot.db"), "--effect", "0.2"]).output
     assert said.splitlines()[1].split()[-4:] == ["3", f"{vague.spread:.3f}", f"{vague.seeds}", f"{vague.safe}"]
-    assert f"against silent is found with a chance of 0.8 by {max(vague.seeds, oracle.seeds)} seeds" in said
-    with pytest.raises(ValueError, match=r"has no two seeds .* with 'placebo' and with another teacher"):
+    assert (
+        f"against silent with a probability of 0.8 in every comparison, use {max(vague.seeds, oracle.seeds)} seeds, or"
+        in said
+    )
+    with pytest.raises(ValueError, match=r"has too few episodes: .* with 'placebo' and with another teacher"):
         CliRunner().invoke(
             app,
             ["study", "power", str(tmp_path / "pilot.db"), "--effect", "0.2", "--baseline", "placebo"],

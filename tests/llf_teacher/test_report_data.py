@@ -1,5 +1,6 @@
 """What a report gathers from a store's columns, against the episodes themselves."""
 
+import contextlib
 import sqlite3
 
 import numpy as np
@@ -65,7 +66,7 @@ def test_only_seeds_that_all_environments_have_count(tmp_path, records):
 
 def test_episodes_of_other_seeds_rules_and_lists_are_left_out(path, records):
     study = Study(ids=IDS[:1], teachers=("oracle",), students=STUDY.students, seeds=(7, 2), max_turns=4)
-    with sqlite3.connect(path) as db:
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
         db.execute("UPDATE setting SET rules = '0.0' WHERE student = 'random'")
     data = read(Store(path), study)
     assert (data.present, data.expected) == (2, 4)
@@ -85,7 +86,7 @@ def test_sums_are_those_of_the_episodes(path, records):
 def test_turns_are_read_of_what_is_shown_only(path, records):
     """Without any turns, tables and curves are the same."""
     before = read(Store(path), STUDY).sections[0].regret
-    with sqlite3.connect(path) as db:
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
         db.execute("DELETE FROM story")
     (section,) = read(Store(path), STUDY).sections
     assert section.regret == before
@@ -96,7 +97,7 @@ def test_turns_are_read_of_what_is_shown_only(path, records):
 def test_each_row_is_looked_at_once(path):
     """With types that do not match, the wanted seeds would be gone through for each row."""
     planned = columns.plan(STUDY)
-    with sqlite3.connect(path) as db:
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
         columns.Columns(db, planned)
         steps = [row[3] for row in db.execute(f"EXPLAIN QUERY PLAN SELECT setting FROM {columns._WANTED}")]
     assert [step.split()[0] for step in steps] == ["SCAN", "SEARCH", "SEARCH"]

@@ -10,7 +10,7 @@ from llf_teacher.episodes.record import unchecked
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.speakers.llm_teacher import LLMTeacher
 from llf_teacher.speakers.rewriter import Rewriter
-from llf_teacher.speakers.speaker import OwnTeacher, Voiced
+from llf_teacher.speakers.speaker import CustomTeacher, Voiced
 from llf_teacher.speakers.voice import Toned
 from llf_teacher.students.chat import chat_student
 from llf_teacher.studies import run
@@ -82,7 +82,7 @@ def told(teacher, **changes):
 def test_specs_stand_for_values_and_back():
     url = "http://localhost:1/v1"
     for spec, value in (
-        ("parrots:Parrot(words='Hm.')", OwnTeacher("parrots", "Parrot", (("words", "Hm."),))),
+        ("parrots:Parrot(words='Hm.')", CustomTeacher("parrots", "Parrot", (("words", "Hm."),))),
         ("mistake(eps=0.5) | voice(tone='curt')", Voiced(mistake(eps=0.5), Toned("curt"))),
         (f"llm_teacher(model='m', base_url='{url}')", LLMTeacher("m", url)),
     ):
@@ -99,11 +99,11 @@ def test_specs_stand_for_values_and_back():
     ("spec", "match"),
     [
         ("parrots:Deaf", "unknown personality in parrots 'Deaf'"),
-        ("parrots:Parrot(word='x')", "cannot be called so: got an unexpected keyword argument 'word'"),
+        ("parrots:Parrot(word='x')", "teacher 'parrots:Parrot': unknown parameter 'word'; did you mean words"),
         ("oracle | parrots:shot", "unknown personality in parrots 'shot'"),
         ("llm_teacher(modle='m')", "unknown parameter 'modle'; did you mean model"),
         ("llm_teacher()", "model must be the name of a model"),
-        ("llm_teacher(model='m', knows='all')", "unknown knowledge 'all'; allowed: claims, nothing"),
+        ("llm_teacher(model='m', knows='all')", "unknown value of knows 'all'; allowed: claims, nothing"),
         ("oracle | llm_teacher(model='m')", "must stand alone, as in"),
         ("voice(tone='curt')", r"must stand behind a personality, as in `oracle \| voice"),
         ("oracle | voice(tone='crut')", "unknown voice 'crut'; did you mean curt"),

@@ -37,7 +37,7 @@ def test_a_database_may_be_collected_in_any_thread(tmp_path, monkeypatch, databa
 def test_a_store_of_another_version_is_refused_and_unchanged(tmp_path):
     path = tmp_path / "s.db"
     Store(path).close()
-    with sqlite3.connect(path) as db:
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
         db.execute(f"PRAGMA user_version = {SCHEMA_VERSION + 1}")
     db.close()
     before = path.read_bytes()
@@ -64,7 +64,7 @@ def test_a_store_that_nobody_closes_is_closed(tmp_path, monkeypatch):
 
 def test_a_database_of_something_else_is_refused_and_unchanged(tmp_path):
     path = tmp_path / "s.db"
-    with sqlite3.connect(path) as db:
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
         db.execute("CREATE TABLE mine (x)")
     db.close()
     before = path.read_bytes()

@@ -10,11 +10,11 @@ from itertools import islice, product
 import numpy as np
 import pytest
 from design import sampled
-from llf_teacher.episodes.scenes import scenes
 from sampling import IDS, fewer, practice
 from shelf import is_complete
 
 import llf_teacher
+from llf_teacher.episodes.play import play
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entries, entry
 from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
@@ -221,8 +221,8 @@ def test_every_paraphrase_of_every_voice_is_read_as_the_claim_that_it_words(id):
         for type_ in family.oracle_class().instruction_types:
             env = llf_teacher.make(id, teacher=spec, instruction_type=type_)
             student = parse_student("random").seat(family, env.session.world)
-            for scene in islice(scenes(env, student, seed=0), 10):
-                for atom, _ in scene.atoms:
+            for turn in islice(play(env, student, seed=0), 10):
+                for atom in turn.atoms:
                     said.setdefault(type(atom.claim), set()).add(atom.claim)
     assert len(said) > (15 if is_complete(family) else len(family.oracle_class().claims()))
     for before, voice in product(VOICES, VOICES):
@@ -246,7 +246,7 @@ def test_a_reader_of_words_understands_every_voice(id, voice):
 
     def rewards(voice):
         env = llf_teacher.make(id, voice=voice)
-        return [scene.moment.reward for scene in scenes(env, policy, seed=3)]
+        return [turn.moment.reward for turn in play(env, policy, seed=3)]
 
     assert rewards("plain") == rewards(voice)
 
@@ -258,7 +258,7 @@ def skill(id, teacher, seed, field):
     """What the Bayesian student thinks of a teacher after an episode."""
     env = llf_teacher.make(id, teacher=teacher)
     policy = parse_student("bayesian").seat(env.family, env.session.world)
-    for _ in scenes(env, policy, seed):
+    for _ in play(env, policy, seed):
         pass
     return policy.skill[field]
 
@@ -360,7 +360,7 @@ def test_reading_skips_what_it_does_not_know():
 def test_bad_specs():
     with pytest.raises(ValueError, match="unknown student 'obediant'; did you mean obedient"):
         parse_student("obediant")
-    with pytest.raises(ValueError, match="names 2 students; allowed: one"):
+    with pytest.raises(ValueError, match=r"student spec 'random \| oracle' has 2 parts, separated by `\|`; allowed: 1"):
         parse_student("random | oracle")
     with pytest.raises(ValueError, match="alpha must be a number from 0 to 1, got 3"):
         parse_student("q_learning(alpha=3)")

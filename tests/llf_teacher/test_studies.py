@@ -1,5 +1,6 @@
 """Studies: files, the runner, the store, interruption."""
 
+import contextlib
 import signal
 import sqlite3
 import subprocess
@@ -195,11 +196,8 @@ def _count(path):
     if not path.exists():
         return 0
     try:
-        db = sqlite3.connect(f"file:{path}?mode=ro", uri=True)
-        try:
+        with contextlib.closing(sqlite3.connect(f"file:{path}?mode=ro", uri=True)) as db:
             return db.execute("SELECT count(*) FROM episode").fetchone()[0]
-        finally:
-            db.close()
     except sqlite3.OperationalError:  # not written yet
         return 0
 

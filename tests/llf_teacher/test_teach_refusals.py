@@ -69,9 +69,9 @@ class Undecided(Oracle):
 @pytest.mark.parametrize(
     ("env", "match"),
     [
-        (Abstract, "env is an abstract class, .*Abstract.*; it lacks step"),
-        (gymnasium.Env, "Env is no complete environment: it lacks reset, step, action_space, observation_space"),
-        (Spaceless(), "Spaceless is no complete environment: it lacks step, action_space, observation_space"),
+        (Abstract, "env must not be an abstract class, got .*Abstract.*, which lacks step"),
+        (gymnasium.Env, "env must be complete, got Env, which lacks reset, step, action_space, observation_space"),
+        (Spaceless(), "env must be complete, got Spaceless, which lacks step, action_space, observation_space"),
         (Bare(action_space=spaces.Graph(spaces.Discrete(2), None)), "Graph.* cannot be written as text"),
     ],
 )

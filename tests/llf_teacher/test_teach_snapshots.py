@@ -90,7 +90,7 @@ def test_an_environment_that_cannot_be_played_again_is_found_out():
     world.reset(seed=0)
     world.step(0)
     lab.restore(world.truth)
-    with pytest.raises(RuntimeError, match="cannot be played again: action 1 gave something else"):
+    with pytest.raises(RuntimeError, match="cannot be replayed: action 1 had another result"):
         lab.step(0)
 
 
@@ -99,7 +99,7 @@ def test_a_lab_that_cannot_be_made_asks_for_a_function():
     world.reset(seed=0)
     lab = world.scratch()
     lab.restore(world.truth)
-    with pytest.raises(ValueError, match="give a function that makes it"):
+    with pytest.raises(ValueError, match="pass a function that makes it"):
         lab.step(0)
     llf_teacher.teach(Stubborn()).reset(seed=0)  # rewards alone need no lab
 
@@ -116,5 +116,5 @@ def test_a_lab_that_differs_is_found_out():
     other._episode.observation = world._observation
     lab = other.scratch()
     lab.restore(other.truth)
-    with pytest.raises(RuntimeError, match="reset gave something else"):
+    with pytest.raises(RuntimeError, match="reset had another result"):
         lab.step(0)

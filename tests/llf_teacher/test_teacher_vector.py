@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -182,10 +183,10 @@ def test_a_copy_goes_on_alike_and_by_itself(again):
 
 def test_what_a_budget_leaves_of_a_subset():
     for subset in range(SUBSETS):
-        kinds = [kind for i, kind in enumerate(KINDS) if subset >> i & 1]
+        atoms = [SimpleNamespace(kind=kind) for i, kind in enumerate(KINDS) if subset >> i & 1]
         for left in range(6):
-            kept = within(left, kinds, lambda kind: kind)
-            assert WITHIN[subset, left] == sum(1 << KINDS.index(kind) for kind in kept)
+            kept = within(left, atoms)
+            assert WITHIN[subset, left] == sum(1 << KINDS.index(atom.kind) for atom in kept)
 
 
 def test_the_named_rewards_are_those_of_the_seats():
@@ -195,7 +196,7 @@ def test_the_named_rewards_are_those_of_the_seats():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"student": "obedient"}, "the student obedient cannot be played in arrays; allowed: q_learning"),
+        ({"student": "obedient"}, "the student obedient cannot play in arrays; allowed: q_learning"),
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
         ({"episodes": 1}, "forget=False is for lifetimes"),
         ({"budget": 0}, "budget must be None or an integer of at least 1, got 0"),

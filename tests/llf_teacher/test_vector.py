@@ -214,7 +214,7 @@ def test_words_are_those_of_the_lesson(id):
         words = batch.words([4, 1])
         for row, said in zip((4, 1), words, strict=True):
             lesson = batch.lesson(row)
-            atoms = lesson.lesson.session.atoms
+            atoms = lesson.session.atoms
             assert [atom.text for atom in said.atoms] == [atom.text for atom in atoms]
             assert any(atom.kind is None for atom in atoms) == (turn == 0)
         batch.step(actions_of(batch, rng))
@@ -243,14 +243,14 @@ def test_autoresets_draw_as_resets_do(id, options):
     batch.reset(seed=0)
     seeded = starts(id, batch, rows)
     tabular = batch.worlds.states is not None
-    before = batch.oracle.way(batch.worlds.state, 20) if tabular else None
+    before = batch.oracle.plan_length(batch.worlds.state, 20) if tabular else None
     rng = np.random.default_rng(0)
     batch.step(actions_of(batch, rng))
     batch.step(actions_of(batch, rng))
     assert not batch.moments.turn.any()
     assert stats.ks_2samp(seeded, starts(id, batch, rows), method="asymp").pvalue > 0.001
     if tabular:
-        ways = batch.oracle.way(batch.worlds.state, 20)
+        ways = batch.oracle.plan_length(batch.worlds.state, 20)
         assert stats.ks_2samp(before, ways, method="asymp").pvalue > 0.001
 
 
@@ -320,7 +320,7 @@ def test_bad_actions_change_nothing(actions, message):
     assert batch.moments.turn.tolist() == [0, 0, 0]
     with pytest.raises(ValueError, match="a row must be an integer from 0 to 2, got 3"):
         batch.lesson(3)
-    with pytest.raises(ValueError, match="reset knows no option 'nonsense'"):
+    with pytest.raises(ValueError, match="reset option 'nonsense' is unknown"):
         batch.reset(options={"nonsense": 3})
     with pytest.raises(ValueError, match="a list of 3 of these"):
         batch.reset(seed=[1, 2])
@@ -337,7 +337,7 @@ def test_gymnasiums_wrappers_take_it(mode):
 
 
 def test_a_loss_of_ones_own_has_no_arrays():
-    with pytest.raises(ValueError, match="in arrays there are the named losses only, got a function"):
+    with pytest.raises(ValueError, match="loss in arrays must be a named one, got a function"):
         batch_of("llf-optimization-Booth-v0", 2, loss=lambda x1, x2: x1**2 + x2**2, domain=(-1.0, 1.0))
 
 

@@ -1,5 +1,6 @@
 """The server: what it answers, to whom, and what it refuses."""
 
+import contextlib
 import io
 import json
 import sqlite3
@@ -321,7 +322,8 @@ def test_the_same_world_again_is_another_sample(tmp_path):
         assert told(visitor.get(f"{page}/state"))["undo"] is False
         assert "cannot be taken back here" in visitor.post(f"{page}/undo", json={}).json()["error"]
     assert sorted(row["sample"] for row in load(path).rows()) == [0, 1]
-    assert sqlite3.connect(path).execute("SELECT count(*) FROM result").fetchone() == (2,)
+    with contextlib.closing(sqlite3.connect(path)) as db:
+        assert db.execute("SELECT count(*) FROM result").fetchone() == (2,)
 
 
 def test_lessons_are_bounded_in_number_and_age():

@@ -35,12 +35,14 @@ PARTED = [
 
 @pytest.mark.parametrize(("text", "thought", "answer"), PARTED, ids=[text[:30] for text, _, _ in PARTED])
 def test_reasoning_is_parted_from_the_answer(text, thought, answer):
-    assert split_thought(text) == (thought, answer)
+    parted = split_thought(text)
+    assert parted == (thought, answer, text, text.endswith("<think>a door"))
+    assert split_thought(parted) is parted
 
 
 @pytest.mark.parametrize("text", [" north \n", "a < b", "I think </b> so", "<thin>", "think: north", "north<|end|>"])
 def test_a_text_without_marks_is_an_answer_as_it_is(text):
-    assert split_thought(text) == ("", text)
+    assert split_thought(text) == ("", text, text, False)
 
 
 marks = st.sampled_from(["<think>", "</think>", "[THINK]", "<|channel|>final<|message|>", "<|end|>", "north", " ", "<"])
@@ -48,9 +50,11 @@ marks = st.sampled_from(["<think>", "</think>", "[THINK]", "<|channel|>final<|me
 
 @given(st.lists(marks, max_size=20).map("".join) | st.text())
 def test_what_is_said_is_in_the_text_and_holds_no_thought(text):
-    thought, answer = split_thought(text)
+    thought, answer, whole, unended = split_thought(text)
+    assert whole == text
+    assert unended == ("behind it" in split_thought(f"{text} behind it").thought)
     assert all(line.strip() in text for line in [*thought.splitlines(), *answer.splitlines()])
-    assert split_thought(answer) == ("", answer)
+    assert split_thought(answer) == ("", answer, answer, False)
 
 
 @pytest.mark.parametrize("piece", ["<think>", "</think>", "a</think>b", "<", "<|channel|>analysis", "[THINK]x[/THINK]"])

@@ -21,7 +21,7 @@ from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Frank
 from pz_envs.seats import TEACHER
 from teachers.atoms import FP, HN, HP, KINDS, action_of
-from worlds.wrapped.actions import native
+from worlds.actions import native
 
 GRID, ARMS = "llf-gridworld-v0", "llf-bandits-BanditTenArmedRandomFixed-v0"
 

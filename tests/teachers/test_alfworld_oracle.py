@@ -80,10 +80,10 @@ def test_what_is_left_is_the_length_of_the_plan(task):
             assert planner.left_after(facts, command) == len(Planner(played).plan(engine.facts))
 
 
-def test_an_outlook_serves_while_the_student_does_nothing_that_matters(monkeypatch):
+def test_a_plan_table_serves_while_the_student_does_nothing_that_matters(monkeypatch):
     looked = []
-    look = Planner._look
-    monkeypatch.setattr(Planner, "_look", lambda self, facts: looked.append(facts) or look(self, facts))
+    look = Planner._make_table
+    monkeypatch.setattr(Planner, "_make_table", lambda self, facts: looked.append(facts) or look(self, facts))
     played = make(np.random.default_rng(0), TASKS[0], "all")
     engine, planner = ExactEngine(played), Planner(played)
     for command in ("look", "inventory", *[each for each in engine.commands() if each.startswith("go to ")]):
@@ -95,14 +95,14 @@ def test_an_outlook_serves_while_the_student_does_nothing_that_matters(monkeypat
     assert len(looked) == 2
 
 
-def test_a_planner_remembers_a_few_outlooks():
+def test_a_planner_remembers_a_few_plan_tables():
     world = Alfworld()
     world.reset(seed=0)
     planner, rng, most = Planner(world.truth.game), np.random.default_rng(0), 0
     for _ in range(3000):
         world.step(world.sample_action(rng))
         planner.left(world.truth.facts)
-        most = max(most, len(planner._outlooks))
+        most = max(most, len(planner._tables))
     assert most == 64
 
 

@@ -147,7 +147,7 @@ def test_a_late_claim_has_the_kind_of_what_it_says():
 
 
 def test_a_claim_that_does_not_say_when_it_holds_cannot_be_checked():
-    with pytest.raises(TypeError, match=r"Claim does not say when it holds; implement holds\(moment, lab\)"):
+    with pytest.raises(TypeError, match=r"Claim does not implement holds\(moment, lab\)"):
         Claim().holds(Moment.opening(None), None)
 
 
@@ -198,8 +198,8 @@ def test_the_counterpart_of_a_verdict_is_the_opposite_one():
 @pytest.mark.parametrize(
     ("method", "message"),
     [
-        ("applies", r"Verdict does not say what it is about; implement applies\(moment, lab\)"),
-        ("good", r"Verdict does not say what is good; implement good\(moment, lab\)"),
+        ("applies", r"Verdict does not implement applies\(moment, lab\)"),
+        ("good", r"Verdict does not implement good\(moment, lab\)"),
     ],
 )
 def test_a_verdict_says_what_it_is_about_and_what_is_good(method, message):
@@ -208,6 +208,8 @@ def test_a_verdict_says_what_it_is_about_and_what_is_good(method, message):
 
 
 def test_there_is_no_past_where_no_action_was_executed():
-    with pytest.raises(ValueError, match="no action was executed in turn 3; ask only where `before` is not None"):
+    with pytest.raises(
+        ValueError, match="no action was executed in turn 3; use `past` only where `before` is not None"
+    ):
         _ = Moment.opening("here", 3).past
     assert OPENING._replace(before="there").past == "there"

@@ -65,15 +65,32 @@ def compiling(monkeypatch):
 
 
 def test_code_is_kept_for_the_sources_of_now(tmp_path):
-    source = tmp_path / "one.py"
-    source.write_text("1")
-    kept = compiled._kept.__wrapped__
-    before = kept(tmp_path, "")
-    assert before == kept(tmp_path, "")
-    assert before.parent == tmp_path / "__pycache__"
-    assert kept(tmp_path, "elsewhere").parent == Path("elsewhere")
-    source.write_text("2")
-    assert kept(tmp_path, "") != before
+    """Those of other folders, too, whose functions are called."""
+    own, other = tmp_path / "own", tmp_path / "other"
+    for folder in (own, other):
+        folder.mkdir()
+        (folder / "one.py").write_text("1")
+    kept = compiled._cache_folder.__wrapped__
+    before = kept((own, other), "")
+    assert before == kept((own, other), "")
+    assert before.parent == own / "__pycache__"
+    assert kept((own, other), "elsewhere").parent == Path("elsewhere")
+    for folder in (own, other):
+        (folder / "one.py").write_text("2")
+        assert kept((own, other), "") != before
+        before = kept((own, other), "")
+
+
+def test_folders_are_those_of_called_functions():
+    """Of the world's, too, in which the car's step is defined."""
+    program = (
+        "from teachers.oracles.parking import driving, model, reeds_shepp\n"
+        "for each in (model.misfit, driving._follow, reeds_shepp.wrapped):\n"
+        "    print(*[folder.name for folder in each.folders])"
+    )
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "0"}
+    run = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, env=environment)
+    assert run.stdout.splitlines() == ["parking worlds", "parking worlds", "parking"]
 
 
 @pytest.mark.parametrize("may_be_written", [True, False])
@@ -87,6 +104,6 @@ def test_what_cannot_be_kept_is_compiled_all_the_same(tmp_path, monkeypatch, com
         compiling, "njit", lambda *given, **options: calls.append(options) or (lambda function: function)
     )
     monkeypatch.setattr(compiling.config, "CACHE_DIR", str(folder))
-    compiled.compiled(cases)
+    compiled.compiled(lambda: None)
     assert calls == [{"cache": True} if may_be_written else {}]
     assert str(folder) == compiling.config.CACHE_DIR

@@ -7,7 +7,6 @@ from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
 from teachers.atoms import FN, FP, HN, HP, KINDS, Moment
 from teachers.oracles.metaworld import MetaWorldOracle
-from teachers.oracles.metaworld.checks import action_for
 from teachers.oracles.metaworld.claims import (
     Aiming,
     Avoid,
@@ -23,6 +22,7 @@ from teachers.oracles.metaworld.claims import (
     TooLoose,
     TooTight,
     WellAimed,
+    action_for,
 )
 from teachers.oracles.metaworld.corrections import CORRECTIONS, aim_of
 from teachers.oracles.metaworld.purposes import PURPOSES

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.batches.optimization import six_digits
-from teachers.oracles.optimization import OptimizationOracle, checks
+from teachers.oracles.optimization import OptimizationOracle
 from teachers.oracles.optimization.claims import (
     Avoid,
     Cross,
@@ -184,4 +184,3 @@ TIES = st.builds(lambda i, power: (i + 0.5) * 10.0**power, st.integers(100_000, 
 def test_six_digits_are_those_of_pythons_format(numbers):
     expected = [float(f"{number:.6g}") for number in numbers]
     assert six_digits(np.array(numbers, float)).tolist() == expected
-    assert list(map(checks.six_digits, map(float, numbers))) == expected

@@ -21,7 +21,7 @@ from teachers.oracle import claims_of
 from teachers.oracles.poem import PoemOracle
 from teachers.oracles.poem.claims import AvoidCount, AvoidLines, Count, LinesRight, Write, WrongLine, WrongNumber
 from teachers.phrasebook import Draws, Phrasebook, check_paraphrase, load_phrasebook
-from teachers.templates import Template, recurring
+from teachers.templates import Template, cache_key
 from teachers.testing import Pupil
 
 FAMILIES = {family.name: family for family in all_families()}
@@ -155,13 +155,13 @@ def test_one_error_lists_every_problem():
         "TryAgain: has no phrases",
         "Nothing: there is no claim of this name",
         "Done: has 3 paraphrases; allowed: 4 to 20",
-        "Steps: 'To {place} it is {number}' stands under Steps already",
+        "Steps: 'To {place} it is {number}' is also a phrase of Steps",
         "Steps: '{number} to {city}' has a slot 'city'; allowed: number, place",
         "Steps: '{number} by {route} to {place}' has a slot 'route'; allowed: number, place",
         "Steps: '{number:>8} to {place}': slot 'number' has a bad format",
         "Steps: '{number} to {place!s}': slot 'place' has a bad format",
         "Steps: '{number} to {place': ",
-        "Steps: '{number} to nowhere' leaves out 'place', which other paraphrases say",
+        "Steps: '{number} to nowhere' has no slot 'place', which other paraphrases have",
     ]
     for problem in expected:
         assert any(line.strip().startswith(problem) for line in problems), problem
@@ -175,7 +175,7 @@ def test_one_error_lists_every_problem():
         ({"Steps": STEPS, "Done": DONE, "Gone": DONE}, "Gone: there is no claim of this name"),
         ({"Steps": STEPS, "Done": DONE[:3]}, "Done: has 3 paraphrases; allowed: 4 to 20"),
         ({"Steps": STEPS, "Done": [str(i) for i in range(21)]}, "Done: has 21 paraphrases; allowed: 4 to 20"),
-        ({"Steps": STEPS, "Done": [*DONE, "Over."]}, "Done: 'Over.' stands under Done already"),
+        ({"Steps": STEPS, "Done": [*DONE, "Over."]}, "Done: 'Over.' is also a phrase of Done"),
         ({"Steps": STEPS, "Done": "Done."}, "Done: must be a list of strings"),
         ({"Steps": STEPS, "Done": [*DONE, 5]}, "Done: must be a list of strings"),
         ({"Steps": STEPS, "Done": [*DONE, "{}"]}, "Done: '{}' has a slot ''; allowed: none"),
@@ -185,7 +185,7 @@ def test_one_error_lists_every_problem():
         ({"Steps": [*STEPS, "{number:{place}}"], "Done": DONE}, "slot 'number' has a bad format"),
         ({"Steps": [*STEPS, "{number} {place"], "Done": DONE}, "'{number} {place': "),
         ({"Steps": [*STEPS, "{number} {place}}"], "Done": DONE}, "'{number} {place}}': "),
-        ({"Steps": [*STEPS, "{number}"], "Done": DONE}, "'{number}' leaves out 'place', which other paraphrases say"),
+        ({"Steps": [*STEPS, "{number}"], "Done": DONE}, "'{number}' has no slot 'place', which other paraphrases have"),
     ],
 )
 def test_the_phrase_with_the_problem_is_named_and_no_other(phrases, message):
@@ -194,15 +194,15 @@ def test_the_phrase_with_the_problem_is_named_and_no_other(phrases, message):
         Phrasebook(phrases, [Steps, Done], "words")
     problems = str(raised.value).splitlines()[1:]
     assert message in problems[0]
-    assert not [template for template in STEPS + DONE if f"{template!r} leaves out" in str(raised.value)]
+    assert not [template for template in STEPS + DONE if f"{template!r} has no slot" in str(raised.value)]
 
 
 def test_the_phrase_that_leaves_out_a_slot_is_named_behind_one_with_bad_braces():
     # Today the phrase with bad braces is blamed: it has no entry among those that are compared, which are one off.
     with pytest.raises(ValueError, match="bad phrases") as raised:
         Phrasebook({"Steps": ["{number} to {place", "{number}", *STEPS]}, [Steps], "words")
-    assert [line.split(": ", 1)[1] for line in str(raised.value).splitlines() if "leaves out" in line] == [
-        "'{number}' leaves out 'place', which other paraphrases say"
+    assert [line.split(": ", 1)[1] for line in str(raised.value).splitlines() if "has no slot" in line] == [
+        "'{number}' has no slot 'place', which other paraphrases have"
     ]
 
 
@@ -360,9 +360,9 @@ class Turned(Claim):
 
 
 def test_claims_of_numbers_and_members_come_again():
-    assert recurring(Turned)(Turned(times=2, kind_of=FeedbackType.HP, by=(1,))) == (2, FeedbackType.HP, (1,))
+    assert cache_key(Turned)(Turned(times=2, kind_of=FeedbackType.HP, by=(1,))) == (2, FeedbackType.HP, (1,))
     for cls in (Steps, Done, Reward, Late):
-        assert recurring(cls) is None
+        assert cache_key(cls) is None
 
 
 def test_a_sentence_is_made_once_for_claims_that_come_again_and_not_for_ever():
@@ -381,11 +381,11 @@ def test_a_sentence_is_made_once_for_claims_that_come_again_and_not_for_ever():
     assert sentence(1, Steps) is not sentence(1, Steps)
     for number in range(3000):
         assert str(number) in sentence(number)
-    kept = [len(template.said) for template in phrasebook._templates[Turned]]
+    kept = [len(template.cache) for template in phrasebook._templates[Turned]]
     assert 0 < sum(kept) <= 1024
     assert sentence(1) == first
 
 
-def test_a_template_keeps_what_it_says():
+def test_a_template_caches_its_sentences():
     template = Template("{number} to {place}")
-    assert template.keep("a key", Steps(number=3, place="town")) is template.said["a key"] == "3 to town"
+    assert template.format_cached("a key", Steps(number=3, place="town")) is template.cache["a key"] == "3 to town"

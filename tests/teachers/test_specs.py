@@ -19,7 +19,7 @@ from teachers.personalities.mistake import mistake
 from teachers.personalities.only import Only
 from teachers.personalities.oracle import oracle
 from teachers.personality import PERSONALITIES, Personality, Pipeline, parse_personality, personality
-from teachers.spec import Range, Share
+from teachers.spec import Range, Share, SpecCall, parse_call, parse_calls
 
 NAMES = PERSONALITIES.names
 # Values for parameters; a parameter that is not listed keeps its default.
@@ -186,7 +186,7 @@ def late_random_stream(claims, view, *, rng=None, start=0):
 def test_a_function_of_another_signature_is_no_personality(function):
     given = re.escape(str(inspect.signature(function)))
     with pytest.raises(
-        TypeError, match=rf"^{function.__name__}{given} is no personality: it must take \(claims, view\)"
+        TypeError, match=rf"^{function.__name__}{given} is not a personality: it must take \(claims, view\)"
     ):
         personality()(function)
 
@@ -236,8 +236,8 @@ def test_personalities_are_frozen(name):
         ("oracle | orcale", r"unknown personality 'orcale'; did you mean oracle\b.*\? allowed: "),
         ("Oracle", r"unknown personality 'Oracle'; did you mean oracle\b.*\? allowed: "),
         ("__init__", "unknown personality '__init__'; .*allowed: "),
-        ("mistake(rate=1)", "personality 'mistake' has no parameter 'rate'; allowed: eps$"),
-        ("oracle(eps=1)", "personality 'oracle' has no parameter 'eps'; allowed: none$"),
+        ("mistake(rate=1)", "personality 'mistake': unknown parameter 'rate'; allowed: eps$"),
+        ("oracle(eps=1)", "personality 'oracle': unknown parameter 'eps'; allowed: none$"),
         ("mistake(eps=2)", "eps must be a number from 0 to 1, got 2"),
         ("mistake(eps=-0.1)", r"eps must be a number from 0 to 1, got -0\.1"),
         ("mistake(eps=1e999)", "eps must be a number from 0 to 1, got inf"),
@@ -314,6 +314,59 @@ BAD_SYNTAX = [
 def test_bad_syntax_is_refused_with_the_names(spec):
     with pytest.raises(ValueError, match=r"(?s)bad personality spec .*expected names with .*; names: adversarial, "):
         parse_personality(spec)
+
+
+@pytest.mark.parametrize(
+    ("text", "calls"),
+    [
+        ("mistake", [SpecCall("mistake", {})]),
+        ("a(x=1,) | b(y=-2.5, z=None)", [SpecCall("a", {"x": 1}), SpecCall("b", {"y": -2.5, "z": None})]),
+        ("(a | b()) | c", [SpecCall("a", {}), SpecCall("b", {}), SpecCall("c", {})]),
+        ("a | (b | c)", [SpecCall("a", {}), SpecCall("b", {}), SpecCall("c", {})]),
+        ("p.q : a(x={'k': [1, (2,)]})", [SpecCall("a", {"x": {"k": [1, (2,)]}}, ("p.q",))]),
+        ("p:a |\n chat:p.q:b", [SpecCall("a", {}, ("p",)), SpecCall("b", {}, ("chat", "p.q"))]),
+        ("a(x='b | c:d@e (') | p:a", [SpecCall("a", {"x": "b | c:d@e ("}), SpecCall("a", {}, ("p",))]),
+        ("a(x='''it's | ''' \"'\")  # b | c", [SpecCall("a", {"x": "it's | '"})]),
+    ],
+)
+def test_a_spec_string_is_calls(text, calls):
+    assert list(parse_calls("test", text, "calls", prefixes=2)) == calls
+    written = " | ".join(map(str, calls))
+    assert list(parse_calls("test", written, "calls", prefixes=2)) == calls
+
+
+@pytest.mark.parametrize(
+    "text",
+    [*BAD_SYNTAX, "p:", ":a", "a:b:c:d", "p:(q:a)", "(p:a)", "p@a", "(p@a)", "p:a.b", "p()(): a", "a) | (b", "p::a"],
+)
+def test_what_is_no_calls_is_refused(text):
+    with pytest.raises(ValueError, match=r"(?s)^bad test spec .*; expected calls$"):
+        parse_calls("test", text, "calls", prefixes=2)
+
+
+def test_prefixes_and_parts_are_counted():
+    with pytest.raises(ValueError, match=r"^bad test spec 'p:q:a'; expected a call$"):
+        parse_calls("test", "p:q:a", "a call", prefixes=1)
+    with pytest.raises(ValueError, match=r"^test spec 'a \| b' has 2 parts, separated by `\|`; allowed: 1$"):
+        parse_call("test", "a | b", "a call")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("no_such_module:f", "test 'no_such_module:f': cannot import the module 'no_such_module': ModuleNotFound"),
+        ("fnmatch:filter(name='x')", "test 'fnmatch:filter': unknown parameter 'name'; did you mean names"),
+        ("fnmatch:filter(pat='x')", r"test 'fnmatch:filter': cannot call filter\(names, pat\): missing .*'names'"),
+        ("fnmatch:filter(names=[], pat='x')", None),
+    ],
+)
+def test_a_call_is_checked_against_what_it_calls(text, message):
+    call = parse_call("test", text, "a call", prefixes=1)
+    if message is None:
+        call.check_arguments("test", call.imported("test")[1])
+        return
+    with pytest.raises(ValueError, match=message):
+        call.check_arguments("test", call.imported("test")[1])
 
 
 @pytest.mark.parametrize("spec", [None, 5, 0.1, ["oracle"], object()])

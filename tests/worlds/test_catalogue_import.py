@@ -1,5 +1,6 @@
 """Imports of IMDb's and MovieLens's files."""
 
+import contextlib
 import gzip
 import re
 import sqlite3
@@ -91,7 +92,7 @@ DAMAGED = {
     "id": ("\n".join([HEADER, ROWS[0][2:]]), "line 2: an id such as tt0133093 was expected, got '0133093'"),
     "header": ("id\tname\n1\tA", "line 1: got 'id\\tname'; allowed: the columns of IMDb's"),
     "empty": ("", "line 1: got ''"),
-    "nothing to take": ("\n".join([HEADER, ROWS[3]]), "not one of 1 rows is a film or a series"),
+    "nothing to take": ("\n".join([HEADER, ROWS[3]]), "none of 1 rows is a film or a series"),
     "encoding": (HEADER.encode() + b"\n\xff\xfe\xff", "is damaged after line"),
     "cut gzip": (gzip.compress("\n".join([HEADER, *ROWS * 2000]).encode())[:-200], "is damaged after line"),
     "bad gzip": (b"\x1f\x8bno gzip at all", "is damaged after line 0"),
@@ -123,7 +124,7 @@ def test_what_cannot_be_imported_is_said(tmp_path):
         import_catalogue(tmp_path / "missing", tmp_path / "big.db")
     with pytest.raises(ValueError, match=r"cannot import .*none"):
         import_catalogue(source, tmp_path / "none" / "big.db")
-    with pytest.raises(ValueError, match=r"title.ratings.tsv is needed"):
+    with pytest.raises(ValueError, match=r"least_votes=3 requires ratings, .*title\.ratings\.tsv, got None"):
         import_catalogue(source, tmp_path / "big.db", least_votes=3)
     with pytest.raises(ValueError, match="least_votes must be at least 0, got -1"):
         import_catalogue(source, tmp_path / "big.db", least_votes=-1)
@@ -133,20 +134,19 @@ def test_what_cannot_be_imported_is_said(tmp_path):
         import_catalogue(source, tmp_path / "big.db", source)
     source.write_text(LENS)
     ratings.write_text(RATINGS)
-    with pytest.raises(ValueError, match="tell nothing of MovieLens's titles"):
+    with pytest.raises(ValueError, match="ratings apply to IMDb's titles only, got MovieLens's"):
         import_catalogue(source, tmp_path / "big.db", ratings)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["ratings", "source"]
 
 
 def test_what_is_no_catalogue_is_refused(tmp_path):
     other = tmp_path / "other.db"
-    database = sqlite3.connect(other)
-    database.execute("CREATE TABLE title (id)")
-    database.close()
+    with contextlib.closing(sqlite3.connect(other)) as database:
+        database.execute("CREATE TABLE title (id)")
     text = tmp_path / "text.db"
     text.write_text("no database " * 100)
     for path in (other, text):
-        with pytest.raises(ValueError, match=r"is no catalogue .*import_catalogue` makes one"):
+        with pytest.raises(ValueError, match=r"is not a catalogue .*make one with `.*import_catalogue`"):
             load_catalogue(path)
     for path in (tmp_path / "missing.db", 3.5):
         with pytest.raises(ValueError, match="cannot read the catalogue"):

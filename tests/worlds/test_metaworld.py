@@ -245,14 +245,6 @@ def test_the_script_needs_nothing_that_is_not_observed(task):
         world.step([*aim.target, aim.grip] if rng.random() < 0.7 else world.sample_action(rng))
 
 
-def test_what_a_script_was_asked_last_is_known_to_every_script_of_the_task(monkeypatch):
-    world = MetaWorld("reach-v3")
-    world.reset(seed=0)
-    aim = world.script.aim(world.truth.observation)
-    monkeypatch.delattr(Script, "command")
-    assert Script("reach-v3").aim(world.truth.observation) is aim
-
-
 def test_metaworlds_modules_stay_as_they_are():
     from metaworld.policies import sawyer_reach_v3_policy as module
 

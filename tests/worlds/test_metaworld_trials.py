@@ -54,7 +54,7 @@ def test_success_is_metaworlds(task, monkeypatch):
     world, rng, checked = MetaWorld(task), np.random.default_rng(5), 0
     world.reset(seed=0)
     simulator = world.simulator()
-    env, solves = simulator.env, simulator.trial.solves
+    env, solves = simulator.env, simulator.probe.solves
 
     def checked_solves(seen, command):
         nonlocal checked
@@ -64,7 +64,7 @@ def test_success_is_metaworlds(task, monkeypatch):
         assert solved == bool(env.evaluate_state(np.array(seen), np.array(command))[1]["success"])
         return solved
 
-    monkeypatch.setattr(type(simulator.trial), "solves", lambda trial, *args: checked_solves(*args))
+    monkeypatch.setattr(type(simulator.probe), "solves", lambda probe, *args: checked_solves(*args))
     for seed in range(2):
         world.reset(seed=seed)
         for turn in range(30):

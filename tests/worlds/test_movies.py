@@ -261,7 +261,7 @@ def test_a_catalogue_that_is_too_small_is_refused(tmp_path):
     source, target = tmp_path / "basics.tsv", tmp_path / "big.db"
     source.write_text("\n".join(["\t".join(BASICS), "tt1\tmovie\tAlone\tAlone\t0\t1999\t\\N\t90\tDrama"]))
     import_catalogue(source, target)
-    with pytest.raises(ValueError, match="has less than 3 titles of each type"):
+    with pytest.raises(ValueError, match="has fewer than 3 titles of each type"):
         Movies(catalogue=str(target))
     with pytest.raises(ValueError, match="cannot read the catalogue"):
         Movies(catalogue=str(tmp_path / "missing.db"))
@@ -269,6 +269,6 @@ def test_a_catalogue_that_is_too_small_is_refused(tmp_path):
 
 def test_an_answer_is_parsed_once(monkeypatch):
     read = []
-    monkeypatch.setattr(answers, "_parse", lambda text, parse=answers._parse: read.append(text) or parse(text))
+    monkeypatch.setattr(answers.json, "loads", lambda text, loads=json.loads: read.append(text) or loads(text))
     earned(Profile(False), "Twelve Names of the Same River", "The Glimmerfoam Heist")
     assert len(read) == 1

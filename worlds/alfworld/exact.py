@@ -1,9 +1,9 @@
 """The exact engine: ALFWorld's rules and texts in plain Python, equal to TextWorld's word for word.
 
-The rules are those of `alfred.pddl` as the planner grounds them, oddities included: one examines only what one
-holds (a comma in the domain keeps the other case from being grounded), "go to" needs another location, and a lamp
-counts as turned on each time. As TextWorld does, the facts keep what has become false as `not_...`; the grammar
-looks at that when it lists what lies beside a receptacle.
+The rules are those of `alfred.pddl` as the planner grounds them, oddities included: only held objects can be examined
+(a comma in the domain prevents the other case from being grounded), "go to" needs another location, and a lamp counts
+as turned on each time. As in TextWorld, facts that have become false are kept as `not_...`; the grammar uses them to
+list objects beside a receptacle.
 """
 
 from bisect import insort
@@ -15,17 +15,17 @@ from worlds.alfworld.house import house_of
 
 __all__ = ["AGENT", "NOTHING", "USES", "ExactEngine"]
 
-_Do = tuple[Callable[..., str], tuple[str, ...]]  # what a command does, and to what
+_Do = tuple[Callable[..., str], tuple[str, ...]]  # the method of a command, and its arguments
 
 AGENT = "agent1"
 NOTHING = "Nothing happens."
-"""What is answered to a command that cannot be carried out."""
+"""The answer to a command that cannot be carried out."""
 USES = {
     "clean": ("sinkbasintype", "cleanable", "isclean", ""),
     "heat": ("microwavetype", "heatable", "ishot", "cool"),
     "cool": ("fridgetype", "coolable", "iscool", "heat"),
 }
-"""Per verb the type of appliance, what it is able to change, the fact that it brings about, the verb it undoes."""
+"""For each verb: type of appliance, predicate of its objects, predicate that it makes true, verb that it undoes."""
 _KNIVES = ("knifetype", "butterknifetype")
 _HELP = (
     "Available commands:\n"
@@ -43,7 +43,7 @@ _HELP = (
     "  cool (object) with (receptacle):  cool an object using a receptacle\n"
     "  slice (object) with (object):     slice an object using a sharp object\n"
 )
-_LOOKS = (  # of an object in the hand: what must be true of it, and how it is described then; the first one counts
+_LOOKS = (  # descriptions of an object in the hand, each with the predicates that it requires; the first match counts
     (("isclean", "ishot", "issliced"), "This is a hot and clean sliced {}."),
     (("isclean", "iscool", "issliced"), "This is a cool and clean sliced {}."),
     (("isclean", "issliced"), "This is a clean sliced {}."),
@@ -61,10 +61,10 @@ _LOOKS = (  # of an object in the hand: what must be true of it, and how it is d
 
 
 class ExactEngine:
-    """A house in a state, and what commands do in it.
+    """The state of a house, and the effects of commands.
 
     Args:
-        game: the game to play; it begins at its start.
+        game: the game to play, from its start.
     """
 
     def __init__(self, game: Game) -> None:
@@ -73,19 +73,19 @@ class ExactEngine:
         self.location = ""
         self.held: list[str] = []
         self.inside: dict[str, list[str]] = {each: [] for each in self.house.receptacles}
-        """Per receptacle what is in it, sorted."""
+        """For each receptacle, its contents, sorted."""
         self._facts: set[Fact] = set()
         self._near: dict[str, set[str]] = {}
-        self._here: dict[str, _Do] | None = None  # what can be done but for going elsewhere, once it is worked out
+        self._here: dict[str, _Do] | None = None  # possible commands except "go to"; None: not computed yet
         self.load(game.start)
 
     @property
     def facts(self) -> frozenset[Fact]:
-        """All facts of `CHANGING` predicates that are true, and those that have become false, as `not_...`."""
+        """The true facts of `CHANGING` predicates, and those that have become false, as `not_...`."""
         return frozenset(self._facts)
 
     def load(self, facts: frozenset[Fact]) -> None:
-        """Take over a state. Only what differs from the present one takes time."""
+        """Load a state; the time depends on its differences to the current one."""
         gone, new = self._facts - facts, facts - self._facts
         for fact in gone:
             predicate = fact[0]
@@ -112,7 +112,7 @@ class ExactEngine:
         self._here = None
 
     def intro(self) -> str:
-        """The first words of a game."""
+        """The introduction to the game."""
         seen = self._look(self.location)
         if self.location not in self.house.at:
             seen = f"{_MIDDLE}{self._listed(self.house.place)}."
@@ -123,7 +123,7 @@ class ExactEngine:
         return sorted([*self.house.ways_from(self.location), *(self._here or self._offer())])
 
     def do(self, command: str) -> str:
-        """Carry out a command; the answer."""
+        """Carry out a command; returns the answer."""
         way = self.house.ways.get(command)
         if way is None:
             offer = (self._here or self._offer()).get(command)
@@ -136,19 +136,19 @@ class ExactEngine:
         return act(*arguments)
 
     def won(self) -> bool:
-        """Whether the goal is reached now."""
+        """Whether the goal is reached in the current state."""
         return _GOALS[self.game.task](self)
 
     def has(self, predicate: str, id: str) -> bool:
-        """Whether a predicate of one argument, of either sort, is true of something."""
+        """Whether a predicate of one argument, static or not, is true of something."""
         return (predicate, id) in self._facts or id in self.house.able_to(predicate)
 
     def open(self, receptacle: str) -> bool:
-        """Whether one can reach into a receptacle."""
+        """Whether a receptacle is open, or cannot be closed."""
         return receptacle not in self.house.openable or ("opened", receptacle) in self._facts
 
     def _offer(self) -> dict[str, _Do]:
-        """Work out what can be done now, but for going elsewhere."""
+        """Compute the possible commands except "go to"."""
         house, name, location = self.house, self.house.name, self.location
         offers: dict[str, _Do] = {
             "help": (self._help, ()),
@@ -284,7 +284,7 @@ class ExactEngine:
         self._add(made, each)
         if undone:
             appliance, able, unmade, _ = USES[undone]
-            # The planner knows of nothing that can never become true, so that it does not become false either.
+            # The planner drops facts that can never become true, so that they do not become false either.
             if (each in self.house.able_to(able) and appliance in self.house.kinds) or (
                 unmade,
                 each,
@@ -309,7 +309,7 @@ class ExactEngine:
         return [each for each in self.house.objects if self.house.type.get(each) == target]
 
     def _stored(self) -> list[list[str]]:
-        """Per receptacle of the destination's type which objects of the target's type are in it."""
+        """For each receptacle of the destination's type, the objects of the target's type in it."""
         kind, target = f"{self.game.destination}type", f"{self.game.target}type"
         types = self.house.type
         return [
@@ -342,7 +342,7 @@ _GOALS: dict[str, Callable[[ExactEngine], bool]] = {
 
 
 def _enumerated(words: list[str]) -> str:
-    """A list in words, with a comma before the `and` even of two."""
+    """A list as text, with a comma before `and` even for two items."""
     if len(words) < 2:
         return words[0] if words else "nothing"
     return f"{', '.join(words[:-1])}, and {words[-1]}"

@@ -1,7 +1,4 @@
-"""Facts that houses are made of: what may lie where, what can be done to it, the tasks, and the floor plans.
-
-They are those of ALFWorld and ALFRED, whose licences are in NOTICE.
-"""
+"""Facts about things, tasks and floor plans, from ALFWorld and ALFRED, whose licences are in NOTICE."""
 
 import json
 import tomllib
@@ -16,23 +13,23 @@ _STEP = 0.25  # metres between two points of a floor's map
 
 
 class Things(NamedTuple):
-    """What is true of all things of a type."""
+    """Facts about types of things."""
 
     holds: dict[str, tuple[str, ...]]
-    """Per type of receptacle the types of objects that may lie in it, sorted."""
+    """For each type of receptacle, the types of objects that it may contain, sorted."""
     able: dict[str, frozenset[str]]
-    """Per predicate, such as `Cleanable`, the types of objects that it is true of."""
+    """For each predicate, such as `Cleanable`, the types of objects of which it is true."""
     openable: frozenset[str]
-    """The types of what can be opened."""
+    """The types of receptacles that can be opened."""
     hollow: frozenset[str]
-    """The types of objects in which others may lie."""
+    """The types of objects that may contain others."""
 
 
 class Task(NamedTuple):
     """A type of task."""
 
     rooms: frozenset[str]
-    """The kinds of rooms that it is done in."""
+    """The kinds of rooms for the task."""
     templates: tuple[str, ...]
     """The task in English, with slots for the types of its things."""
     goal: str
@@ -40,21 +37,21 @@ class Task(NamedTuple):
 
 
 class Room(NamedTuple):
-    """A floor plan, as far as it is known."""
+    """The known facts about a floor plan."""
 
     types: tuple[str, ...]
-    """Types of all that is in the room, sorted."""
+    """Types of all things in the room, sorted."""
     poses: dict[str, tuple[float, float, float, float]]
-    """Per fixture, by its id, how one stands to use it: x and z in metres, degrees of turning and of looking down."""
+    """For each fixture, by id, the pose for using it: x and z in metres, degrees of turning and of looking down."""
     points: tuple[tuple[float, float], ...]
-    """Where one can stand: x and z in metres, by z and then x."""
+    """Reachable positions: x and z in metres, by z and then x."""
     unseen: bool
-    """Whether it is kept for the split `valid_unseen`."""
+    """Whether it is in the split `valid_unseen`."""
 
 
 @cache
 def things() -> Things:
-    """What is true of things by their types."""
+    """The facts about types of things."""
     found = tomllib.loads((_DATA / "things.toml").read_text(encoding="utf-8"))
     return Things(
         {holder: tuple(held) for holder, held in found["holds"].items()},
@@ -66,7 +63,7 @@ def things() -> Things:
 
 @cache
 def tasks() -> dict[str, Task]:
-    """The types of tasks by their names."""
+    """The types of tasks by name."""
     found = tomllib.loads((_DATA / "tasks.toml").read_text(encoding="utf-8"))
     return {
         name: Task(frozenset(task["rooms"]), tuple(task["templates"]), task["goal"]) for name, task in found.items()
@@ -75,7 +72,7 @@ def tasks() -> dict[str, Task]:
 
 @cache
 def rooms() -> dict[int, Room]:
-    """The floor plans by their numbers: kitchens, living rooms from 201, bedrooms from 301, bathrooms from 401."""
+    """The floor plans by number: kitchens, living rooms from 201, bedrooms from 301, bathrooms from 401."""
     found = json.loads((_DATA / "rooms.json").read_text(encoding="utf-8"))
     return {
         int(number): Room(
@@ -89,7 +86,7 @@ def rooms() -> dict[int, Room]:
 
 
 def _points(corner: list[float], rows: list[str]) -> tuple[tuple[float, float], ...]:
-    """The points of a map where one can stand, shown as dots; rows go along x, the first has least z."""
+    """The reachable points of a map, shown as dots; rows extend along x, the first has the least z."""
     x, z = corner
     return tuple(
         (x + _STEP * column, z + _STEP * row)

@@ -1,7 +1,6 @@
-"""Games: a house, what lies where in it, and a task.
+"""Games: a house, the places of its objects, and a task.
 
-They are read from ALFWorld's files or made anew by seed; both ways end in a problem in PDDL, of which `parse` makes a
-`Game`.
+They are read from ALFWorld's files or generated from a seed; in both cases as a problem in PDDL.
 """
 
 import re
@@ -32,22 +31,22 @@ CHANGING = frozenset(
 
 
 class Game(NamedTuple):
-    """The fixed part of an episode; shared by reference between snapshots."""
+    """The constant part of an episode; shared by reference between snapshots."""
 
     task: str
     """One of `TASKS`."""
     target: str
-    """Type of the object to deal with, in lower case as all types here."""
+    """Type of the object that the task is about, in lower case as all types here."""
     destination: str
-    """Type of the receptacle to put it in; empty when it is to be looked at."""
+    """Type of the receptacle to put it in; empty if the task is to look at it."""
     lamp: str
-    """Type of the lamp to look at it under; else empty."""
+    """Type of the lamp to look at it under, or empty."""
     goal: str
     """The task in English."""
     kinds: tuple[tuple[str, str], ...]
     """All objects of the problem with their PDDL types, such as `receptacle`."""
     static: frozenset[Fact]
-    """Facts that no action changes."""
+    """Facts that actions do not change."""
     start: frozenset[Fact]
     """Facts at the start that actions may change."""
     problem: str
@@ -55,7 +54,7 @@ class Game(NamedTuple):
 
 
 def goal_pddl(task: str, words: dict[str, str]) -> str:
-    """The goal of a task in PDDL, with the types of its things."""
+    """The goal of a task in PDDL, with these types in its slots."""
     return tasks()[task].goal.format(**words).replace("#", "-")
 
 
@@ -66,16 +65,16 @@ _NUMBERS = ("distance", "total-cost")
 
 
 def parse(problem: str, task: str, words: dict[str, str], goal: str) -> Game:
-    """The game of a problem in PDDL.
+    """Make a game of a problem in PDDL.
 
     Args:
         problem: the problem.
         task: the type of its task.
-        words: the types `obj`, `recep`, `toggle` and `mrecep` of the task, empty where it has none.
+        words: the types `obj`, `recep`, `toggle` and `mrecep` of the task, each possibly empty.
         goal: the task in English.
 
     Raises:
-        ValueError: it is no problem of this task.
+        ValueError: it is not a problem of this task.
     """
     found = _SECTIONS.search(uncommented(problem).lower())
     if found is None:
@@ -92,7 +91,7 @@ def parse(problem: str, task: str, words: dict[str, str], goal: str) -> Game:
 def compose(
     problem: str, task: str, words: dict[str, str], goal: str, kinds: list[tuple[str, str]], facts: list[Fact]
 ) -> Game:
-    """The game of a problem whose objects and facts are known, in lower case; the rest is as for `parse`."""
+    """Make a game of a problem with its objects and facts, in lower case; for the other arguments see `parse`."""
     start = frozenset(fact for fact in facts if fact[0] in CHANGING)
     return Game(
         task,
@@ -108,5 +107,5 @@ def compose(
 
 
 def uncommented(code: str) -> str:
-    """PDDL or a grammar without comments."""
+    """Remove comments from PDDL or a grammar."""
     return _COMMENT.sub("", code)

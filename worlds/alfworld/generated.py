@@ -1,4 +1,4 @@
-"""Games that are made anew by seed: a task, a floor plan that allows it, and what lies where."""
+"""Games generated from a seed: a task, a floor plan that allows it, and places of objects."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -24,18 +24,18 @@ from worlds.alfworld.plans import (
 _T = TypeVar("_T")
 
 _PREDICATES = ("Cleanable", "Heatable", "Coolable", "Toggleable", "Sliceable")
-_DRAWS = 2000  # more than the fullest house needs
+_DRAWS = 2000  # enough for any house
 _COPIES = (1, 1, 2, 3)  # of an object, drawn uniformly
 _UNIT = tuple(step / 1000 for step in range(1000))
 
 
 def make(rng: np.random.Generator, task: str, split: str) -> Game:
-    """A new game.
+    """Generate a game.
 
     Args:
-        rng: what to draw from.
-        task: the task's type; empty for any.
-        split: the floor plans to draw from.
+        rng: random generator.
+        task: type of the task; empty: any.
+        split: split of the floor plans.
     """
     draws = iter(rng.random(_DRAWS).tolist())
 
@@ -54,7 +54,7 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
         start = location(x, z, 90 * pick(range(4)), 30)
     words = {"obj": target, "recep": destination, "toggle": lamp, "mrecep": ""}
     goal = pick(tasks()[task].templates).format(**{key: each.lower() for key, each in words.items()})
-    kinds, facts = _tell(here, lying, start, target)
+    kinds, facts = _objects_and_facts(here, lying, start, target)
     problem = [f"(define (problem plan_{here.number})", "(:domain alfred)", "(:objects", *kinds]
     problem += [")", "(:init", *(f"({fact})" for fact in facts), ")", goal_pddl(task, words)]
     return compose(
@@ -68,7 +68,7 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
 
 
 class _Lying(NamedTuple):
-    """An object and where it lies."""
+    """An object and its receptacle."""
 
     id: str
     type: str
@@ -76,7 +76,7 @@ class _Lying(NamedTuple):
 
 
 def _strew(here: Plan, task: str, target: str, destination: str, pick: Callable[[Any], Any]) -> tuple[_Lying, ...]:
-    """Put one to three objects of each type into receptacles that may hold them; the goal is not reached by it."""
+    """Put one to three objects of each type into receptacles that may hold them, without reaching the goal."""
     barred = {destination, APPLIANCES.get(task, ("",))[0]}
     least = 2 if task == "pick_two_obj_and_place" else 1
     lying: dict[str, _Lying] = {}
@@ -103,10 +103,10 @@ def _strew(here: Plan, task: str, target: str, destination: str, pick: Callable[
     return tuple(lying.values())
 
 
-def _tell(here: Plan, lying: tuple[_Lying, ...], start: str, target: str) -> tuple[list[str], list[str]]:
-    """The objects of a problem in PDDL, each with its type, and the facts that are true at first.
+def _objects_and_facts(here: Plan, lying: tuple[_Lying, ...], start: str, target: str) -> tuple[list[str], list[str]]:
+    """The objects of a problem in PDDL, each with its type, and the facts at the start.
 
-    Four types of things must be declared since the domain names them.
+    Four types must always be declared, since the domain names them.
     """
     known, called = things(), here.pddl
     kinds = {each.type for each in lying} | {"Knife", "ButterKnife", target}

@@ -1,4 +1,4 @@
-"""What no action changes in a house, as maps and lists by which it is looked up."""
+"""The constant facts about a house, indexed for look-up."""
 
 from collections import Counter
 from functools import lru_cache
@@ -10,9 +10,9 @@ __all__ = ["House", "house_of", "names"]
 
 
 def names(ids: list[str]) -> dict[str, str]:
-    """What things are called, such as `apple 2`: numbered per type, down from the first id to the last.
+    """The names of things, such as `apple 2`, numbered within each type in descending order of ids.
 
-    Ids without a position, such as the agent's, keep their own name and a space. So does ALFWorld.
+    Ids without a position, such as the agent's, are names with a space appended, as in ALFWorld.
     """
     parts = {id: id.split("_bar_", 1) for id in ids}
     bases = {id: base[0] + ("basin" if "basin" in id else "") if len(base) > 1 else "" for id, base in parts.items()}
@@ -29,24 +29,24 @@ def names(ids: list[str]) -> dict[str, str]:
 
 
 class House:
-    """What no action changes, as maps and lists by which it is looked up."""
+    """The constant facts about a house, indexed for look-up."""
 
     def __init__(self, game: Game) -> None:
         self.game = game
         known = {*chain.from_iterable(game.static), *chain.from_iterable(game.start)}  # and names of predicates
         self.name = names([id for id, _ in game.kinds if id in known])
-        """Per id its name."""
+        """The name of each id."""
         of = {"receptacle": {}, "object": {}}  # type: dict[str, dict[str, str]]
         self.type: dict[str, str] = {}
-        """Per receptacle and object its type, such as `fridgetype`."""
+        """The type of each receptacle and object, such as `fridgetype`."""
         self.place: dict[str, str] = {}
-        """Per receptacle the location where one stands to use it."""
+        """The location from which each receptacle is used."""
         self.holds: set[tuple[str, str]] = set()
-        """Pairs of a type of receptacle and a type of object that may lie in it."""
+        """Pairs of a type of receptacle and a type of object that it may contain."""
         self.able: dict[str, set[str]] = {}
-        """Per predicate of one argument what it is true of."""
+        """For each predicate of one argument, the ids of which it is true."""
         self.within: dict[str, list[str]] = {}
-        """Per object what lies in it, for ever."""
+        """For each object, its constant contents."""
         for fact in game.static:
             predicate = fact[0]
             if predicate in ("receptacletype", "objecttype"):
@@ -66,27 +66,27 @@ class House:
             if kind in of and id in known:
                 of[kind][id] = ""
         self.receptacles = tuple(of["receptacle"])
-        """Sorted, as all lists of ids here: TextWorld lists things in this order."""
+        """Sorted, as all lists of ids here, which is TextWorld's order."""
         self.objects = tuple(of["object"])
         self.at: dict[str, tuple[str, ...]] = {}
-        """Per location the receptacles that are used from there."""
+        """For each location, the receptacles that are used from there."""
         for receptacle, location in self.place.items():
             self.at[location] = (*self.at.get(location, ()), receptacle)
         self.kinds = {self.type.get(each, "") for each in self.place}
         """Types of the receptacles that can be used."""
         self.openable = self.able.get("openable", set())
         self.ways = {f"go to {self.name[each]}": (each, location) for each, location in self.place.items()}
-        """Per command that leads somewhere the receptacle and the location."""
+        """For each "go to" command, the receptacle and its location."""
         self._ways_from: dict[str, tuple[str, ...]] = {}
         self.id = {name: id for id, name in self.name.items()}
-        """Per name its id."""
+        """The id of each name."""
 
     def able_to(self, predicate: str) -> set[str]:
-        """What a static predicate of one argument is true of."""
+        """The ids of which a static predicate of one argument is true."""
         return self.able.get(predicate, set())
 
     def ways_from(self, location: str) -> tuple[str, ...]:
-        """The commands that lead from a location to others, sorted."""
+        """The "go to" commands from a location, sorted."""
         ways = self._ways_from.get(location)
         if ways is None:
             ways = tuple(sorted(way for way, (_, there) in self.ways.items() if there != location))
@@ -96,5 +96,5 @@ class House:
 
 @lru_cache(maxsize=4)
 def house_of(game: Game) -> House:
-    """The house of a game; those who play the same one at the same time share it."""
+    """The house of a game, shared by the engines that play it."""
     return House(game)

@@ -1,4 +1,4 @@
-"""Games in ALFWorld's own files, which `alfworld-download` fetches."""
+"""Games in ALFWorld's own files, which `alfworld-download` downloads."""
 
 import json
 import re
@@ -16,9 +16,9 @@ _WORDS = {"obj": "object", "recep": "parent", "toggle": "toggle", "mrecep": "mre
 
 @cache
 def files(folder: str, task: str, split: str) -> tuple[Path, ...]:
-    """The official game files below a folder, sorted; their folders' names tell split and task.
+    """The official game files below a folder, sorted; names of folders give split and task.
 
-    Tasks with movable or sliced objects are left out, as ALFWorld leaves them out.
+    Tasks with movable or sliced objects are left out, as in ALFWorld.
     """
     splits = SPLITS[1:] if split == "all" else (split,)
     found = [
@@ -35,11 +35,11 @@ def _task_of(path: Path) -> str:
 
 
 def read(path: Path) -> Game | None:
-    """The game in an official file, with `traj_data.json` beside it; None if it is known to be unsolvable.
+    """Read the game of an official file, with `traj_data.json` beside it; None if it is marked as unsolvable.
 
     Raises:
-        ValueError: it is no such file, or its rules are others than those of the installed package.
-        ModuleNotFoundError: there is no installed package.
+        ValueError: it is not such a file, or its rules differ from those of the installed package.
+        ModuleNotFoundError: the package is not installed.
     """
     domain, grammar = rules()
     try:
@@ -57,8 +57,8 @@ def read(path: Path) -> Game | None:
         return parse(game["pddl_problem"], trial["task_type"], words, task[1])
     except (OSError, KeyError, TypeError, AttributeError, ValueError) as error:
         raise ValueError(
-            f"{path} is no game that can be played here: {error!r}; allowed: game.tw-pddl with traj_data.json beside"
-            " it, as `alfworld-download` of the installed version fetches them"
+            f"{path} is not a game of the installed alfworld: {error!r}; allowed: game.tw-pddl with traj_data.json"
+            " beside it, as `alfworld-download` of the installed version downloads them"
         ) from error
 
 
@@ -68,7 +68,7 @@ def _bare(code: str) -> list[str]:
 
 
 def drawn(rng: np.random.Generator, paths: tuple[Path, ...]) -> Game:
-    """A random game of these files.
+    """Draw a game of these files.
 
     Raises:
         ValueError: none of them can be played.

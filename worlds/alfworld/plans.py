@@ -1,4 +1,4 @@
-"""Floor plans of AI2-THOR, and the tasks that they allow."""
+"""Floor plans of AI2-THOR and the tasks that they allow."""
 
 from functools import cache
 from typing import NamedTuple
@@ -12,11 +12,11 @@ APPLIANCES = {
     "pick_heat_then_place_in_recep": ("Microwave", "Heatable"),
     "pick_cool_then_place_in_recep": ("Fridge", "Coolable"),
 }
-"""Per task with an appliance its type, and the list of the objects that it is for."""
+"""For each task with an appliance, its type and the predicate of the objects for it."""
 _BASINS = {"Sink": "SinkBasin", "Bathtub": "BathtubBasin"}
 _BASE = {basin: base for base, basin in _BASINS.items()}
-_SEVERAL = {"StoveBurner": 4, "HandTowelHolder": 2}  # fixtures that come in sets
-LAMPS = ("Desk", "SideTable", "Dresser", "DiningTable", "CoffeeTable", "Shelf", "CounterTop")  # what lamps stand on
+_SEVERAL = {"StoveBurner": 4, "HandTowelHolder": 2}  # number of fixtures in a set
+LAMPS = ("Desk", "SideTable", "Dresser", "DiningTable", "CoffeeTable", "Shelf", "CounterTop")  # receptacles of lamps
 _ROOMS = {0: "Kitchen", 2: "LivingRoom", 3: "Bedroom", 4: "Bathroom"}
 
 
@@ -26,7 +26,7 @@ class Receptacle(NamedTuple):
     id: str
     type: str
     location: str
-    """Where one stands to use it."""
+    """The location from which it is used."""
 
 
 class Plan(NamedTuple):
@@ -35,13 +35,13 @@ class Plan(NamedTuple):
     number: int
     receptacles: tuple[Receptacle, ...]
     types: tuple[str, ...]
-    """Types of all that is in the room."""
+    """Types of all things in the room."""
     points: tuple[tuple[float, float], ...]
-    """Where one can stand: x and z in metres."""
+    """Reachable positions: x and z in metres."""
     holders: dict[str, tuple[Receptacle, ...]]
-    """Per type of object the receptacles that may hold it."""
+    """For each type of object, the receptacles that may hold it."""
     pddl: dict[str, str]
-    """Per id of a receptacle, and per place to stand to use one, its name in PDDL."""
+    """The name in PDDL of each receptacle's id and location."""
 
 
 @cache
@@ -52,7 +52,7 @@ def portable() -> frozenset[str]:
 
 @cache
 def plan(number: int) -> Plan:
-    """A floor plan; fixtures whose position is not known get one on a point where one can stand."""
+    """A floor plan; fixtures without a known position get a random reachable one."""
     types, poses, points, _ = rooms()[number]
     static = things().holds
     found = []
@@ -83,12 +83,12 @@ def name(id: str) -> str:
 
 
 def metres(value: float) -> str:
-    """A coordinate as it stands in an id."""
+    """A coordinate as in an id."""
     return f"{value:+06.2f}"
 
 
 def location(x: float, z: float, turn: float, tilt: float) -> str:
-    """The name of a place to stand, as in ALFRED: steps of 25 cm, quarter turns, degrees of looking down."""
+    """The name of a location, as in ALFRED: steps of 25 cm, quarter turns, degrees of looking down."""
     return f"loc|{round(x / 0.25)}|{round(z / 0.25)}|{round(turn / 90)}|{round(tilt)}"
 
 
@@ -99,7 +99,7 @@ def errands(number: int, task: str) -> tuple[tuple[str, str, str], ...]:
     if _ROOMS[number // 100] not in tasks()[task].rooms:
         return ()
     kinds = sorted({each.type for each in here.receptacles})
-    # An object must have somewhere to lie that is not its destination.
+    # There must be a receptacle for the object besides its destination.
     objects = [each for each in here.types if each in portable() and sum(each in holds[kind] for kind in kinds) >= 2]
     if task == "look_at_obj_in_light":
         lit = "DeskLamp" in here.types and not set(kinds).isdisjoint(LAMPS)

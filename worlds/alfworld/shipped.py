@@ -1,4 +1,4 @@
-"""What the `alfworld` package ships, which only its game files and TextWorld's engine need: the rules."""
+"""The rules in the `alfworld` package, for its game files and TextWorld's engine."""
 
 import os
 from functools import cache
@@ -9,18 +9,18 @@ __all__ = ["installed", "package", "rules"]
 
 
 def installed() -> bool:
-    """Whether there is an `alfworld` package."""
+    """Whether the `alfworld` package is installed."""
     return find_spec("alfworld") is not None
 
 
 @cache
 def package() -> Path:
-    """The folder of the `alfworld` package, and its modules importable.
+    """Import the `alfworld` package; returns its folder.
 
-    Importing it writes an environment variable and a folder into the user's home; here it does neither.
+    The import would set an environment variable and create a folder in the user's home; both are prevented.
 
     Raises:
-        ModuleNotFoundError: it is not installed; the message has the pip line.
+        ModuleNotFoundError: it is not installed; the message has the pip command.
     """
     if not installed():
         raise ModuleNotFoundError(
@@ -42,6 +42,6 @@ def package() -> Path:
 
 @cache
 def rules() -> tuple[str, str]:
-    """The domain in PDDL and the grammar that the package ships."""
+    """The package's domain in PDDL and its grammar."""
     data = package() / "data"
     return (data / "alfred.pddl").read_text(encoding="utf-8"), (data / "alfred.twl2").read_text(encoding="utf-8")

@@ -1,9 +1,9 @@
-"""TextWorld's own engine, set up as the `alfworld` package does: the reference for the exact one.
+"""TextWorld's own engine, set up as in the `alfworld` package: the reference for the exact one.
 
-TextWorld keeps every fact of every game in a cache; it is emptied for each game, since facts are equal by value. The
-PDDL planner is a shared library that holds one state and cannot be unloaded safely. All engines of a process share
-one copy of it; each hands over its state before it uses the library. Translating a problem overwrites `sys.argv` and
-redirects `sys.stdout`; both are put back.
+TextWorld keeps every fact of every game in a cache, which is cleared for each game, since facts are equal by value. The
+PDDL planner is a shared library with a single state, which cannot be unloaded safely. All engines of a process share
+it; each loads its state before it uses the library. Translating a problem overwrites `sys.argv` and redirects
+`sys.stdout`; both are restored.
 """
 
 import re
@@ -26,8 +26,8 @@ _owner: Any = None  # the engine whose state the library holds
 
 
 @contextmanager
-def _alone() -> Iterator[None]:
-    """One thread at a time; `sys.argv` and `sys.stdout` are as before afterwards."""
+def _library_lock() -> Iterator[None]:
+    """Lock the library and restore `sys.argv` and `sys.stdout` afterwards."""
     with _LOCK:
         argv, stdout = sys.argv, sys.stdout
         try:
@@ -53,7 +53,7 @@ def _memory() -> dict[Any, Any]:
 
 @cache
 def _environment() -> type:
-    """TextWorld's environment, with the library of this process."""
+    """The class of TextWorld's environment, with the library of this process."""
     package()
     import textworld
     from textworld.envs import PddlEnv
@@ -67,17 +67,17 @@ def _environment() -> type:
 
 
 class StockEngine:
-    """A house in a state, and what commands do in it, by TextWorld; as `worlds.alfworld.exact.ExactEngine`.
+    """TextWorld's engine with the interface of `worlds.alfworld.exact.ExactEngine`.
 
     Args:
-        game: the game to play; it begins at its start.
+        game: the game to play, from its start.
     """
 
     def __init__(self, game: Game) -> None:
         global _owner
         self.game = game
         domain, grammar = rules()
-        with _alone():
+        with _library_lock():
             self._env = _environment()()
             _memory().clear()
             _owner = self
@@ -103,20 +103,20 @@ class StockEngine:
 
     @property
     def facts(self) -> frozenset[Fact]:
-        """All facts of `CHANGING` predicates that are true, and those that have become false, as `not_...`."""
+        """The true facts of `CHANGING` predicates, and those that have become false, as `not_...`."""
         return frozenset(fact for fact in self.all_facts() if fact[0].removeprefix("not_") in CHANGING)
 
     def all_facts(self) -> frozenset[Fact]:
-        """All that TextWorld knows to be true, but for the planner's auxiliary facts."""
+        """All of TextWorld's facts except the planner's auxiliary ones."""
         facts = ((fact.name, *fact.names) for fact in self._env._pddl_state.facts)
         return frozenset(fact for fact in facts if not fact[0].startswith("new-axiom"))
 
     def load(self, facts: frozenset[Fact]) -> None:
-        """Take over a state."""
+        """Load a state."""
         from textworld import GameState
         from textworld.logic import Proposition, Variable
 
-        with _alone():
+        with _library_lock():
             state = self._env._pddl_state
             for fact in list(state.facts):
                 if fact.name.removeprefix("not_") in CHANGING:
@@ -131,7 +131,7 @@ class StockEngine:
             env._gather_infos()
 
     def _hand_over(self) -> None:
-        """Give the library this engine's state."""
+        """Load this engine's state into the library."""
         global _owner
         known = self.all_facts()
         values = [
@@ -143,10 +143,10 @@ class StockEngine:
         _owner = self
 
     def intro(self) -> str:
-        """The first words of a game."""
+        """The introduction to the game."""
         state, infos = self._env._pddl_state, self._env._entity_infos
         context = {"state": state, "facts": list(state.facts), "variables": {}, "mapping": {}, "entity_infos": infos}
-        with _alone():
+        with _library_lock():
             return str(self._env._logic.grammar.derive("#intro#", context))
 
     def commands(self) -> list[str]:
@@ -154,12 +154,12 @@ class StockEngine:
         return list(self._env.state["admissible_commands"])
 
     def do(self, command: str) -> str:
-        """Carry out a command; the answer."""
-        with _alone():
+        """Carry out a command; returns the answer."""
+        with _library_lock():
             if _owner is not self:
                 self._hand_over()
             return str(self._env.step(command)[0].feedback)
 
     def won(self) -> bool:
-        """Whether the goal is reached now."""
+        """Whether the goal is reached in the current state."""
         return bool(self._env.state["won"])

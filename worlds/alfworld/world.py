@@ -1,4 +1,4 @@
-"""A house, and commands in it."""
+"""The world of ALFWorld: a house, and commands in it."""
 
 import os
 import re
@@ -31,45 +31,44 @@ _LISTED = "\n\nAdmissible commands: "
 _THINGS = ("apple", "bowl", "book", "creditcard", "cup", "egg", "knife", "mug", "pen", "pillow", "plate", "soapbar")
 _PLACES = ("bed", "cabinet", "countertop", "desk", "drawer", "fridge", "garbagecan", "microwave", "shelf", "sinkbasin")
 _TRIED = ("go to {1}", "open {1}", "take {0} from {1}", "move {0} to {1}", "examine {1}", "look", "inventory")
-_ASTRAY = 0.1  # share of the random commands that come to nothing
+_ASTRAY = 0.1  # share of random commands that may have no effect
 
 
 class Truth(NamedTuple):
-    """The state of a house, and what was last said of it."""
+    """The state of a house, and the last answer."""
 
     facts: frozenset[Fact]
-    """All facts that actions may change and that are true, and those that have become false, as `not_...`."""
+    """The true facts that actions may change, and those that have become false, as `not_...`."""
     feedback: str
     """The answer to the last command, or the introduction."""
     won: bool
-    """Whether the task has been done in this episode."""
+    """Whether the task has been completed in this episode."""
     game: Game
 
 
 class Alfworld(World[Truth, str, str]):
-    """A house, and something to do in it.
+    """A house with a household task.
 
     Observation: Prose, the answer to the last command and a list of the commands that can be carried out now, which
-    are in the info as well, as the list `admissible_commands`.
-    Action: Prose, a command; case and space do not matter, all else does. What cannot be carried out is answered by
+    is also in the info, as `admissible_commands`.
+    Action: Prose, a command, regardless of case and space. The answer to a command that cannot be carried out is
     "Nothing happens.".
-    Reward: 1 when the task is done, which terminates, else 0. Success: the task has been done in this episode.
+    Reward: 1 when the task is completed, which terminates, else 0. Success: the task was completed in this episode.
 
     Args:
-        task: the type of the tasks, one of `TASKS`; empty for all of them.
-        split: `train`, `valid_seen`, `valid_unseen`, or `all` of them. Of new games `valid_unseen` have floor plans
-            of their own, 24 of 120; the other two share theirs.
-        games: `official` are the files below the folder that the environment variable ALFWORLD_DATA names, where
-            `alfworld-download` puts them; `generated` are made by seed from floor plans that ship here; `auto` is
-            official if there are such files.
-        oracle: for who advises, what to go by: `planner` all that is true, `explorer` what has been seen.
-        engine: `exact`, or `textworld`, the original, which is equal and some thousand times slower.
+        task: type of the tasks, one of `TASKS`; empty: all of them.
+        split: `train`, `valid_seen`, `valid_unseen`, or `all`. Generated games of `valid_unseen` have 24 of the 120
+            floor plans; the other splits share the rest.
+        games: `official`: the files of `alfworld-download` in the folder of the environment variable ALFWORLD_DATA;
+            `generated`: made from a seed and the shipped floor plans; `auto`: official if there are such files.
+        oracle: facts that the teacher's oracle uses: `planner`, all of them, or `explorer`, those that were observed.
+        engine: `exact`, or `textworld`, the original, which is equal and about a thousand times slower.
 
-    Official games and TextWorld's engine need the extra `alfworld`.
+    Official games and TextWorld's engine require the extra `alfworld`.
 
     Raises:
         ValueError: an argument is not allowed, or there are no official games.
-        ModuleNotFoundError: official games and TextWorld's engine need the package `alfworld`, which is not installed.
+        ModuleNotFoundError: the package `alfworld` is needed and not installed.
     """
 
     reward_range = (0.0, 1.0)
@@ -119,7 +118,7 @@ class Alfworld(World[Truth, str, str]):
             options: `{"game": path}` plays a game file, with `traj_data.json` beside it.
 
         Raises:
-            ValueError: the file is no game that can be played.
+            ValueError: the file is not a game that can be played.
         """
         self.check_reset(options)
         given = self._given((options or {}).get("game"))
@@ -127,11 +126,11 @@ class Alfworld(World[Truth, str, str]):
         game = given or self._draw()
         self._load(Truth(game.start, "", False, game))
         self._feedback = self._engine.intro()
-        return self._told()
+        return self._observation_and_info()
 
     @property
     def truth(self) -> Truth:
-        """The facts, the last answer, whether the task is done, and the game."""
+        """The facts, the last answer, whether the task is completed, and the game."""
         return Truth(self._engine.facts, self._feedback, self._won, self._engine.game)
 
     def legal(self, action: Any) -> str:
@@ -141,7 +140,7 @@ class Alfworld(World[Truth, str, str]):
         return " ".join(action.lower().split())
 
     def read(self, text: str) -> str | None:
-        """A command of one of the forms that there are, whether it can be carried out now or not."""
+        """The command in a text, whether it can be carried out now or not; None if it has the form of no command."""
         command = " ".join(text.lower().split()) if len(text) <= MAX_LENGTH else ""
         return command if _COMMAND.fullmatch(command) else None
 
@@ -151,12 +150,12 @@ class Alfworld(World[Truth, str, str]):
         first = not self._won and self._engine.won()
         if first:
             self._won = True
-        observation, info = self._told()
+        observation, info = self._observation_and_info()
         return observation, 1.0 if first else 0.0, self._won, False, info
 
     def observe(self) -> str:
-        """The last answer, and the commands that can be carried out now."""
-        return self._told()[0]
+        """The last answer and the commands that can be carried out now."""
+        return self._observation_and_info()[0]
 
     def describe(self, observation: str) -> str:
         """The observation, which is text."""
@@ -168,7 +167,7 @@ class Alfworld(World[Truth, str, str]):
         return found
 
     def sample_action(self, rng: np.random.Generator) -> str:
-        """Mostly one of the commands that can be carried out; before any episode one that might be."""
+        """A random command, mostly one that can be carried out."""
         if self._engine is not None and rng.random() > _ASTRAY:
             commands = self.commands()
             return commands[rng.integers(len(commands))]
@@ -203,14 +202,14 @@ class Alfworld(World[Truth, str, str]):
         self._engine.load(truth.facts)
         self._feedback, self._won = truth.feedback, truth.won
 
-    def _told(self) -> tuple[str, dict[str, Any]]:
+    def _observation_and_info(self) -> tuple[str, dict[str, Any]]:
         """The observation and the info."""
         commands = self._engine.commands()
         info = {"success": self._won, self.actions_key: commands}
         return f"{self._feedback}{_LISTED}{', '.join(commands)}", info
 
     def _given(self, path: str | os.PathLike[str] | None) -> Game | None:
-        """The game of a file, if one is given."""
+        """The game of a file; None without a path."""
         if path is None:
             return None
         if not isinstance(path, str | os.PathLike):

@@ -1,4 +1,4 @@
-"""Batches: many worlds of one class and options in arrays, a row each. A family's is in the module of its name."""
+"""Batches: many worlds of the same class and options in arrays, one per row. Each family has a module of its name."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -13,74 +13,74 @@ from worlds.world import TruthT, World
 __all__ = ["ALL", "Bools", "Floats", "Ints", "Outcome", "Rows", "StateT", "WorldBatch", "chosen", "merged", "most"]
 
 StateT = TypeVar("StateT", bound=tuple[npt.NDArray[Any], ...])
-"""A NamedTuple of arrays, a row each."""
+"""A NamedTuple of arrays of shape (rows, ...)."""
 
 
 class Outcome(NamedTuple):
-    """What actions come to, a row each."""
+    """The results of actions, each of shape (rows,)."""
 
     reward: Floats
     success: Bools
 
 
 class WorldBatch(ABC, Generic[TruthT, StateT]):
-    """Worlds that are alike in all but their states; row i is one, and does what `world` would in that state.
+    """Worlds that differ in their states only; row i behaves as `world` does in the state of that row.
 
     Args:
-        world: one of the worlds, for its rules.
-        rows: how many there are.
-        options: what a family's batch may be told besides.
+        world: a world with the rules of all rows.
+        rows: number of rows.
+        options: further options of a family's batch.
     """
 
     state: StateT
-    """The truths in arrays, which are never changed in place: `advance` and `draw` put others in their place."""
+    """The truths in arrays; `advance` and `draw` replace the arrays and never change them in place."""
     states: ClassVar[int | None] = None
-    """How many observations there can be within an episode, numbered from 0; None if they are not finitely many."""
+    """Number of possible observations within an episode; None if it is not finite."""
 
     def __init__(self, world: World[TruthT, Any, Any], rows: int) -> None:
         self.world, self.rows = world, rows
 
     @abstractmethod
     def load(self, rows: Ints, truths: Sequence[TruthT]) -> None:
-        """Put rows into given states."""
+        """Set the states of rows."""
 
     @abstractmethod
     def draw(self, rows: Ints, rng: np.random.Generator) -> None:
-        """Begin another episode in these rows, as a `reset` would."""
+        """Begin another episode in these rows, as `reset` does."""
 
     @abstractmethod
     def truth(self, state: StateT, row: int) -> TruthT:
-        """The truth of a row, in this state or an earlier one of its episode."""
+        """The truth of a row in this state, which may be an earlier one of its episode."""
 
     @abstractmethod
     def advance(self, actions: npt.NDArray[Any], rows: Rows, draws: Streams) -> Outcome:
-        """Apply legal actions in some of the rows, one each.
+        """Apply a legal action in each of some rows.
 
         Args:
-            actions: an action for each of these rows.
-            rows: which they are.
-            draws: the streams of all rows' worlds.
+            actions: the actions, of shape (rows, ...).
+            rows: the rows in which to apply them.
+            draws: the random streams of all rows.
         """
 
     @abstractmethod
     def observe(self) -> Any:
-        """What is observed in each row; new arrays, as Gymnasium batches observations."""
+        """The observations of all rows in new arrays, batched as Gymnasium does."""
 
     def taken(self, state: StateT, rows: Rows) -> StateT:
         """These rows of a state."""
         return type(state)(*(array[rows] for array in state))
 
     def place(self, rows: Rows = ALL) -> Ints:
-        """The number of what is observed in these rows, below `states`."""
+        """The numbers of the observations in these rows, from 0 to `states` (exclusive)."""
         raise TypeError(f"{type(self).__name__} numbers no states")
 
     def seen(self, row: int, place: int) -> Any:
-        """What is observed in a row where `place` gives this number."""
+        """The observation in a row for which `place` returns this number."""
         raise TypeError(f"{type(self).__name__} numbers no states")
 
 
 def merged(old: StateT, rows: Rows, new: StateT) -> StateT:
-    """The arrays of `old`, with those of `new` in the place of some rows; neither is changed."""
+    """A copy of the arrays of `old` with some rows replaced by those of `new`."""
     if isinstance(rows, slice):
         return new
     both = []
@@ -92,12 +92,12 @@ def merged(old: StateT, rows: Rows, new: StateT) -> StateT:
 
 
 def chosen(table: npt.NDArray[Any], columns: Ints) -> npt.NDArray[Any]:
-    """The entry of each row of a table in a column of its own."""
+    """For each row of a table, the entry in the column that `columns` gives for it; shape (rows,)."""
     return table.ravel().take(np.arange(0, table.size, table.shape[1]) + columns)
 
 
 def most(table: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The greatest entry of each row; column by column, since NumPy's `max` takes its time with short rows."""
+    """The greatest entry of each row; column by column, since NumPy's `max` is slow for short rows."""
     greatest = table[:, 0].copy()
     for column in range(1, table.shape[1]):
         np.maximum(greatest, table[:, column], out=greatest)

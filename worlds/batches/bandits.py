@@ -1,4 +1,4 @@
-"""Bandits in arrays: the arms of each row."""
+"""Bandits in arrays."""
 
 from collections.abc import Sequence
 from typing import Any, ClassVar, NamedTuple
@@ -20,7 +20,7 @@ class State(NamedTuple):
     best: Bools
     """Whether an arm is a best one."""
     order: Ints
-    """The arms, the poor ones first, and of either the lower numbers first."""
+    """The arms, those that are not best first, and by number among equals."""
 
 
 class BanditBatch(WorldBatch[Truth, State]):
@@ -35,7 +35,7 @@ class BanditBatch(WorldBatch[Truth, State]):
         self.state = _state(nothing, nothing)
 
     def load(self, rows: Ints, truths: Sequence[Truth]) -> None:
-        """Take over the arms."""
+        """Set the arms."""
         chances = np.array([truth.chances for truth in truths])
         payouts = np.array([truth.payouts for truth in truths])
         self.state = merged(self.state, rows, _state(chances, payouts))

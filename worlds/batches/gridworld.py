@@ -1,4 +1,4 @@
-"""Gridworld in arrays: houses as tables, and in which room of which house each row is."""
+"""Gridworld in arrays: houses as tables, and the house and room of each row."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -21,7 +21,7 @@ from worlds.gridworld import (
 )
 
 POOL = 16_384
-"""Houses that episodes are drawn from, if not told otherwise."""
+"""Default number of houses from which episodes are drawn."""
 _POOL_SEED = 0x401505
 
 
@@ -29,38 +29,38 @@ class State(NamedTuple):
     """Truths in arrays. A place is a row of the tables of houses."""
 
     place: Ints
-    """Where the student is."""
+    """The student's room."""
     base: Ints
-    """The place of the first room of the house."""
+    """The first room of the house."""
     found: Bools
     """Whether the treasure has been reached in this episode."""
 
 
 class Houses(NamedTuple):
-    """Tables of houses, a room a row."""
+    """Tables of houses, with a row per room."""
 
     doors: npt.NDArray[np.int16]
-    """Per direction the room behind the door; where there is none, the room itself. Shape (rooms, 4)."""
+    """For each direction, the room behind the door; without a door, the room itself. Shape (rooms, 4)."""
     distance: npt.NDArray[np.int16]
-    """Moves to the treasure."""
+    """Number of moves to the treasure."""
     compass: npt.NDArray[np.int8]
-    """How the sides are: see `worlds.gridworld.SIDES`."""
+    """The sides of the room: see `worlds.gridworld.SIDES`."""
     views: npt.NDArray[np.int8]
-    """As `worlds.gridworld.view_of` has it, the doors first."""
+    """Doors and objects, as in `worlds.gridworld.view_of`."""
     types: npt.NDArray[np.int16]
     """The type of room, as an index into the world's `room_types`."""
 
 
 class GridworldBatch(WorldBatch[Truth, State]):
-    """Houses of equally many rooms.
+    """Houses with the same number of rooms.
 
-    A row's first house after a reset with a seed is that of the world's own reset. All others come from a pool of
-    houses that the world drew, the same for every seed, with start and treasure; it is made when it is first needed.
+    After a reset with a seed, a row's first house is that of the world's own reset. All others come from a pool of
+    houses with start and treasure, which is the same for every seed and drawn by the world at its first use.
 
     Args:
-        world: for its options.
-        rows: how many rows.
-        pool: houses in the pool; 0: there is none, each house is drawn anew.
+        world: a world with the options of all rows.
+        rows: number of rows.
+        pool: number of houses in the pool; 0: each house is drawn anew.
     """
 
     world: Gridworld
@@ -69,9 +69,9 @@ class GridworldBatch(WorldBatch[Truth, State]):
         super().__init__(world, rows)
         if type(pool) is not int or not 0 <= pool <= 10_000_000:
             raise ValueError(f"pool must be an integer from 0 to 10,000,000, got {pool!r}")
-        self.states = self._rooms = world.options["num_rooms"]  # type: ignore[misc]  # of the class where it is the same for all
+        self.states = self._rooms = world.options["num_rooms"]  # type: ignore[misc]  # a ClassVar where it is constant
         self._pool, self._starts = pool, np.zeros(0, np.int64)
-        places = (rows + pool) * self._rooms  # each row has a house of its own; those of the pool come after them
+        places = (rows + pool) * self._rooms  # a house per row, then those of the pool
         self.houses = Houses(
             np.zeros((places, len(DIRECTIONS)), np.int16),
             np.zeros(places, np.int16),
@@ -83,7 +83,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         self.state = State(np.zeros(rows, np.int64), np.zeros(rows, np.int64), np.zeros(rows, bool))
 
     def load(self, rows: Ints, truths: Sequence[Truth]) -> None:
-        """Build each row the house of its truth."""
+        """Enter the house of each truth into the tables."""
         for row, truth in zip(rows.tolist(), truths, strict=True):
             self._build(row, truth.layout)
         base = rows.astype(np.int64) * self._rooms
@@ -91,7 +91,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         self.state = merged(self.state, rows, State(place, base, np.array([truth.found for truth in truths])))
 
     def draw(self, rows: Ints, rng: np.random.Generator) -> None:
-        """Take houses of the pool, or draw them."""
+        """Draw houses, from the pool if there is one."""
         if not self._pool:
             self.load(rows, [self.world.draw(rng) for _ in range(len(rows))])
             return
@@ -113,7 +113,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         self._starts = np.array(starts)
 
     def _build(self, number: int, layout: Layout) -> None:
-        """Enter a house into the tables."""
+        """Enter a house into the tables at this number."""
         doors = layout.doors
         distance = distances_from(layout.treasure, doors)
         rooms, things = range(len(doors)), self.world.things
@@ -126,7 +126,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         houses.types[here] = [self._types[name.rpartition("-")[0]] for name in layout.names]
 
     def truth(self, state: State, row: int) -> Truth:
-        """The room, and the house out of the tables."""
+        """The room, and the house as the tables have it."""
         base, place = int(state.base[row]), int(state.place[row])
         here = slice(base, base + self._rooms)
         rooms = np.arange(self._rooms)[:, None]
@@ -144,7 +144,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         return Truth(place - base, bool(state.found[row]), Layout(doors, names, tuple(objects), treasure))
 
     def advance(self, actions: npt.NDArray[Any], rows: Rows, draws: Streams) -> Outcome:
-        """Walk through the doors that there are."""
+        """Move through the doors."""
         base, found = self.state.base[rows], self.state.found[rows]
         place = base + self.houses.doors.ravel().take(self.state.place[rows] * len(DIRECTIONS) + actions)
         arrived = self.houses.distance.take(place) == 0
@@ -154,7 +154,7 @@ class GridworldBatch(WorldBatch[Truth, State]):
         return Outcome(first.astype(np.float64), success)
 
     def observe(self) -> dict[str, npt.NDArray[Any]]:
-        """The rooms, their doors and what lies there."""
+        """The rooms, their doors and their objects."""
         place, base, _ = self.state
         views = self.houses.views.take(place, axis=0)
         return {"room": place - base, "doors": views[:, : len(DIRECTIONS)], "objects": views[:, len(DIRECTIONS) :]}
@@ -165,6 +165,6 @@ class GridworldBatch(WorldBatch[Truth, State]):
         return room
 
     def seen(self, row: int, place: int) -> Any:
-        """What the world observes in that room."""
+        """The observation in a room."""
         self.world.restore(self.truth(self.state, row)._replace(room=place))
         return self.world.observe()

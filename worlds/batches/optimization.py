@@ -1,4 +1,4 @@
-"""Losses in arrays: the last proposal of each row, its loss, and how the loss is shifted there."""
+"""Optimization in arrays: the last proposal of each row, its loss, and the shift of the loss."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -26,18 +26,18 @@ class State(NamedTuple):
 
 
 class Landscapes:
-    """A loss that is moved by a shift of each row's own: `worlds.optimization.Landscape` in arrays.
+    """A loss with a shift per row: `worlds.optimization.Landscape` in arrays.
 
     Args:
-        loss: a named one, whose functions take arrays.
-        shift: both coordinates; None: it is nowhere shifted.
+        loss: one of `LOSSES`, whose functions take arrays.
+        shift: both coordinates of the shifts; None: no row is shifted.
     """
 
     def __init__(self, loss: Loss, shift: Points | None) -> None:
         self.loss, self.shift = loss, shift
 
     def at(self, rows: Rows) -> "Landscapes":
-        """Those of some rows."""
+        """The losses of some rows."""
         return self if self.shift is None else Landscapes(self.loss, (self.shift[0][rows], self.shift[1][rows]))
 
     def value(self, x: Points) -> Floats:
@@ -67,12 +67,12 @@ class Landscapes:
         return h11, sign1 * sign2 * h12, h22
 
     def nearest(self, x: Points) -> tuple[Points, Floats]:
-        """The nearest point of least loss to each point, mirror images included, and how far away it is."""
+        """For each point, the nearest point of least loss, mirror images included, and its distance."""
         best, least = None, np.full(len(x[0]), np.inf)
         for minimiser in self.loss.minimisers:
             for m1, m2 in product(self._images(0, minimiser[0]), self._images(1, minimiser[1])):
                 distance = np.hypot(x[0] - m1, x[1] - m2)
-                nearer = distance < least  # which no image is that is not in the domain: its distance is NaN
+                nearer = distance < least  # false for images outside the domain, whose distance is NaN
                 least = np.where(nearer, distance, least)
                 best = (m1, m2) if best is None else (np.where(nearer, m1, best[0]), np.where(nearer, m2, best[1]))
         first, second = best or x
@@ -86,7 +86,7 @@ class Landscapes:
         return inside, np.where(inside == z, 1.0, -1.0)
 
     def _images(self, i: int, m: float) -> list[Any]:
-        """Where the shifted coordinate of a minimiser lies, mirror images included; NaN outside of the domain."""
+        """Shifted coordinates of a minimiser, mirror images included; NaN outside the domain."""
         if self.shift is None:
             return [m]
         shift, low, high = self.shift[i], self.loss.lows[i], self.loss.highs[i]
@@ -95,28 +95,28 @@ class Landscapes:
 
 
 class OptimizationBatch(WorldBatch[Truth, State]):
-    """Proposals for one named loss."""
+    """Proposals for a loss of `LOSSES`."""
 
     world: Optimization
 
     def __init__(self, world: Optimization, rows: int) -> None:
         super().__init__(world, rows)
         if callable(world.options["loss"]):
-            raise ValueError("in arrays there are the named losses only, got a function; others: mode 'sync'")
+            raise ValueError("loss in arrays must be a named one, got a function; use mode 'sync' for functions")
         self.state = State(np.zeros((rows, 2)), np.zeros(rows), np.zeros((rows, 2)))
 
     def landscapes(self, state: State) -> Landscapes:
-        """The losses as they are shifted."""
+        """The shifted losses."""
         shift = (state.shift[:, 0], state.shift[:, 1]) if self.world.options["shift"] else None
         return Landscapes(self.world.loss, shift)
 
     def load(self, rows: Ints, truths: Sequence[Truth]) -> None:
-        """Take over the proposals."""
+        """Set the proposals."""
         parts = (np.array([truth[i] for truth in truths]) for i in range(3))
         self.state = merged(self.state, rows, State(*parts))
 
     def draw(self, rows: Ints, rng: np.random.Generator) -> None:
-        """Draw starts, and shifts if there are to be any."""
+        """Draw first points, and shifts if the option `shift` is set."""
         world, shape = self.world, (len(rows), 2)
         x = rng.uniform(world.lows, world.highs, shape)
         low, high = np.transpose(world.shift_bounds())

@@ -1,4 +1,4 @@
-"""Streams of random numbers for the rows of a batch, of which each can go on by itself."""
+"""Independent streams of random numbers for the rows of a batch."""
 
 import math
 from typing import Any, TypeAlias
@@ -10,15 +10,15 @@ Ints: TypeAlias = npt.NDArray[np.integer[Any]]
 Floats: TypeAlias = npt.NDArray[np.float64]
 Bools: TypeAlias = npt.NDArray[np.bool_]
 Rows: TypeAlias = slice | Ints
-"""Which rows: all, or those of these numbers."""
+"""All rows, or those of these indices."""
 ALL = slice(None)
 
 
 class Streams:
-    """A SplitMix64 (Steele, Lea & Flood 2014) a row: what a row draws does not depend on what the others draw.
+    """A SplitMix64 generator (Steele, Lea & Flood 2014) per row; a row's draws do not depend on those of others.
 
     Args:
-        states: what the streams begin with, uint64, one a row.
+        states: initial states, uint64 of shape (rows,).
     """
 
     def __init__(self, states: npt.NDArray[np.uint64]) -> None:
@@ -41,12 +41,12 @@ class Streams:
         return numbers
 
     def standard_normal(self, rows: Rows = ALL) -> Floats:
-        """A normal number for each of these rows, by the method of Box and Muller."""
+        """A standard normal number for each of these rows, by the method of Box and Muller."""
         radius = np.sqrt(-2.0 * np.log1p(-self.random(rows)))
         return radius * np.cos(math.tau * self.random(rows))
 
     def stream(self, row: int) -> "Stream":
-        """A row's stream from here on, as a generator; drawing from it does not disturb the row."""
+        """A copy of a row's stream as a generator."""
         return Stream(self.states[row : row + 1].copy())
 
 
@@ -59,13 +59,13 @@ _LAST, _SPARE, _UNIT = np.uint64(31), np.uint64(11), 2.0**-53
 
 
 class Stream(np.random.Generator):
-    """One of the `Streams` as a generator: what is drawn one by one is what the row of a batch draws.
+    """A row of `Streams` as a generator: single draws equal those of the row in a batch.
 
-    All that is drawn otherwise, as resets do, comes from a stream beside it.
+    Draws of arrays, as in resets, come from a separate stream.
 
     Args:
-        state: of the row's stream, uint64 of shape (1,).
-        beside: where the rest is drawn.
+        state: state of the row's stream, uint64 of shape (1,).
+        beside: the separate stream; None: one seeded by the state.
     """
 
     def __init__(self, state: npt.NDArray[np.uint64], beside: np.random.BitGenerator | None = None) -> None:

@@ -1,8 +1,7 @@
-"""Meta-World: a robot arm with a gripper, one target pose a turn.
+"""Meta-World: a robot arm with a gripper, with a target pose per turn.
 
-The simulator is metaworld's, on MuJoCo; its low-level steps are made cheaper here, with results that stay the same to
-the last bit. A world holds its state as a value; the simulator that computes the next one is shared by all worlds of
-the same task in a thread.
+The simulator is metaworld's, on MuJoCo, with faster low-level steps whose results are the same to the last bit. A world
+holds its state as a value; all worlds of the same task in a thread share a simulator.
 """
 
 from worlds.metaworld.script import Aim, Script

@@ -12,7 +12,7 @@ from worlds.metaworld.state import FloatArray
 
 
 class Original(gymnasium.Env[Any, Any]):
-    """The environment of metaworld as it comes; a step is the low-level steps of the next turn."""
+    """metaworld's unmodified environment; a step makes all low-level steps of the next turn."""
 
     def __init__(self, task: str, variation: Sequence[float], turns: list[list[FloatArray]]) -> None:
         from metaworld.env_dict import ALL_V3_ENVIRONMENTS
@@ -31,7 +31,7 @@ class Original(gymnasium.Env[Any, Any]):
         return self.env.reset()
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
-        """The low-level steps of the next turn, which `action` was."""
+        """Make the low-level steps of the next turn, whose action is `action`."""
         result: tuple[Any, Any, bool, bool, dict[str, Any]]
         for command in next(self._next):
             result = self.env.step(command)

@@ -1,4 +1,4 @@
-"""metaworld's scripted policies, asked for what they aim at."""
+"""The targets of metaworld's scripted policies."""
 
 import types
 from typing import Any, NamedTuple
@@ -10,24 +10,18 @@ from worlds.metaworld.state import FloatArray
 
 
 class Aim(NamedTuple):
-    """What metaworld's scripted policy does in a state."""
+    """What metaworld's scripted policy aims at in a state."""
 
     target: tuple[float, float, float]
-    """Where it wants the hand to be."""
+    """Target position of the hand, in metres."""
     gain: float
     """The factor from the hand's distance to its command."""
     grip: float
-    """-1 opens the gripper, 1 closes it; anything between does so with less force."""
-
-
-_Asked = tuple[tuple[float, ...], Aim]
-_NONE: _Asked = (), Aim((0.0, 0.0, 0.0), 0.0, 0.0)
-_LAST: dict[str, _Asked] = {}
-"""By task an observation and its aim: a world and the worlds in which it is thought about ask the same."""
+    """From -1, open, to 1, close; between them with less force."""
 
 
 class Script:
-    """metaworld's scripted policy of a task, asked for what it aims at instead of for a command."""
+    """metaworld's scripted policy of a task, with access to its target."""
 
     def __init__(self, task: str) -> None:
         from metaworld.policies import ENV_POLICY_MAP
@@ -35,9 +29,9 @@ class Script:
         policy: Any = ENV_POLICY_MAP[task]
         self._task = task
         self.policy = policy()
-        """metaworld's own."""
+        """metaworld's own policy."""
         act = policy.get_action
-        # A copy of the method that finds our `move` in place of metaworld's: nothing of metaworld is changed.
+        # A copy of the method with our `move` instead of metaworld's, which stays unchanged.
         self._act = types.FunctionType(act.__code__, act.__globals__ | {"move": self._move}, closure=act.__closure__)
         self._aimed: tuple[Any, float] = (None, 0.0)
 
@@ -50,17 +44,13 @@ class Script:
 
     def command(self, observation: tuple[float, ...]) -> npt.NDArray[np.float32]:
         """The policy's own command, float32 (4,): velocity and grip."""
-        # Some policies write into what they are given.
+        # Some policies write into their argument.
         command: npt.NDArray[np.float32] = self._act(self.policy, np.array(observation))
         return command
 
     def aim(self, observation: tuple[float, ...]) -> Aim:
-        """What it aims at; of the observation that some script of the task was asked of last, it is remembered."""
-        known, aim = _LAST.get(self._task, _NONE)
-        if known is not observation:
-            grip = float(self.command(observation)[3])
-            target, gain = self._aimed
-            x, y, z = np.broadcast_to(target, (3,)).tolist()
-            aim = Aim((x, y, z), float(gain), grip)
-            _LAST[self._task] = observation, aim
-        return aim
+        """The policy's target, gain and grip for an observation, 39 numbers."""
+        grip = float(self.command(observation)[3])
+        target, gain = self._aimed
+        x, y, z = np.broadcast_to(target, (3,)).tolist()
+        return Aim((x, y, z), float(gain), grip)

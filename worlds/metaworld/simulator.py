@@ -1,4 +1,4 @@
-"""The environment of metaworld as something that states are loaded into, and the simulators of a thread."""
+"""Simulators: metaworld's environments, into which states are loaded, shared by the worlds of a thread."""
 
 import threading
 from functools import lru_cache
@@ -6,20 +6,20 @@ from typing import Any, Self
 
 import numpy as np
 
-from worlds.metaworld.cheap import cheapened, tried
+from worlds.metaworld.fast_env import fast_env_class, probe_env
 from worlds.metaworld.nearness import nearness_of
 from worlds.metaworld.state import Episode, FloatArray, ImageArray, Truth
 
 PIXELS = 240
 """Width and height of an image."""
-_SPARE = 4  # simulators that a thread keeps
-_PASSING = ("curr_path_length", "_prev_obs", "_target_to_obj_init")  # what metaworld changes in a step, in Python
+_SPARE = 4  # number of simulators that a thread keeps
+_PASSING = ("curr_path_length", "_prev_obs", "_target_to_obj_init")  # attributes that metaworld changes in a step
 _SOLVER = ("model", "data", "mujoco_renderer", "_np_random", "_np_random_seed", "_views")
 _CAMERA = "corner2"
-_NONE = Episode((), b"", b"", ())  # the episode of a simulator that has loaded none
+_NONE = Episode((), b"", b"", ())  # the episode of a simulator before the first one
 
 
-_FAILED: list[str] = []  # why this process has no OpenGL: to ask for it again would end the process
+_FAILED: list[str] = []  # the first error of OpenGL in this process: another attempt would end the process
 
 
 def _no_images(why: str) -> RuntimeError:
@@ -30,7 +30,7 @@ def _no_images(why: str) -> RuntimeError:
 
 
 class Simulator:
-    """The environment of metaworld of a task, with cheaper steps; worlds of one thread take turns to use it."""
+    """metaworld's environment of a task with faster steps, shared by the worlds of a thread."""
 
     def __init__(self, task: str) -> None:
         import mujoco
@@ -38,14 +38,14 @@ class Simulator:
 
         self._mujoco = mujoco
         base = ALL_V3_ENVIRONMENTS[task]
-        cheap: Any = cheapened(base)
-        env = self.env = cheap.__new__(cheap)  # constructed by metaworld's own code
+        fast: Any = fast_env_class(base)
+        env = self.env = fast.__new__(fast)  # with the attributes of metaworld's own constructor
         env.__dict__.update(base().__dict__)
-        # As metaworld's MT1 sets its environments: tasks are given, and the goal can be seen.
+        # As in metaworld's MT1: tasks are given, and the goal is observable.
         env._set_task_called, env._partially_observable = True, False
         env.__dict__.pop("sawyer_observation_space", None)
         env.prepare(mujoco)
-        self.trial = tried(env, base, nearness_of(task))
+        self.probe = probe_env(env, base, nearness_of(task))
         self._kind = mujoco.mjtState.mjSTATE_INTEGRATION
         self._size = mujoco.mj_stateSize(env.model, self._kind)
         self.objects = len(env._get_pos_objects()) // 3
@@ -57,7 +57,7 @@ class Simulator:
         self._aliases = self._find_aliases()
 
     def reset(self, rng: np.random.Generator) -> Truth:
-        """Begin an episode as metaworld begins it in a new environment, with a variation that it draws itself."""
+        """Begin an episode as in a new environment of metaworld, with a variation that metaworld draws."""
         env = self.env
         self._renew()
         env._freeze_rand_vec, env.seeded_rand_vec, env._np_random = False, True, rng
@@ -79,14 +79,14 @@ class Simulator:
         return self.truth(tuple(observation.tolist()), False)
 
     def truth(self, observation: tuple[float, ...], solved: bool) -> Truth:
-        """A snapshot."""
+        """A snapshot of the state."""
         env = self.env.__dict__
         passing = (env[name] for name in _PASSING if name in env)
         kept = tuple(tuple(value.tolist()) if isinstance(value, np.ndarray) else value for value in passing)
         return Truth(observation, solved, self._physics().tobytes(), kept, self._episode)
 
     def load(self, truth: Truth) -> Self:
-        """Take over a snapshot. What MuJoCo derives from it is not computed: a step begins with that."""
+        """Load a snapshot, without quantities that MuJoCo derives: the next step computes them."""
         env, episode = self.env, truth.episode
         if episode is not self._episode:
             self._renew()
@@ -101,7 +101,7 @@ class Simulator:
         return self
 
     def image(self, pixels: int = PIXELS) -> ImageArray:
-        """What the camera sees now, uint8 (pixels, pixels, 3)."""
+        """The camera image, uint8 (pixels, pixels, 3)."""
         mujoco, env = self._mujoco, self.env
         if _FAILED:
             raise _no_images(_FAILED[0])
@@ -110,7 +110,7 @@ class Simulator:
             renderer = self._renderers.get(pixels)
             if renderer is None:
                 renderer = self._renderers[pixels] = mujoco.Renderer(env.model, pixels, pixels)
-            mujoco.mj_forward(env.model, env.data)  # a state that was loaded has no derived quantities yet
+            mujoco.mj_forward(env.model, env.data)  # a loaded state lacks derived quantities
             renderer.update_scene(env.data, camera=_CAMERA)
             image = renderer.render()
         except Exception as error:
@@ -118,7 +118,7 @@ class Simulator:
             raise _no_images(_FAILED[0]) from error
         mujoco.mj_setState(env.model, env.data, physics, self._kind)
         upright: ImageArray = image[::-1, ::-1].copy()
-        return upright  # this camera hangs upside down
+        return upright  # this camera is mounted upside down
 
     def _physics(self) -> FloatArray:
         physics = np.empty(self._size)
@@ -126,7 +126,7 @@ class Simulator:
         return physics
 
     def _renew(self) -> None:
-        """Make the environment as it was after its construction."""
+        """Reset the environment to its state after construction."""
         env = self.env
         physics, bodies, sites = self._fresh_physics
         env.__dict__.clear()
@@ -137,7 +137,7 @@ class Simulator:
         self._mujoco.mj_forward(env.model, env.data)
 
     def _find_aliases(self) -> dict[str, FloatArray]:
-        """Attributes that metaworld's reset binds to MuJoCo's own memory, so that they follow the simulation."""
+        """Attributes that metaworld's reset binds to MuJoCo's memory, so that they change with the simulation."""
         self.reset(np.random.default_rng(0))
         data = self.env.data
         arrays = [array for name in ("xpos", "xquat", "site_xpos", "geom_xpos") for array in (getattr(data, name),)]
@@ -155,7 +155,7 @@ def _thawed(value: Any) -> Any:
 
 
 class _Simulators(threading.local):
-    """The simulators of a thread, those that were used last."""
+    """The most recently used simulators of a thread."""
 
     def __init__(self) -> None:
         self.of = lru_cache(maxsize=_SPARE)(Simulator)

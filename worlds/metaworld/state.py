@@ -1,4 +1,4 @@
-"""The state of a world, as a value."""
+"""The state of the world as a value."""
 
 from typing import Any, NamedTuple
 
@@ -12,23 +12,23 @@ Pose = tuple[float, float, float, float]
 
 
 class Episode(NamedTuple):
-    """What stays the same for an episode; shared by reference between snapshots."""
+    """The constant part of an episode, shared by its snapshots."""
 
     variation: tuple[float, ...]
-    """metaworld's random vector: where things are."""
+    """metaworld's random vector: positions of objects and goal."""
     bodies: bytes
-    """`body_pos` of the MuJoCo model, which metaworld moves at reset."""
+    """`body_pos` of the MuJoCo model, which metaworld changes at reset."""
     sites: bytes
     """`site_pos` of the MuJoCo model."""
     attributes: tuple[tuple[str, Any], ...]
-    """What metaworld's reset has written into its Python object; arrays as tuples."""
+    """Attributes of metaworld's object that its reset has set; arrays as tuples."""
 
 
 class Truth(NamedTuple):
-    """The whole state."""
+    """The complete state."""
 
     observation: tuple[float, ...]
-    """metaworld's 39 numbers: 18 of now, 18 of one low-level step before, the goal."""
+    """metaworld's 39 numbers: 18 current ones, 18 of the low-level step before, the goal."""
     solved: bool
     """Whether the task has been solved in this episode."""
     physics: bytes

@@ -1,4 +1,4 @@
-"""A robot's hand that is sent to target poses, by turns of several low-level steps."""
+"""The world of Meta-World: a robot's hand moves to target poses, in turns of several low-level steps."""
 
 import json
 import math
@@ -17,18 +17,18 @@ from worlds.world import World, illegal, is_number
 
 CONTROLS = ("absolute", "relative", "teacher_event")
 LONGEST, LONGEST_BY_EVENT = 15, 20
-"""Most low-level steps of a turn, the latter with `control="teacher_event"`."""
+"""Greatest number of low-level steps in a turn, the latter with `control="teacher_event"`."""
 SHORTEST = 3
-"""Fewest low-level steps of a turn that does not solve the task."""
+"""Least number of low-level steps in a turn that does not solve the task."""
 TRAVEL = 0.05
-"""So far from where it began, in metres along an axis, the hand ends a turn."""
+"""Distance of the hand from its start, in metres along an axis, beyond which a turn ends."""
 ARRIVED = 1e-4
-"""A target is reached when the hand is so close to it along each axis, in metres."""
+"""Distance of the hand to the target, in metres along each axis, below which it is reached."""
 REACH = 2.0
 """Bound of the coordinates of a target, in metres."""
 NEW_AIM, NEW_GRIP = 0.03, 0.3
 """Changes of advice that end a turn under `control="teacher_event"`: metres along an axis, and of the grip."""
-_TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # where targets are tried out
+_TABLE = ((-0.5, 0.4, 0.05, -1.0), (0.5, 1.0, 0.5, 1.0))  # bounds of sampled targets
 _NEAR = ((-0.2, -0.2, -0.2, -1.0), (0.2, 0.2, 0.2, 1.0))
 
 
@@ -36,18 +36,18 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
     """A robot's hand over a table, and one of metaworld's 50 tasks.
 
     Observation: Dict of `hand` (3, metres), `gripper` (1, 0 closed to 1 open), `object` (3) and `object_rotation` (4,
-    as metaworld gives it), `second_object` and `second_rotation` where there are two, and `goal` (3); with
-    `visual=True` `image`, too. Action: a target pose `[x, y, z, grip]`, metres and -1 (open) to 1 (close); with
-    `control="relative"` x, y and z count from where the hand is. A turn drives the hand towards the target, by
+    metaworld's quaternion), `second_object` and `second_rotation` if there are two, and `goal` (3); with
+    `visual=True` also `image`. Action: a target pose `[x, y, z, grip]`, metres and -1 (open) to 1 (close); with
+    `control="relative"` x, y and z are relative to the hand. A turn drives the hand towards the target, with
     metaworld's low-level steps with the command `gain * (target - hand)`, clipped to [-1, 1]; see `_turn` for its end.
     Reward: metaworld's, of the turn's last low-level step, 0 to 10. Success: some low-level step of the episode has
     solved the task. Nothing terminates.
 
     Args:
         task: a name of `TASKS`.
-        control: `absolute`, `relative`, or `teacher_event`: absolute, and a turn ends as well when metaworld's scripted
-            policy begins to aim at something else.
-        gain: the controller's gain; None: that of metaworld's scripted policy in the state in which the turn begins.
+        control: `absolute`, `relative`, or `teacher_event`: absolute, and a turn also ends when the target of
+            metaworld's scripted policy changes.
+        gain: the controller's gain; None: that of metaworld's scripted policy at the start of the turn.
         visual: add a camera image, uint8 (240, 240, 3), to the observation.
         video: put `video`, the images of a turn's low-level steps, into the info.
     """
@@ -87,14 +87,14 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         self.observation_space = spaces.Dict(boxes)
         bounds = np.array([REACH, REACH, REACH, 1.0])
         self.action_space = spaces.Box(-bounds, bounds, dtype=np.float64)
-        self.steer(control)
+        self.set_control(control)
         self._watch: Callable[[Sequence[float]], None] | None = None
 
-    def steer(self, control: str) -> None:
-        """Take actions as `control` says from now on.
+    def set_control(self, control: str) -> None:
+        """Change how actions are interpreted; see the argument `control`.
 
         Raises:
-            ValueError: there is no such control.
+            ValueError: `control` is unknown.
         """
         _check("control", control, CONTROLS)
         self.options["control"] = control
@@ -108,7 +108,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Draw a variation of the task: where things are, and the goal."""
+        """Draw a variation of the task: positions of objects, and the goal."""
         super().reset(seed=seed, options=options)
         self._truth = simulator_of(self.task).reset(self.np_random)
         return self.observe(), {"success": False}
@@ -129,7 +129,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         raise illegal(action, self.action_syntax)
 
     def target(self, truth: Truth, action: Pose) -> tuple[float, float, float]:
-        """Where an action sends the hand, in the coordinates of the table."""
+        """The target position of an action, in the coordinates of the table."""
         x, y, z, _ = action
         if self.relative:
             hand = truth.observation
@@ -150,10 +150,10 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         return self.observe(), float(reward), False, False, info
 
     def foresee(self, truth: Truth, action: Pose) -> tuple[tuple[float, float, float], bool]:
-        """Where an action in some state would take the hand, and whether it would solve the task; nothing changes."""
+        """The hand's position after an action in a state, and whether the task is solved; changes nothing."""
         simulator = simulator_of(self.task).load(truth)
-        # An event is found by the script, which has to see everything.
-        env = simulator.env if self._event else simulator.trial
+        # With `teacher_event` the script needs the whole observation.
+        env = simulator.env if self._event else simulator.probe
         seen, _, solved = self._turn(simulator, env, truth, action, None)
         x, y, z = seen[:3]
         return (x, y, z), solved
@@ -166,16 +166,15 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         action: Pose,
         watch: Callable[[Sequence[float]], None] | None,
     ) -> tuple[Sequence[float], Sequence[float], bool]:
-        """The low-level steps of a turn: the last observation and command, and whether the task has been solved.
+        """Make the low-level steps of a turn; returns the last observation and command, and whether the task is solved.
 
-        A turn ends with the step that solves the task. Else it has at least 3 steps, and ends when the hand has arrived
-        or is more than 5 cm along an axis from where the turn began, or after 15 steps: one is asked again before the
-        hand has gone far. With `control="teacher_event"` it ends when the hand has arrived or the scripted policy
-        aims at something else than at the turn's beginning, or after 20 steps.
+        A turn ends with the step that solves the task. Otherwise it has at least 3 steps and ends when the hand has
+        arrived or is more than 5 cm along an axis from its start, or after 15 steps. With `control="teacher_event"` it
+        ends when the hand has arrived or the target of the scripted policy has changed, or after 20 steps.
         """
         aim = self.script.aim(truth.observation)
         gain = aim.gain if self.options["gain"] is None else self.options["gain"]
-        target, move, solves = self.target(truth, action), env.move, simulator.trial.solves
+        target, move, solves = self.target(truth, action), env.move, simulator.probe.solves
         to_x, to_y, to_z = target
         start: Sequence[float] = truth.observation[:3]
         seen = start
@@ -187,7 +186,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
                 min(max(gain * (to_z - z), -1.0), 1.0),
                 action[3],
             )
-            seen = move(command, on=count > 1)
+            seen = move(command)
             if watch:
                 watch(command)
             if not truth.solved and solves(seen, command):
@@ -197,14 +196,14 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         return seen, command, truth.solved
 
     def _ends(self, aim: Aim, start: Sequence[float], seen: Sequence[float]) -> bool:
-        """Whether a turn ends before the hand has arrived."""
+        """Whether a turn ends although the hand has not arrived."""
         if not self._event:
             return _apart(start, seen) > TRAVEL
         now = self.script.aim(tuple(seen))
         return _apart(now.target, aim.target) > NEW_AIM or abs(now.grip - aim.grip) > NEW_GRIP
 
     def observe(self) -> dict[str, Any]:
-        """The poses of hand and objects, and the goal; with `visual=True` the camera image, too."""
+        """The poses of hand and objects, and the goal; with `visual=True` also the camera image."""
         numbers = np.array(self._truth.observation)
         observation, at = {}, 0
         for name, n in self._parts:
@@ -216,7 +215,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         return observation
 
     def describe(self, observation: dict[str, Any]) -> str:
-        """JSON, with numbers to a millimetre."""
+        """The observation as JSON, with numbers rounded to 0.001."""
         numbers = {
             name: [round(number, 3) + 0.0 for number in value.tolist()] if len(value) > 1 else round(value.item(), 3)
             for name, value in observation.items()
@@ -225,7 +224,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         return json.dumps(numbers)
 
     def sample_action(self, rng: np.random.Generator) -> FloatArray:
-        """A uniform pose over the table, or one that is not far from the hand."""
+        """A uniform pose over the table or, with `control="relative"`, near the hand."""
         return rng.uniform(*_NEAR) if self.relative else rng.uniform(*_TABLE)
 
     def render(self) -> str | ImageArray | None:
@@ -237,7 +236,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         return self.image() if self.render_mode == "rgb_array" else super().render()
 
     def image(self) -> ImageArray:
-        """What the camera sees, uint8 (240, 240, 3).
+        """The camera image, uint8 (240, 240, 3).
 
         Raises:
             RuntimeError: there is no off-screen OpenGL.
@@ -249,7 +248,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         return simulator_of(self.task).load(self._truth)
 
     def original(self, actions: Sequence[Any], seed: int) -> Original:
-        """The environment of metaworld, which takes the low-level steps of these turns and nothing else."""
+        """Metaworld's environment, which makes the low-level steps of these turns."""
         world = type(self)(**self.options)
         world.reset(seed=seed)
         turns: list[list[FloatArray]] = []
@@ -261,7 +260,7 @@ class MetaWorld(World[Truth, dict[str, Any], Pose]):
         return Original(self.task, variation, turns)
 
     def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
-        """Any control, with a gain of the policy's or another."""
+        """Any control, with the policy's gain or another."""
         gains = (None, 5.0, 10.0, 25.0)
         return self.options | {
             "control": CONTROLS[rng.integers(len(CONTROLS))],

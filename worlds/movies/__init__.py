@@ -1,6 +1,6 @@
-"""Movies: a user asks for something to watch, with wishes of which one may stay unsaid.
+"""Movies: recommend titles to a user whose request leaves one wish out.
 
-What is recommended is looked up in a catalogue, and judged title by title and wish by wish.
+Recommended titles are looked up in a catalogue and judged by each wish.
 """
 
 from worlds.movies.answers import MAX_LENGTH, MAX_TITLE, MAX_TITLES, answer_of, titles_of

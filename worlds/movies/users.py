@@ -8,7 +8,7 @@ import numpy as np
 from worlds.movies.catalogue import GENRES, PERIODS, age_bit, genre_bit, period_bit, type_bit
 
 TYPE, YEAR, GENRE, AGE = ATTRIBUTES = ("type", "year", "genre", "age rating")
-"""What a title is judged by, beside being in the catalogue."""
+"""The attributes by which a title is judged."""
 TYPE_NAMES = ("movie", "TV show")
 PERIOD_NAMES = ("the 80s", "the 90s", "the 2000s", "the years since 2010")
 AGE_NAMES = ("child-friendly", "family-friendly", "R-rated")
@@ -18,10 +18,10 @@ _UNFIT = ({"Crime", "Horror", "Thriller", "War"},) * 2 + ({"Animation", "Family"
 
 
 class Profile(NamedTuple):
-    """A user's wishes. Each is met by a title that has one of what it lists; an empty one does not matter."""
+    """A user's wishes. A title meets a wish if it has any of the listed values; an empty wish does not matter."""
 
     series: bool
-    """Whether TV shows are wanted, not movies."""
+    """Whether the user wants TV shows; otherwise movies."""
     periods: tuple[int, ...] = ()
     """Indices of `PERIODS`, in order; a series belongs to every period in which it ran."""
     genres: tuple[int, ...] = ()
@@ -31,11 +31,11 @@ class Profile(NamedTuple):
 
     @property
     def wishes(self) -> dict[str, int]:
-        """Per attribute that matters the bits of which a title must have one."""
+        """For each attribute that matters, bits of which a title must have at least one."""
         return _wishes(self)
 
     def words(self, attribute: str) -> str:
-        """A wish in words, such as "Comedy or Drama"; empty if the attribute does not matter."""
+        """A wish as text, such as "Comedy or Drama"; empty if the attribute does not matter."""
         if attribute == TYPE:
             return TYPE_NAMES[self.series]
         if attribute == YEAR:
@@ -45,7 +45,7 @@ class Profile(NamedTuple):
         return AGE_NAMES[self.age] if self.age >= 0 else ""
 
     def only(self, *attributes: str) -> "Profile":
-        """The same user without the other wishes; the type stays."""
+        """The profile with the wishes of these attributes and the type only."""
         return Profile(
             self.series,
             self.periods if YEAR in attributes else (),
@@ -55,7 +55,7 @@ class Profile(NamedTuple):
 
 
 def draw_profile(rng: np.random.Generator) -> Profile:
-    """A user's wishes: a type, none to two periods and genres each, and an age group where it makes sense."""
+    """Draw a user's wishes: a type, up to two periods and genres each, and an age group that suits the genres."""
     series = bool(rng.integers(2))
     periods = rng.permutation(len(PERIODS))[: rng.integers(3)]
     genres = rng.permutation(len(GENRES))[: rng.integers(3)]

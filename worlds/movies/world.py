@@ -1,4 +1,4 @@
-"""A user who asks for something to watch, and a catalogue by which the answers are judged."""
+"""The world of movies: a user's request, and a catalogue that judges the answers."""
 
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -13,40 +13,41 @@ from worlds.spaces import Prose
 from worlds.world import World, illegal
 
 LEAST_MATCHES = 3
-"""Titles of the catalogue that must fit a user's wishes, so that wishes nobody could meet are not drawn."""
+"""Number of titles in the catalogue that must meet a user's wishes; others are not drawn."""
 _DRAWS = 1000
 
 
 class Truth(NamedTuple):
-    """A user and what was recommended last."""
+    """A user and the last answer."""
 
     profile: Profile
     unsaid: str
     """The attribute that the request leaves out."""
     manner: tuple[int, int]
-    """How the user begins and ends the request: indices of the openings and the closings."""
+    """Indices of the phrases that open and close the request."""
     answer: str
     """The last list of titles, in canonical form; empty at the start."""
 
 
 class Movies(World[Truth, dict[str, Any], str]):
-    """A user to whom titles are recommended, again and again without a state.
+    """A user to whom titles are recommended, in repeated turns without a state.
 
-    Observation: Dict of what the user says: `type` (Discrete(3): nothing, movie, TV show), `periods`
+    Observation: Dict of the request: `type` (Discrete(3): nothing, movie, TV show), `periods`
     (MultiBinary(4)), `genres` (MultiBinary(23)), `age` (Discrete(4): nothing, child-friendly, family-friendly,
-    R-rated) and `manner` (MultiDiscrete(10, 5)), the turns of phrase. One wish is left out of it.
-    Action: a `Prose`, a JSON list of 0 to 100 titles, each a string or an object with a `title` and perhaps a
-    `year`; in canonical form a list of strings. Reward: the share of the titles that meet every wish, less 1; -1 for
-    an empty list. A title that is unknown or ambiguous meets none. Success: all titles meet every wish. Nothing
+    R-rated) and `manner` (MultiDiscrete(10, 5)), its opening and closing. The request leaves one wish out.
+    Action: a `Prose`, a JSON list of 0 to 100 titles, each a string or an object with a `title` and optionally a
+    `year`; in canonical form a list of strings. Reward: the share of titles that meet every wish, minus 1; -1 for
+    an empty list. Unknown and ambiguous titles meet no wish. Success: all titles meet every wish. Nothing
     terminates.
 
     Args:
-        catalogue: path of a catalogue that `catalogue.importing.import_catalogue` made; None for the one that ships.
-        max_items: how many titles of a list, from the first on, are looked at one by one, where those behind are only
-            counted; 0 to 100. None for all. The reward counts all of them.
+        catalogue: path of a catalogue made by `catalogue.importing.import_catalogue`; None: the shipped one.
+        max_items: number of titles, from the first on, that feedback treats individually, 0 to 100; it only counts
+            the others. None: all. The reward counts all titles.
 
     Raises:
-        ValueError: the file is no catalogue, or has less than three titles of a type; or `max_items` is not allowed.
+        ValueError: the file is not a catalogue, or has fewer than three titles of each type; or `max_items` is not
+            allowed.
     """
 
     reward_range = (-1.0, 0.0)
@@ -65,10 +66,10 @@ class Movies(World[Truth, dict[str, Any], str]):
         if max_items is not None and (type(max_items) is not int or not 0 <= max_items <= MAX_TITLES):
             raise ValueError(f"max_items must be None or a whole number from 0 to {MAX_TITLES}, got {max_items!r}")
         self.max_items: int = MAX_TITLES if max_items is None else max_items
-        """Titles of a list that are looked at one by one."""
+        """Number of titles that feedback treats individually."""
         self.catalogue: Catalogue = load_catalogue(catalogue)
         if not any(self._enough(Profile(series)) for series in (False, True)):
-            raise ValueError(f"the catalogue {catalogue!r} has less than {LEAST_MATCHES} titles of each type")
+            raise ValueError(f"the catalogue {catalogue!r} has fewer than {LEAST_MATCHES} titles of each type")
         self.observation_space = spaces.Dict(
             {
                 "type": spaces.Discrete(3),
@@ -83,7 +84,7 @@ class Movies(World[Truth, dict[str, Any], str]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Draw a user with wishes that at least three titles meet."""
+        """Draw a user whose wishes at least three titles meet."""
         super().reset(seed=seed, options=options)
         rng = self.np_random
         for _ in range(_DRAWS):
@@ -100,7 +101,7 @@ class Movies(World[Truth, dict[str, Any], str]):
 
     @property
     def truth(self) -> Truth:
-        """The user, and what was recommended last."""
+        """The user and the last answer."""
         return self._truth
 
     def read(self, text: str) -> str | None:
@@ -115,7 +116,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         return answer
 
     def advance(self, action: str) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """Look the titles up and judge them."""
+        """Look up the titles and judge them."""
         profile, unsaid, manner, _ = self._truth
         self._truth = Truth(profile, unsaid, manner, action)
         items, wishes = self.catalogue.look_up(titles_of(action)), profile.wishes.values()
@@ -124,7 +125,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         return self.observe(), reward, False, False, {"success": reward == 0.0}
 
     def observe(self) -> dict[str, Any]:
-        """What the user says."""
+        """The request."""
         kind, periods, genres, age, manner = self._said
         return {
             "type": kind,
@@ -135,7 +136,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         }
 
     def describe(self, observation: dict[str, Any]) -> str:
-        """The request in the user's words."""
+        """The request as text."""
         kind, age = int(observation["type"]), int(observation["age"])
         periods, genres = (np.flatnonzero(observation[name]).tolist() for name in ("periods", "genres"))
         said = Profile(kind == 2, tuple(periods), tuple(genres), age - 1)
@@ -149,7 +150,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         return f"{_OPENINGS[opening].format(' '.join(words))} {_CLOSINGS[closing]}"
 
     def sample_action(self, rng: np.random.Generator) -> str:
-        """One to five titles of the catalogue, now and then a misspelled one or one that does not exist."""
+        """One to five titles of the catalogue, some of them misspelled or invented."""
         items = self.catalogue.items
         titles = []
         for draw, slip in rng.random((int(rng.integers(1, 6)), 2)).tolist():
@@ -174,7 +175,7 @@ class Movies(World[Truth, dict[str, Any], str]):
 def _said(
     profile: Profile, unsaid: str, manner: tuple[int, int]
 ) -> tuple[int, np.ndarray, np.ndarray, int, np.ndarray]:
-    """What the user says, in the order of the observation."""
+    """The parts of the request, in the order of the observation."""
     periods, genres = np.zeros(len(PERIODS), np.int8), np.zeros(len(GENRES), np.int8)
     if unsaid != YEAR:
         periods[list(profile.periods)] = 1

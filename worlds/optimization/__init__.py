@@ -1,6 +1,6 @@
-"""Optimization: find the least value of a loss of two numbers, one proposal a turn.
+"""Optimization: minimise a loss of two numbers, with a proposal per turn.
 
-Eight test functions of the optimization literature with exact derivatives, and losses of the user's own.
+The losses are eight test functions from the literature with exact derivatives, and custom functions.
 """
 
 from worlds.optimization.functions import LOSSES

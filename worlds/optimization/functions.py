@@ -1,4 +1,4 @@
-"""Eight test functions of the optimization literature, with exact derivatives."""
+"""Eight test functions from the optimization literature, with exact derivatives."""
 
 import math
 from functools import partial
@@ -157,7 +157,7 @@ _A, _B = 3 * math.pi, 4 * math.pi
 _CAMEL = (0.08984201310031807, -0.7126564030207396)
 LOSSES: dict[str, tuple[Loss, ...]] = {
     "Booth": (_square(_booth, _booth_gradient, (10.0, 8.0, 10.0), -10.0, 10.0, (1.0, 3.0)),),
-    # On LLF-Bench's square the function is least at the edge; its unbounded minimiser (-0.547, -1.547) lies outside.
+    # On LLF-Bench's square the minimum is at the edge; the unbounded minimiser (-0.547, -1.547) lies outside.
     "McCormick": (
         _square(_mccormick, _mccormick_gradient, _mccormick_hessian, -1.5, 4.0, (-0.5288833955428878, -1.5)),
     ),

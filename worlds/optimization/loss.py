@@ -1,4 +1,4 @@
-"""Losses: functions of two numbers on a rectangle, with their derivatives, and how one is moved."""
+"""Losses: functions of two numbers on a rectangle, with their derivatives, and shifts of them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ Gradient = Callable[[float, float], Sequence[float]]
 
 @dataclass(frozen=True)
 class Loss:
-    """A loss on a rectangle, with its derivatives and the points where it is least."""
+    """A loss on a rectangle, with its derivatives and minimisers."""
 
     value: Value
     gradient: Gradient
@@ -21,7 +21,7 @@ class Loss:
     lows: Point
     highs: Point
     minimisers: tuple[Point, ...]
-    """The points of the rectangle at which the loss is least."""
+    """The points of the rectangle with the least loss."""
 
     @property
     def minimum(self) -> float:
@@ -35,10 +35,10 @@ class Loss:
 
 
 class Landscape:
-    """A loss that is moved by a shift within its rectangle.
+    """A loss that is shifted within its rectangle.
 
-    At `x` it is the loss at `x - shift`; where that lies outside the rectangle it is reflected at the edge, so that
-    range and minimum stay the same, and a loss is never asked outside its domain.
+    Its value at `x` is the loss at `x - shift`, reflected at the edge where that lies outside the rectangle: range and
+    minimum stay the same, and the loss is evaluated in its domain only.
     """
 
     value: Value
@@ -50,13 +50,13 @@ class Landscape:
 
     def __init__(self, loss: Loss, shift: Point) -> None:
         self.loss, self.shift = loss, shift
-        if shift == (0.0, 0.0):  # the common case goes the short way
+        if shift == (0.0, 0.0):
             self.value, self.gradient, self.hessian = loss.value, loss.gradient, loss.hessian
         else:
             self.value, self.gradient, self.hessian = self._value, self._gradient, self._hessian
 
     def minimisers(self) -> tuple[Point, ...]:
-        """The points at which the loss is least, mirror images included."""
+        """The points with the least loss, mirror images included."""
         return tuple(
             dict.fromkeys(p for m in self.loss.minimisers for p in product(self._images(0, m), self._images(1, m)))
         )
@@ -83,6 +83,6 @@ class Landscape:
         return (2 * high - z, -1.0) if z > high else (z, 1.0)
 
     def _images(self, i: int, minimiser: Point) -> list[float]:
-        """Where the shifted coordinate of a minimiser lies in the domain, mirror images included."""
+        """Shifted coordinates of a minimiser in the domain, mirror images included."""
         m, shift, low, high = minimiser[i], self.shift[i], self.loss.lows[i], self.loss.highs[i]
         return [x for x in (m + shift, 2 * low - m + shift, 2 * high - m + shift) if low <= x <= high]

@@ -1,4 +1,4 @@
-"""Proposals, each of which is answered by its loss."""
+"""The world of optimization: each proposal is answered with its loss."""
 
 import re
 from collections.abc import Sequence
@@ -7,21 +7,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
+from worlds.optimization.custom import custom_loss
 from worlds.optimization.functions import LOSSES
 from worlds.optimization.loss import Gradient, Landscape, Loss, Point, Value
-from worlds.optimization.own import own_loss
 from worlds.world import World, illegal, is_number
 
 TOLERANCE = 1e-2
-"""A loss that exceeds the minimum by no more than this is a success."""
+"""A proposal is a success if its loss exceeds the minimum by at most this."""
 SCALE = 100.0
 """Rewards are losses divided by it, as in LLF-Bench."""
-_FEE = 0.01  # of a text that is no action
+_FEE = 0.01  # subtracted for a text that is not an action
 _REACH = 0.2  # greatest shift, as a share of the domain's width
 
 
 class Truth(NamedTuple):
-    """Where the last proposal is, its loss, and how the loss is shifted."""
+    """The last proposal `x`, its loss `y`, and the shift of the loss."""
 
     x: Point
     y: float
@@ -29,26 +29,26 @@ class Truth(NamedTuple):
 
 
 class Optimization(World[Truth, dict[str, Any], Point]):
-    """A loss of two numbers that is to be made as small as possible.
+    """A loss of two numbers to minimise.
 
     Observation: Dict of `x` (Box(2)), the last proposal, at first a random point, and `y` (Box(1)), its loss.
-    Action: Box(2), the next proposal; a text such as `x = [1, 2]`, or one with `stop`, `stay` or `reach`
-    (propose the same point again), is understood, too. Reward: the negated loss, clipped to lie between the
-    negated largest corner loss and the negated minimum, divided by 100. A text that is no action
-    gets what the same point would again, less 0.01.
+    Action: Box(2), the next proposal; also a text such as `x = [1, 2]`, or one with `stop`, `stay` or `reach`
+    (propose the same point again). Reward: the negated loss, clipped to lie between the
+    negated largest corner loss and the negated minimum, divided by 100. A text that is not an action
+    gets the reward of the same point, minus 0.01.
     Success: the loss of this proposal is within 0.01 of the minimum. Nothing terminates.
 
-    LLF-Bench's `reward_range` is not divided by 100; this one is, so that rewards lie in it.
+    Unlike LLF-Bench's, `reward_range` is divided by 100, too, so that rewards lie in it.
 
     Args:
-        loss: a key of `LOSSES`, or a function of two numbers that returns one, defined on the whole domain.
-            To be pickled the world needs a function that is defined at the top of a module.
+        loss: a key of `LOSSES`, or a function of two numbers that returns a number and is defined on the whole
+            domain. To pickle the world, the function must be defined at the top level of a module.
         shift: move the loss at reset by a hidden, random vector, at most a fifth of the domain's width
             along each axis; the minimiser stays in the domain. See `Landscape`.
         func_choice: which of Bohachevsky's three functions, 1 to 3.
-        gradient: for a function of your own, one that returns both derivatives; otherwise they are estimated.
-        domain: for a function of your own, `(low, high)` of both numbers, or of each: `((low, high), (low, high))`.
-        minimiser: for a function of your own, the point where it is least; otherwise scipy looks for it.
+        gradient: for a custom function, a function that returns both derivatives; None: they are estimated.
+        domain: for a custom function, `(low, high)` of both numbers, or of each: `((low, high), (low, high))`.
+        minimiser: for a custom function, its minimiser; None: scipy searches for it.
     """
 
     action_parts = ("x1", "x2")
@@ -77,7 +77,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         if not isinstance(shift, bool):
             raise ValueError(f"shift must be True or False, got {shift!r}")
         own: dict[str, Any] = {"gradient": gradient, "domain": domain, "minimiser": minimiser}
-        self.loss = own_loss(loss, func_choice, **own) if callable(loss) else _named_loss(loss, func_choice, **own)
+        self.loss = custom_loss(loss, func_choice, **own) if callable(loss) else _named_loss(loss, func_choice, **own)
         self.lows, self.highs = self.loss.lows, self.loss.highs
         self.minimum, self.corner = self.loss.minimum, self.loss.corner
         self.reward_range = (-self.corner / SCALE, -self.minimum / SCALE)
@@ -94,7 +94,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Draw a start, and a shift if there is to be one."""
+        """Draw a first point, and a shift if the option `shift` is set."""
         super().reset(seed=seed, options=options)
         x1, x2 = self.np_random.uniform(self.lows, self.highs).tolist()
         shift = self._draw_shift(self.np_random) if self.options["shift"] else (0.0, 0.0)
@@ -108,7 +108,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
 
     @property
     def failure_reward(self) -> float:
-        """What proposing the same point again would pay, less 0.01: the word `stay` does better."""
+        """The reward of proposing the same point again, minus 0.01, so that the word `stay` pays more."""
         low, high = self.reward_range
         return max(min(-self._truth.y / SCALE, high) - _FEE, low) if hasattr(self, "_truth") else low
 
@@ -138,7 +138,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         return {"x": np.array(x), "y": np.array((y,))}
 
     def describe(self, observation: dict[str, Any]) -> str:
-        """The proposal and its loss, to six digits."""
+        """The proposal and its loss, with six digits."""
         (x1, x2), (y,) = observation["x"].tolist(), observation["y"].tolist()
         return f"x = [{x1:.6g}, {x2:.6g}]\ny = {y:.6g}"
 
@@ -154,7 +154,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         return options
 
     def read(self, text: str) -> Point | None:
-        """The one pair of numbers in a text; for `stop`, `stay` or `reach` without a pair, the last proposal."""
+        """The only pair of numbers in a text; for `stop`, `stay` or `reach` without a pair, the last proposal."""
         pairs = {(float(pair[1] or pair[3]), float(pair[2] or pair[4])) for pair in _PAIR.finditer(text)}
         if len(pairs) == 1:
             return pairs.pop()
@@ -190,7 +190,7 @@ def _named_loss(name: str, choice: int, **own: Any) -> Loss:
         raise ValueError(f"loss {name!r} is unknown; allowed: {', '.join(LOSSES)}, or a function of two numbers")
     for option, value in own.items():
         if value is not None:
-            raise ValueError(f"{option} is for a function of your own; {name} has one already, allowed: None")
+            raise ValueError(f"{option} applies to custom functions only, got {value!r} for {name}; allowed: None")
     variants = LOSSES[name]
     if type(choice) is not int or not 1 <= choice <= len(variants):
         raise ValueError(f"func_choice must be an integer from 1 to {len(variants)} for {name}, got {choice!r}")

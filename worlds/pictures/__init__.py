@@ -1,7 +1,7 @@
-"""Pictures of worlds, for people: a family's module here draws its worlds. They have no words of teaching.
+"""Pictures of worlds for people, one module per family, without words of teaching.
 
-A picture shows what the student may know: where it has been, what it has seen, what its actions brought. Only a
-privileged sight shows the truth, and the plan of one who knows it.
+A picture shows what the student may know: its way, what it has observed, the results of its actions. Only a
+privileged sight includes the truth and an optimal plan.
 """
 
 from abc import ABC, abstractmethod
@@ -19,38 +19,38 @@ __all__ = ["Picture", "Sight", "Step", "Text", "TextPicture", "WorldT"]
 WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of the world."""
 Text = tuple[tuple[str, str], ...]
-"""Pieces of text, each with its role: `here`, `goal`, `good`, `bad`, `muted`, or none."""
+"""Pieces of text, each with its role: `here`, `goal`, `good`, `bad`, `muted`, or empty."""
 
 
-_SEEN = 3000  # characters; no more can be read on a canvas
+_SEEN = 3000  # characters; more would not be legible on a canvas
 
 
 class Step(NamedTuple, Generic[TruthT]):
-    """One turn of the student."""
+    """A turn of the student."""
 
     action: Any
-    """In canonical form; None at the opening, and where none was executed."""
+    """In canonical form; None at the opening and in turns without an action."""
     reward: float
     truth: TruthT
-    """After it."""
+    """The truth after the turn."""
     success: bool = False
 
 
 class Sight(NamedTuple, Generic[TruthT]):
-    """An episode up to now."""
+    """An episode up to the current turn."""
 
     turns: tuple[Step[TruthT], ...]
     """The first is the opening."""
     seen: str
-    """What the student observes now, as the world describes it."""
+    """The world's description of the current observation."""
     privileged: bool = False
     """Whether the truth may be shown."""
     plan: tuple[Any, ...] = ()
-    """Where the sight is privileged, the actions of an optimal policy from here on, as far as they are known."""
+    """If the sight is privileged, the next actions of an optimal policy, as far as they are known."""
 
     @property
     def now(self) -> TruthT:
-        """The truth now."""
+        """The current truth."""
         return self.turns[-1].truth
 
 
@@ -58,36 +58,36 @@ class Picture(ABC, Generic[TruthT, WorldT]):
     """Draws the worlds of a family.
 
     Args:
-        lab: a world like the one that is drawn, for its rules; it knows no episode, and may be restored and stepped.
+        lab: a scratch world with the options of the world that is drawn, which may be restored and stepped.
     """
 
     reach: int = 0
-    """Actions of the plan that it draws."""
+    """Number of actions of the plan that the picture shows."""
 
     def __init__(self, lab: WorldT) -> None:
         self.lab = lab
 
     @abstractmethod
     def draw(self, canvas: Canvas, sight: Sight[TruthT]) -> None:
-        """Draw a sight; equal sights give equal pictures."""
+        """Draw a sight; pictures of equal sights are equal."""
 
     def text(self, sight: Sight[TruthT]) -> Text:
-        """A sight in text; by default as the world describes it."""
+        """A sight as text; by default the world's description."""
         return ((sight.seen, ""),)
 
     def alike(self, turns: Sequence[Step[TruthT]], rng: np.random.Generator) -> Sequence[Step[TruthT]]:
-        """The same turns in another world, which a student could not tell from this one.
+        """The same turns in another world that the student cannot distinguish from this one, for checks.
 
-        For checks: pictures of both have to be equal unless they are privileged. As it stands, nothing is hidden.
+        Pictures of both must be equal unless they are privileged. By default nothing is hidden: returns `turns`.
         """
         return turns
 
 
 class TextPicture(Picture[Any]):
-    """The description of a world, for families that have nothing to draw."""
+    """The description of a world as text, for families without a picture."""
 
     def draw(self, canvas: Canvas, sight: Sight[Any]) -> None:
-        """Write it down, in letters as large as fit."""
+        """Draw the text in the largest size that fits."""
         width, height = canvas.width - 32, canvas.height - 32
         text = sight.seen[:_SEEN] or "There is nothing to see."
         size = next((size for size in (18, 16, 14) if height_of(text, size, width) <= height), 13)

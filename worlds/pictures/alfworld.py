@@ -1,4 +1,4 @@
-"""ALFWorld drawn: the places of the house, what one has seen in them, and what one carries."""
+"""Picture of ALFWorld: the places of the house, their contents as far as seen, and the inventory."""
 
 from collections.abc import Iterable, Sequence
 
@@ -18,7 +18,7 @@ _BELOW = 46
 
 
 class AlfworldPicture(Picture[Truth, Alfworld]):
-    """A card a place, the present one framed; where privileged, with all that is in them, and the next commands."""
+    """A card per place, the current one framed; if privileged, with all contents and the next commands."""
 
     reach = 3
 
@@ -53,9 +53,9 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
             if state and held is not None and name < width - 62:
                 canvas.text((x + width - 12, y + step * 0.26), state, size - 2, theme.muted, anchor="rm")
             if held is not None:
-                told = ", ".join(house.name[each] for each in held) or "nothing"
+                contents = ", ".join(house.name[each] for each in held) or "nothing"
                 colour = theme.purple if held else theme.muted
-                canvas.text((x + 6, y + step * 0.64), told, size, colour, most=width - 16)
+                canvas.text((x + 6, y + step * 0.64), contents, size, colour, most=width - 16)
         for plan in plans:
             canvas.text((14, floor + 12), plan, 13, theme.green, most=canvas.width - 28)
         carried = [_called(each, truth.facts, house) for each in _held(truth.facts)]
@@ -64,7 +64,7 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
         canvas.text((22 + label, canvas.height - 18), ", ".join(carried) or "nothing", 14, theme.purple, bold=True)
 
     def text(self, sight: Sight[Truth]) -> Text:
-        """Where one has seen what, above the world's own words."""
+        """The contents of the places as far as seen, above the world's description."""
         house = house_of(sight.now.game)
         here = _location(sight.now.facts)
         found = _remembered(sight.turns, house)
@@ -78,7 +78,7 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
         return (*lines, (sight.seen, ""))
 
     def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
-        """Places at which nobody has been are empty."""
+        """Empties the places that were not visited."""
         house = house_of(turns[0].truth.game)
         been = {_location(turn.truth.facts) for turn in turns}
         looked = {place for place, location in house.place.items() if location in been}
@@ -96,7 +96,7 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
 
 
 def _order(name: str) -> tuple[str, int]:
-    """By the type, and then by the number."""
+    """The type, then the number."""
     kind, _, number = name.rpartition(" ")
     return kind, int(number) if number.isdecimal() else 0
 
@@ -110,13 +110,13 @@ def _held(facts: Iterable[Fact]) -> list[str]:
 
 
 def _called(each: str, facts: frozenset[Fact], house: House) -> str:
-    """What a thing is called, with what has been done to it."""
+    """The name of an object, with its states."""
     states = [state.removeprefix("is") for state in _STATES if (state, each) in facts]
     return " ".join([*states, house.name[each]])
 
 
 def _inside(facts: Iterable[Fact], house: House) -> dict[str, list[str]]:
-    """Per place what is in it."""
+    """The contents of each place."""
     inside: dict[str, list[str]] = {place: [] for place in house.place}
     for fact in sorted(facts):
         if fact[0] == "inreceptacle" and fact[2] in inside:
@@ -125,10 +125,10 @@ def _inside(facts: Iterable[Fact], house: House) -> dict[str, list[str]]:
 
 
 def _remembered(turns: Sequence[Step[Truth]], house: House) -> dict[str, list[str]]:
-    """Per place into which one has looked what is in it: by what was done there, and what could be seen then.
+    """The contents of the places that the student has looked into.
 
-    A place is looked into by going there or examining it, unless it is closed, and by opening it. Nothing changes
-    what is in a place but what one does there oneself.
+    To look into a place is to go there or examine it while it is not closed, or to open it. Only the student's own
+    actions change the contents.
     """
     looked: set[str] = set()
     for turn in turns:

@@ -1,4 +1,4 @@
-"""Bandits drawn: per arm how often it was pulled, and what it has paid on average."""
+"""Picture of bandits: for each arm, the number of pulls and the mean payout."""
 
 import math
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ __all__ = ["BanditPicture"]
 
 
 class BanditPicture(Picture[Truth, Bandit]):
-    """A row of arms with their payouts; where privileged, with their true means."""
+    """A row of arms with their payouts; if privileged, with their true means."""
 
     def draw(self, canvas: Canvas, sight: Sight[Truth]) -> None:
-        """Draw a bar an arm, from nought to its mean payout."""
+        """Draw a bar per arm, from 0 to its mean payout."""
         theme, truth = canvas.theme, sight.now
         paid = _paid(self.lab.arms, sight.turns)
         means = [sum(each) / len(each) for each in paid if each] + list(truth.means if sight.privileged else ())
@@ -58,7 +58,7 @@ class BanditPicture(Picture[Truth, Bandit]):
             canvas.text((x, floor + 42), f"{len(each)} x" if each else "-", 13, theme.muted, anchor="mm")
 
     def text(self, sight: Sight[Truth]) -> Text:
-        """A line an arm that was pulled."""
+        """A line for each arm that was pulled."""
         last = sight.turns[-1].action
         return tuple(
             (f"arm {arm}: pulls {len(each)}, mean payout {sum(each) / len(each):.3g}\n", "here" * (arm == last))
@@ -67,7 +67,7 @@ class BanditPicture(Picture[Truth, Bandit]):
         )
 
     def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
-        """Arms of which those that are not the best pay less, so that they have paid so much by chance."""
+        """Lower payouts of the arms that are not best, which could have paid the same by chance."""
         truth = turns[0].truth
         less = [0.0 if arm in truth.best else float(rng.uniform(0.1, 1)) for arm in range(self.lab.arms)]
         payouts = tuple(payout - each for payout, each in zip(truth.payouts, less, strict=True))
@@ -77,7 +77,7 @@ class BanditPicture(Picture[Truth, Bandit]):
 
 
 def _paid(arms: int, turns: Sequence[Step[Truth]]) -> list[list[float]]:
-    """Per arm what it has paid."""
+    """The payouts of each arm."""
     paid: list[list[float]] = [[] for _ in range(arms)]
     for turn in turns:
         if turn.action is not None:
@@ -86,6 +86,6 @@ def _paid(arms: int, turns: Sequence[Step[Truth]]) -> list[list[float]]:
 
 
 def _step(width: float) -> float:
-    """A round number of which three to eight make a width."""
+    """A round number that divides a width into three to eight parts."""
     unit = 10.0 ** math.floor(math.log10(width))
     return next(unit * share for share in (0.2, 0.25, 0.5, 1.0) if width / (unit * share) <= 8)

@@ -1,6 +1,6 @@
-"""Drawing in the plane: shapes and text with smooth edges, in the colours of a theme. It is Pillow's.
+"""Drawing with Pillow: anti-aliased shapes and text in the colours of a theme.
 
-Everything is drawn at twice its size, and made smaller in the end.
+Everything is drawn at twice its size and scaled down at the end.
 """
 
 import math
@@ -20,24 +20,24 @@ __all__ = ["SCALE", "THEMES", "Canvas", "Frame", "Point", "Theme", "height_of", 
 Frame = npt.NDArray[np.uint8]
 """Rows of pixels, (height, width, 3)."""
 Point = tuple[float, float]
-"""To the right and down, in pixels of the finished picture."""
+"""x to the right and y downwards, in pixels of the finished picture."""
 SCALE = 2
-"""Pixels of a canvas, along each axis, of which one of the finished picture is made."""
-_LEADING = 1.32  # of a line of text, in sizes of its font
+"""Pixels of the canvas per pixel of the finished picture, along each axis."""
+_LEADING = 1.32  # height of a line of text, in font sizes
 
 
 class Theme(NamedTuple):
-    """Colours by what they are for. The lively ones are Okabe and Ito's, which colour-blind people can tell apart."""
+    """Colours by use. The named colours are those of Okabe and Ito, which colour-blind people can distinguish."""
 
     ground: str
-    """Behind everything."""
+    """Background."""
     card: str
-    """Behind what stands out from the ground."""
+    """Background of raised parts."""
     ink: str
     muted: str
-    """Of what matters less."""
+    """For secondary information."""
     faint: str
-    """Of lines that only part things."""
+    """For separating lines."""
     blue: str
     green: str
     orange: str
@@ -57,11 +57,11 @@ THEMES = {
         *("#4da3dc", "#1fbf91", "#f0b429", "#f27d33", "#dc8fc0", "#7cc6f2", "#f0e442"),
     ),
 }
-"""The themes by their names."""
+"""The themes by name."""
 
 
 class Canvas:
-    """A rectangle to draw on, with its origin at the upper left; lengths are pixels of the finished picture.
+    """A rectangle to draw on, with the origin at the upper left; lengths are pixels of the finished picture.
 
     Args:
         width, height: its size.
@@ -75,14 +75,14 @@ class Canvas:
         self._x, self._y = 0.0, 0.0
 
     def part(self, x: float, y: float, width: int, height: int) -> Self:
-        """A rectangle of this canvas as a canvas; what is drawn beyond its edges is drawn all the same."""
+        """A rectangle of this canvas as a canvas; drawings are not clipped at its edges."""
         part = object.__new__(type(self))
         part.__dict__.update(self.__dict__, width=width, height=height)
         part._x, part._y = self._x + x, self._y + y
         return part
 
     def pixels(self) -> Frame:
-        """What has been drawn."""
+        """The finished picture."""
         return np.array(self._image.reduce(SCALE))
 
     def _at(self, points: Sequence[Point]) -> list[Point]:
@@ -98,7 +98,7 @@ class Canvas:
         width: float = 1,
         radius: float = 0,
     ) -> None:
-        """A rectangle, with round corners if there is a radius."""
+        """A rectangle, with rounded corners if `radius` is positive."""
         (x, y), (w, h) = corner, size
         self._pen.rounded_rectangle(
             self._at([(x, y), (x + w, y + h)]), radius * SCALE, fill, outline, round(width * SCALE)
@@ -128,17 +128,17 @@ class Canvas:
     def polygon(
         self, points: Sequence[Point], fill: str | None = None, outline: str | None = None, width: float = 1
     ) -> None:
-        """A closed shape."""
+        """A polygon."""
         self._pen.polygon(self._at(points), fill, outline, round(width * SCALE))
 
     def star(self, centre: Point, radius: float, fill: str, outline: str | None = None) -> None:
-        """A star of five points."""
+        """A five-pointed star."""
         x, y = centre
         turns = [(radius * (0.42 if i % 2 else 1.0), math.pi * (i / 5 - 0.5)) for i in range(10)]
         self.polygon([(x + r * math.cos(turn), y + r * math.sin(turn)) for r, turn in turns], fill, outline)
 
     def mark(self, centre: Point, right: bool, size: float = 5, width: float = 2) -> None:
-        """A tick or a cross."""
+        """A tick if `right`, else a cross."""
         (x, y), s = centre, size
         if right:
             self.line([(x - s, y), (x - s * 0.25, y + s * 0.75), (x + s, y - s * 0.8)], self.theme.green, width)
@@ -147,7 +147,7 @@ class Canvas:
                 self.line([(x - s * 0.8, y - s * 0.8 * way), (x + s * 0.8, y + s * 0.8 * way)], self.theme.red, width)
 
     def paste(self, image: Frame, corner: Point, size: Point) -> None:
-        """An image, stretched to a size."""
+        """An image, scaled to a size."""
         (x, y), (w, h) = self._at([corner])[0], size
         stretched = Image.fromarray(image).resize((round(w * SCALE), round(h * SCALE)), Image.Resampling.BICUBIC)
         self._image.paste(stretched, (round(x), round(y)))
@@ -163,16 +163,16 @@ class Canvas:
         bold: bool = False,
         most: float = math.inf,
     ) -> float:
-        """A line of text, cut where it exceeds a width; the width that it takes.
+        """A line of text, shortened if it is wider than `most`; returns its width.
 
         Args:
-            at: where its anchor is.
-            text: what cannot be printed is replaced.
-            size: of the font, in pixels.
+            at: position of the anchor.
+            text: unprintable characters are replaced.
+            size: font size in pixels.
             colour: the theme's ink by default.
-            anchor: two letters, across `l`, `m` or `r`, and down `t`, `m` (of a line without descenders) or `b`.
-            bold: whether in bold face.
-            most: the greatest width.
+            anchor: two letters, horizontally `l`, `m` or `r`, vertically `t`, `m` (without descenders) or `b`.
+            bold: whether to use bold type.
+            most: greatest width.
         """
         text = cut(text, size, most, bold)
         if not text:
@@ -194,7 +194,7 @@ class Canvas:
         size: float = 13,
         colour: str | None = None,
     ) -> float:
-        """Text in lines, as many as fit, with an ellipsis where some are left out; where the next one would begin."""
+        """Text in as many lines as fit, with an ellipsis if lines are left out; returns the y of the next line."""
         x, y = corner
         lines: Sequence[str] = wrap(text, size, width)
         room = max(int((height + 0.01) // (size * _LEADING)), 1) if height < math.inf else len(lines)
@@ -206,7 +206,7 @@ class Canvas:
         return y
 
     def tag(self, at: Point, text: str, colour: str, size: float = 12) -> float:
-        """A small label on a coloured ground, by the middle of its left side; the width that it takes."""
+        """A small label on a coloured ground, placed by the middle of its left side; returns its width."""
         x, y = at
         width = measure(text, size, True) + size * 0.9
         self.box((x, y - size * 0.72), (width, size * 1.44), colour, radius=size * 0.3)
@@ -215,13 +215,13 @@ class Canvas:
 
 
 def height_of(text: str, size: float, width: float) -> float:
-    """How much room a paragraph needs."""
+    """The height of a paragraph."""
     return len(wrap(text, size, width)) * size * _LEADING
 
 
 @lru_cache(maxsize=512)
 def wrap(text: str, size: float, width: float) -> tuple[str, ...]:
-    """The lines of a text, none wider than `width`. Words are measured one by one: most have been before."""
+    """The lines of a text, none wider than `width`. Words are measured one by one, so that measures are reused."""
     lines, space = [], measure(" ", size)
     for line in text.splitlines() or [""]:
         now: list[str] = []
@@ -242,7 +242,7 @@ def wrap(text: str, size: float, width: float) -> tuple[str, ...]:
 
 
 def _pieces(word: str, size: float, width: float) -> Iterator[str]:
-    """A word that is wider than a line, in pieces that are not."""
+    """The pieces of a word that fit a line each."""
     while measure(word, size) > width and len(word) > 1:
         fits = next((n for n in range(len(word) - 1, 1, -1) if measure(word[:n], size) <= width), 1)
         yield word[:fits]
@@ -251,7 +251,7 @@ def _pieces(word: str, size: float, width: float) -> Iterator[str]:
 
 
 def cut(text: str, size: float, most: float, bold: bool = False) -> str:
-    """A text without what cannot be printed, cut with an ellipsis if it is wider than `most`."""
+    """A text with unprintable characters replaced, shortened with an ellipsis if it is wider than `most`."""
     if not text.isprintable():
         text = "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in text)
     if measure(text, size, bold) <= most:
@@ -269,9 +269,9 @@ def measure(text: str, size: float, bold: bool = False) -> float:
 
 @lru_cache(maxsize=1024)
 def _mask(text: str, size: float, bold: bool) -> tuple[Image.Image, tuple[int, int], int]:
-    """A line of text as a mask, where its upper left corner is, and how far the base line is below the top.
+    """A line of text as a mask, the position of its upper left corner, and its ascent.
 
-    Most of a frame's text is that of the frame before.
+    Consecutive frames share most of their text.
     """
     font = _font(size, bold)
     left, top, right, bottom = (int(each) for each in font.getbbox(text))
@@ -282,16 +282,16 @@ def _mask(text: str, size: float, bold: bool) -> tuple[Image.Image, tuple[int, i
 
 @lru_cache(maxsize=64)
 def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
-    """DejaVu Sans, which matplotlib brings along: Pillow's own font has neither accents nor dashes."""
+    """DejaVu Sans from matplotlib: Pillow's own font has neither accents nor dashes."""
     found: Any = find_spec("matplotlib")
     folder = Path(found.submodule_search_locations[0], "mpl-data", "fonts", "ttf")
-    # The basic layout is the same wherever Pillow was built.
+    # The basic layout does not depend on how Pillow was built.
     basic = ImageFont.Layout.BASIC
     return ImageFont.truetype(folder / f"DejaVuSans{'-Bold' * bold}.ttf", round(size * SCALE), layout_engine=basic)
 
 
 @lru_cache(maxsize=64)
 def _contrast(colour: str) -> str:
-    """Black or white, whichever is easier to read on a colour."""
+    """Black or white, by contrast with a colour."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return "#000000" if 0.299 * red + 0.587 * green + 0.114 * blue > 140 else "#ffffff"

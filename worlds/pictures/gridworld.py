@@ -1,4 +1,4 @@
-"""Gridworld drawn: the rooms that one knows, their doors, the trail; the treasure where it may be seen."""
+"""Picture of gridworld: the known rooms, their doors, the trail, and the treasure if it may be shown."""
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -13,18 +13,18 @@ __all__ = ["GridworldPicture"]
 
 Cell = tuple[int, int]
 _STEPS = ((0, -1), (1, 0), (-1, 0), (0, 1))  # north, east, west, south, on a screen
-_MOST = 9  # cells a side that are drawn, around where one is
+_MOST = 9  # greatest number of cells along each axis, around the current room
 _LEAST = 4
 _MARGIN = 8
 
 
 class GridworldPicture(Picture[Truth, Gridworld]):
-    """Rooms one has been in, and those behind their doors; where privileged, the house, the treasure and the way."""
+    """The visited rooms and those behind their doors; if privileged, the house, the treasure and the plan."""
 
     reach = 100
 
     def draw(self, canvas: Canvas, sight: Sight[Truth]) -> None:
-        """Draw the part of the house around the room one is in."""
+        """Draw the part of the house around the current room."""
         theme, layout, now = canvas.theme, sight.now.layout, sight.now.room
         places = _places(layout.doors, sight.turns[0].truth.room)
         trail = [turn.truth.room for turn in sight.turns]
@@ -45,7 +45,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
             if room in places and 0 <= places[room][0] - left < columns and 0 <= places[room][1] - top < rows
         ]
         half = side * 0.43
-        for room in shown:  # the doors first, so that the rooms lie upon them
+        for room in shown:  # the doors first, so that the rooms cover them
             x, y = middle(room)
             for direction, behind in enumerate(layout.doors[room]):
                 if behind != NO_DOOR and (room in been or sight.privileged):
@@ -74,9 +74,9 @@ class GridworldPicture(Picture[Truth, Gridworld]):
         canvas.disc(middle(now), side * 0.1, theme.blue, theme.card, 2)
 
     def text(self, sight: Sight[Truth]) -> Text:
-        """A map of the rooms that one knows, the present one in brackets, above the world's own words.
+        """A map of the known rooms, the current one in brackets, above the world's description.
 
-        Where privileged, of the whole house, with stars around the treasure.
+        If privileged, a map of the whole house, with stars around the treasure.
         """
         layout, now = sight.now.layout, sight.now.room
         places = _places(layout.doors, sight.turns[0].truth.room)
@@ -106,7 +106,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
         return (*_trimmed(pieces), (sight.seen, ""))
 
     def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
-        """The treasure in another room that one has not entered, and other names of rooms that one does not know."""
+        """The treasure in another room that was not visited, and other names of unknown rooms."""
         layout = turns[-1].truth.layout
         been = {turn.truth.room for turn in turns}
         known = _known(layout, been)
@@ -120,7 +120,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
 
 @lru_cache(maxsize=16)
 def _places(doors: tuple[tuple[int, ...], ...], start: int) -> dict[int, Cell]:
-    """Per room the column and the row in which it lies, counted from the room in which one began."""
+    """The column and row of each room, relative to the start."""
     places = {start: (0, 0)}
     queue = [start]
     for room in queue:
@@ -133,12 +133,12 @@ def _places(doors: tuple[tuple[int, ...], ...], start: int) -> dict[int, Cell]:
 
 
 def _known(layout: Layout, been: set[int]) -> set[int]:
-    """The rooms one has been in, and those behind their doors."""
+    """The visited rooms and those behind their doors."""
     return been | {behind for room in been for behind in layout.doors[room] if behind != NO_DOOR}
 
 
 def _window(cells: list[Cell], here: Cell) -> tuple[Cell, Cell]:
-    """The least column and row to be drawn, and how many of them: all cells, or those around where one is."""
+    """The least column and row to draw, and their numbers: all cells, or those around the current room."""
     least, count = [], []
     for axis in (0, 1):
         low, high = (bound(cell[axis] for cell in cells) for bound in (min, max))
@@ -181,7 +181,7 @@ def _follow(canvas: Canvas, layout: Layout, room: int, plan: Sequence[int], midd
 
 
 def _joined(layout: Layout, been: set[int], room: int, other: int, direction: int) -> bool:
-    """Whether one knows of a door between two rooms."""
+    """Whether there is a known door between two rooms."""
     return room >= 0 <= other and layout.doors[room][direction] == other and bool(been & {room, other})
 
 

@@ -1,4 +1,4 @@
-"""Meta-World drawn: by MuJoCo's own renderer, with the numbers that the student reads below."""
+"""Picture of Meta-World: MuJoCo's rendering, above the numbers that the student observes."""
 
 import math
 
@@ -13,7 +13,7 @@ _PIXELS = 360
 
 
 class MetaWorldPicture(Picture[Truth, MetaWorld]):
-    """What a camera sees; where privileged, with the pose that is advised."""
+    """The camera image; if privileged, with the advised pose."""
 
     reach = 1
 

@@ -1,4 +1,4 @@
-"""Movies drawn: what was asked for, and the titles that were recommended last."""
+"""Picture of movies: the wishes, and the titles that were recommended last."""
 
 from collections.abc import Sequence
 
@@ -15,10 +15,10 @@ _ROWS = 12
 
 
 class MoviesPicture(Picture[Truth, Movies]):
-    """A row a title, a column a wish: whether it is met, as far as it is known; where privileged, it is looked up."""
+    """A row per title, a column per wish: whether it is met, as far as it is known; if privileged, in all cells."""
 
     def draw(self, canvas: Canvas, sight: Sight[Truth]) -> None:
-        """Draw the wishes that were said, and the first titles; one that was not said only where privileged."""
+        """Draw the stated wishes and the first titles; the unstated wish only if privileged."""
         theme, (profile, unsaid, _, answer) = canvas.theme, sight.now
         wishes = [each for each in ATTRIBUTES if each in profile.wishes and (sight.privileged or each != unsaid)]
         y = 20.0
@@ -56,7 +56,7 @@ class MoviesPicture(Picture[Truth, Movies]):
             canvas.text((14, y + 25), f"… {len(titles) - _ROWS} more", 13, theme.muted)
 
     def _meets(self, sight: Sight[Truth], title: str, wish: str) -> bool | None:
-        """Whether a title meets a wish; None if one cannot know: the reward tells a student how many titles fit."""
+        """Whether a title meets a wish; None if unknown: from the reward follows only how many titles fit."""
         if sight.privileged:
             return self.lab.catalogue.meets(title, (sight.now.profile.wishes[wish],))
         return True if sight.turns[-1].reward == 0.0 else None
@@ -68,7 +68,7 @@ class MoviesPicture(Picture[Truth, Movies]):
         return (f"{sight.seen}\n", ""), *((f"  {title}\n", role) for title in titles)
 
     def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
-        """A user with the same wishes but for the one that was not said."""
+        """A user with another unstated wish."""
         profile, unsaid = turns[0].truth.profile, turns[0].truth.unsaid
         while unsaid not in (other := draw_profile(rng)).wishes:
             pass

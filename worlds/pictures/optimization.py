@@ -1,4 +1,4 @@
-"""Optimization drawn: the path of the proposals over the plane."""
+"""Picture of optimization: the path of the proposals in the plane."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -12,15 +12,15 @@ from worlds.pictures.canvas import SCALE, Canvas, Frame
 
 __all__ = ["OptimizationPicture"]
 
-_GRID = 56  # points a side at which the loss is asked
+_GRID = 56  # points along each axis at which the loss is evaluated
 _BANDS = 12
 
 
 class OptimizationPicture(Picture[Truth, Optimization]):
-    """The proposals, in their order, with the losses that were answered; where privileged, on a map of the loss."""
+    """The proposals, in order, with their losses; if privileged, on a map of the loss."""
 
     def draw(self, canvas: Canvas, sight: Sight[Truth]) -> None:
-        """Draw the domain, with the first number to the right and the second one upwards."""
+        """Draw the domain, with x1 to the right and x2 upwards."""
         theme, world = canvas.theme, self.lab
         (low1, low2), (high1, high2) = world.lows, world.highs
         left, top, side = 46, 18, min(canvas.width - 62, canvas.height - 92)
@@ -63,7 +63,7 @@ class OptimizationPicture(Picture[Truth, Optimization]):
             canvas.text((left + 18, below + 20 * i), f"{name}: y = {loss:.4g} at [{x1:.3g}, {x2:.3g}]", 13)
 
     def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
-        """A loss that is moved otherwise, and equal at the points that were proposed: nobody has asked elsewhere."""
+        """A loss with another shift, whose values at the proposed points are taken to be the same."""
         if not self.lab.options["shift"]:
             return turns
         first, second = (float(rng.uniform(low, high)) for low, high in self.lab.shift_bounds())
@@ -72,7 +72,7 @@ class OptimizationPicture(Picture[Truth, Optimization]):
 
 @lru_cache(maxsize=16)
 def _map(loss: Loss, shift: Point, colours: tuple[str, str], pixels: int) -> Frame:
-    """The loss in bands, the least one darkest; a band is as wide in the logarithm as each other."""
+    """The loss in bands of equal width in the logarithm, the least one darkest."""
     value, (low1, low2), (high1, high2) = Landscape(loss, shift).value, loss.lows, loss.highs
     firsts, seconds = np.linspace(low1, high1, _GRID).tolist(), np.linspace(high2, low2, _GRID).tolist()
     heights = np.array([[value(x1, x2) for x1 in firsts] for x2 in seconds]) - loss.minimum

@@ -1,4 +1,4 @@
-"""Parking drawn: the car park from above, the car and its track, and the spot."""
+"""Picture of parking: the car park from above, the car and its track, and the spot."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -12,16 +12,16 @@ from worlds.pictures.canvas import Canvas, Point
 __all__ = ["ParkingPicture"]
 
 _BAY, _BAYS, _NEAR, _DEEP = 4.0, 14, 10.0, 8.0
-"""highway-env's two rows of spots: their width, how many, from which |y| on, and how deep, in metres."""
+"""highway-env's two rows of spots: width of a spot, number per row, least |y|, and depth; lengths in metres."""
 
 
 class ParkingPicture(Picture[Truth, Parking]):
-    """The whole car park, and below it a closer look at the car; where privileged, the way that an oracle plans."""
+    """The whole car park, above dials of the car; if privileged, with the oracle's plan."""
 
     reach = 200
 
     def draw(self, canvas: Canvas, sight: Sight[Truth]) -> None:
-        """Draw the car park, y downwards as highway-env has it."""
+        """Draw the car park, with y downwards as in highway-env."""
         truth = sight.now
         track = [(turn.truth.car.x, turn.truth.car.y) for turn in sight.turns]
         way = self._way(truth, sight.plan)
@@ -32,7 +32,7 @@ class ParkingPicture(Picture[Truth, Parking]):
         self._dials(canvas, truth.car, top)
 
     def _dials(self, canvas: Canvas, car: Car, top: float) -> None:
-        """Speed and heading, in numbers and as hands."""
+        """Draw speed and heading, as numbers and as hands of dials."""
         theme, radius = canvas.theme, (canvas.height - top) / 2 - 26
         radius = min(radius, 56)
         y = top + 16 + radius
@@ -48,7 +48,7 @@ class ParkingPicture(Picture[Truth, Parking]):
             canvas.text((x, y + radius + 14), name, 14, anchor="mm")
 
     def _way(self, truth: Truth, plan: Sequence[Action]) -> list[Point]:
-        """Where the car comes by a plan."""
+        """The positions of the car along a plan."""
         if not plan:
             return []
         lab, way = self.lab, [(truth.car.x, truth.car.y)]
@@ -62,7 +62,7 @@ class ParkingPicture(Picture[Truth, Parking]):
         return way
 
     def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
-        """At another time, with other walls and spots touched, and other collisions foreseen."""
+        """Another time, other walls and spots touched, and another imminent collision."""
         later, impact = float(rng.uniform(1, 9)), tuple(rng.uniform(-1, 1, 2).tolist())
         return [
             turn._replace(
@@ -106,7 +106,7 @@ def _lot(
 
 
 def _thinned(points: Sequence[Point], least: float = 9) -> list[Point]:
-    """Points of a line, none closer than that to the one before, so that it can be dashed."""
+    """Points of a line at least this far apart, so that it can be dashed."""
     kept = [points[0]]
     for point in points[1:]:
         if math.dist(point, kept[-1]) >= least:
@@ -115,7 +115,7 @@ def _thinned(points: Sequence[Point], least: float = 9) -> list[Point]:
 
 
 def _car(canvas: Canvas, car: Car, place: Callable[[float, float], Point], colour: str) -> None:
-    """A car, with a window to tell its front."""
+    """Draw a car, with a window at its front."""
     body = _outline(car.x, car.y, car.heading, LENGTH, WIDTH)
     canvas.polygon([place(*corner) for corner in body], colour, canvas.theme.ink, 1)
     ahead = LENGTH * 0.2
@@ -125,7 +125,7 @@ def _car(canvas: Canvas, car: Car, place: Callable[[float, float], Point], colou
 
 
 def _outline(x: float, y: float, heading: float, length: float, width: float) -> list[Point]:
-    """The corners of a rectangle that lies along a heading."""
+    """The corners of a rectangle along a heading."""
     cos, sin = math.cos(heading), math.sin(heading)
     return [
         (x + along * cos - across * sin, y + along * sin + across * cos)

@@ -1,4 +1,4 @@
-"""Poems drawn: the last one, with the syllables of each line counted."""
+"""Picture of poems: the last one, with the number of syllables of each line."""
 
 from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas
@@ -7,12 +7,12 @@ from worlds.poem import Poem, Truth, fits, lines_of, readings
 __all__ = ["PoemPicture"]
 
 _LEFT = 16
-_DOTTED = 34  # a line's height from which on there is room for dots
-_DOTS = 20  # more syllables than this are told by their number alone
+_DOTTED = 34  # least height of a line with dots
+_DOTS = 20  # greatest number of dots; more syllables are shown by number only
 
 
 class PoemPicture(Picture[Truth, Poem]):
-    """The lines, and below each a dot for each syllable that is required; nothing is hidden of a poem."""
+    """The lines, with a dot below for each required syllable; a poem hides nothing."""
 
     def draw(self, canvas: Canvas, sight: Sight[Truth]) -> None:
         """Draw as many lines as fit."""
@@ -40,8 +40,8 @@ class PoemPicture(Picture[Truth, Poem]):
         middle = y + step * (0.33 if dotted else 0.5)
         has = _count(line, need) if line else 0
         good = bool(line) and has == need
-        told = f"{has} / {need or '-'}" if line else f"{need}"
-        width = canvas.text((canvas.width - 14, middle), told, size, theme.ink if line else theme.muted, anchor="rm")
+        label = f"{has} / {need or '-'}" if line else f"{need}"
+        width = canvas.text((canvas.width - 14, middle), label, size, theme.ink if line else theme.muted, anchor="rm")
         if line:
             canvas.mark((canvas.width - 26 - width, middle), good, size * 0.36)
         room = canvas.width - 48 - width - _LEFT
@@ -56,19 +56,19 @@ class PoemPicture(Picture[Truth, Poem]):
                 canvas.disc(at, 4.5, colour if j < has else None, colour, 1.5)
 
     def text(self, sight: Sight[Truth]) -> Text:
-        """The lines, each with its number of syllables and that which is required."""
+        """The lines, each with its number of syllables and the required number."""
         lines = lines_of(sight.now.draft)
         wanted = sight.now.demands(len(lines))
         pieces = []
         for i, line in enumerate(lines):
             need = wanted[i] if wanted else 0
             has = _count(line, need)
-            told = f"{has}/{need}" if wanted else f"{has}"
-            pieces.append((f"{told:>6}  {line}\n", "good" if wanted and has == need else "bad"))
+            label = f"{has}/{need}" if wanted else f"{has}"
+            pieces.append((f"{label:>6}  {line}\n", "good" if wanted and has == need else "bad"))
         return tuple(pieces)
 
 
 def _count(line: str, need: int) -> int:
-    """The syllables of a line: as many as are required if it can be read so, else the fewest that it can have."""
+    """The number of syllables of a line: the required one if it is possible, else the least possible one."""
     mask = readings(line)
     return need if fits(line, need) else (mask & -mask).bit_length() - 1

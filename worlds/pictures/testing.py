@@ -1,7 +1,7 @@
 """A conformance kit for pictures. For your own, run `check_picture(MyWorld, MyPicture)`.
 
-Each check takes a factory of worlds, and what makes a picture of a world; it raises an AssertionError that says what is
-wrong.
+Each check takes a factory of worlds and a function that makes the picture of a world; it raises an AssertionError that
+describes the error.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,7 +30,7 @@ def check_picture(make: Make, make_picture: MakePicture) -> None:
 
 
 def episode(world: World[Any], turns: int = _TURNS, seed: int = 0) -> list[Step[Any]]:
-    """Some turns of a student who knows nothing of the task, in a world that was reset."""
+    """Turns with random actions, in a world that was reset."""
     played: list[Step[Any]] = [Step(None, 0.0, world.truth)]
     for action in some_actions(world, turns, seed):
         legal = world.legal(action)
@@ -42,20 +42,20 @@ def episode(world: World[Any], turns: int = _TURNS, seed: int = 0) -> list[Step[
 
 
 def sight_of(world: World[Any], turns: Sequence[Step[Any]], privileged: bool = False) -> Sight[Any]:
-    """The turns as they are drawn; the world is left in the state of the last one."""
+    """A sight of turns; the world is left in the state of the last one."""
     world.restore(turns[-1].truth)
     return Sight(tuple(turns), world.describe(world.observe()), privileged)
 
 
 def picture_of(picture: Picture[Any], sight: Sight[Any], theme: str = "light") -> Frame:
-    """What a picture draws, on a canvas of its own."""
+    """The picture of a sight on a new canvas."""
     canvas = Canvas(*_SIZE, THEMES[theme])
     picture.draw(canvas, sight)
     return canvas.pixels()
 
 
 def check_drawing(make: Make, make_picture: MakePicture) -> None:
-    """There is something to see at every turn, in each theme, and the text is text; the sight stays as it is."""
+    """Pictures of all turns are not blank in either theme, texts are well-formed, and the sight does not change."""
     world = started(make)
     picture = make_picture(world)
     turns = episode(world)
@@ -78,7 +78,7 @@ def check_drawing(make: Make, make_picture: MakePicture) -> None:
 
 
 def check_repetition(make: Make, make_picture: MakePicture) -> None:
-    """Equal sights give equal pictures, whatever was drawn before; and the world is left alone."""
+    """Pictures of equal sights are equal, whatever was drawn before, and the world does not change."""
     world = started(make)
     turns = episode(world)
     first, second = make_picture(world), make_picture(world)
@@ -91,31 +91,33 @@ def check_repetition(make: Make, make_picture: MakePicture) -> None:
 
 
 def check_hidden(make: Make, make_picture: MakePicture) -> None:
-    """What a student could not tell apart looks the same, in the picture and in the text; only the privileged see."""
+    """Sights that a student cannot distinguish have equal pictures and texts unless they are privileged."""
     for seed in range(_SEEDS):
         world = started(make, seed)
         turns = episode(world, seed=seed)
         picture = make_picture(world)
         other = list(picture.alike(turns, np.random.default_rng(seed)))
-        require(len(other) == len(turns), f"alike must give as many turns, got {len(other)} for {len(turns)}")
+        require(len(other) == len(turns), f"alike must return as many turns, got {len(other)} for {len(turns)}")
         for mine, theirs in zip(turns, other, strict=True):
             same = plain((mine.action, mine.reward, mine.success)) == plain(
                 (theirs.action, theirs.reward, theirs.success)
             )
-            require(same and _seen(world, mine) == _seen(world, theirs), "a student could tell what alike gives apart")
+            require(
+                same and _seen(world, mine) == _seen(world, theirs),
+                "a student can distinguish the turns that alike returns",
+            )
         one, two = sight_of(world, turns), sight_of(world, other)
-        require(
-            np.array_equal(picture_of(picture, one), picture_of(picture, two)), "the picture shows what nobody may know"
-        )
-        require(picture.text(one) == picture.text(two), "the text shows what nobody may know")
+        equal = np.array_equal(picture_of(picture, one), picture_of(picture, two))
+        require(equal, "the picture shows what the student may not know")
+        require(picture.text(one) == picture.text(two), "the text shows what the student may not know")
 
 
 def _seen(world: World[Any], turn: Step[Any]) -> Any:
-    """What a student sees after a turn."""
+    """The observation after a turn, and its description."""
     world.restore(turn.truth)
     observation = world.observe()
     return plain(observation), world.describe(observation)
 
 
 CHECKS = (check_drawing, check_repetition, check_hidden)
-"""All of them."""
+"""Every check of a picture."""

@@ -1,1 +1,1 @@
-"""Worlds made of environments that others have written, current ones or those of the old Gym."""
+"""Worlds that wrap environments of other packages, of Gymnasium or the old Gym."""

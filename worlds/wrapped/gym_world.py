@@ -1,8 +1,8 @@
-"""Any Gymnasium environment as a world, although it can neither be looked into nor be set back.
+"""Any Gymnasium environment as a world, although its state can be neither read nor restored.
 
-A truth is a position: an episode's seed and the actions so far. A world goes there by taking the actions again, from
-a copy of the environment (`snapshot="copy"`) or from a reset with the seed (`snapshot="replay"`). So a step costs the
-environment that is played next to nothing, and only a scratch world pays, when it is sent somewhere.
+A truth is a position: an episode's seed and the actions so far. To restore it, a world repeats the actions, from a
+copy of the environment (`snapshot="copy"`) or from a reset with the seed (`snapshot="replay"`). So steps of the
+environment that is played cost almost nothing more; the cost is in scratch worlds, when they restore a truth.
 """
 
 import copy
@@ -14,8 +14,8 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from worlds.actions import canonical, format_value, native, syntax
 from worlds.world import World, illegal
-from worlds.wrapped.actions import canonical, native, syntax, tell
 from worlds.wrapped.position import Episode, Position, same, still
 
 __all__ = ["SNAPSHOTS", "Episode", "GymWorld", "Position", "faithful", "same"]
@@ -25,32 +25,30 @@ _Env = gymnasium.Env[Any, Any]
 SNAPSHOTS = ("auto", "copy", "replay")
 _SPACES = ("action_space", "observation_space")
 _REWARD_RANGE = (-1e6, 1e6)
-_TRIAL = 8  # steps that decide whether a copy is faithful
-_FAR = 16  # replayed steps after which a copy is kept, so that the next restore begins there
+_TRIAL = 8  # steps to test whether a copy is faithful
+_FAR = 16  # number of replayed steps from which on a copy is kept, where the next restore begins
 
 
 class GymWorld(World[Position, Any, Any]):
     """A world around an environment.
 
-    Spaces, dynamics, rewards and what ends an episode are the environment's. Actions are legal if they are in its
-    action space; their canonical form is one that JSON can hold (see `worlds.wrapped.actions`). `env` is the
-    environment itself.
+    Spaces, dynamics, rewards and the end of episodes are the environment's. Actions are legal if they are in its
+    action space; for their canonical form see `worlds.actions`. The attribute `env` is the environment itself.
 
     Args:
         env: an environment, or a function without arguments that makes one.
-        look: what one wants to see of the environment, as in `lambda env: env.unwrapped.s`; its value is copied
-            into each truth as `seen`. None: the observation.
-        snapshot: how truths are restored: `copy`, by copies of the environment, `replay`, by its seed and the
-            actions, or `auto`, by copies if they prove faithful.
-        success: whether the task is solved, a function `(observation, reward, terminated, truncated, info)`. None: the
-            info's `success` or `is_success`, or else that it terminated with a positive reward.
-        describe: an observation as text. None: plain numbers.
+        look: a function of the environment, as in `lambda env: env.unwrapped.s`, whose value is copied into each truth
+            as `seen`. None: the observation.
+        snapshot: how truths are restored: `copy`, with copies of the environment, `replay`, with its seed and the
+            actions, or `auto`, with copies if they prove faithful.
+        success: a function `(observation, reward, terminated, truncated, info)` that returns whether the task is
+            solved. None: the info's `success` or `is_success`, otherwise termination with a positive reward.
+        describe: a function that returns an observation as text. None: plain numbers.
         action_words: words that name actions in text mode.
-        reward_range: least and greatest reward; None: the environment's if it tells finite ones, else a million either
-            way.
+        reward_range: least and greatest reward; None: those of the environment if they are finite, else -1e6 and 1e6.
 
     Raises:
-        ValueError: an argument is not allowed, or the environment cannot be copied faithfully as was asked.
+        ValueError: an argument is not allowed, or copies are not faithful although `snapshot="copy"`.
     """
 
     reset_options = None
@@ -78,7 +76,7 @@ class GymWorld(World[Position, Any, Any]):
         if snapshot not in SNAPSHOTS:
             raise ValueError(f"snapshot {snapshot!r} is unknown; allowed: {', '.join(SNAPSHOTS)}")
         if inspect.isabstract(env):
-            raise ValueError(f"env is an abstract class, {env!r}; it lacks {_missing(env)}")
+            raise ValueError(f"env must not be an abstract class, got {env!r}, which lacks {_missing(env)}")
         if not isinstance(action_words, Mapping | None) or not all(
             isinstance(word, str) for word in action_words or ()
         ):
@@ -93,7 +91,7 @@ class GymWorld(World[Position, Any, Any]):
         self._env: _Env | None = given
         self._copies = snapshot != "replay" and faithful(given)
         if snapshot == "copy" and not self._copies:
-            raise ValueError(f"copies of {given} do not go on like the original; allowed: snapshot='replay'")
+            raise ValueError(f"copies of {given} do not continue like the original; allowed: snapshot='replay'")
         self._look, self._success, self._describe = look, success, describe
         self.observation_space, self.action_space = given.observation_space, given.action_space
         self._discrete = type(self.action_space) is spaces.Discrete
@@ -111,28 +109,28 @@ class GymWorld(World[Position, Any, Any]):
 
     @property
     def failure_reward(self) -> float:
-        """The least reward of a step, at most 0; 0 where it is not known. A seat may be told another one."""
+        """The least reward of a step, at most 0; 0 if it is unknown. Seats may override it."""
         low = self.reward_range[0]
         return min(0.0, low) if self.reward_range != _REWARD_RANGE else 0.0
 
     @property
     def env(self) -> _Env:
-        """The environment, in the state that this world is in."""
-        return self._arrive()
+        """The environment, in the current state."""
+        return self._synchronized()
 
     @property
     def truth(self) -> Position:
-        """The position in the episode, with what `look` sees."""
+        """The position in the episode, with the value of `look`."""
         if self._at == (self._episode, self._turn):
-            self._seen = still(self._observation if self._look is None else self._look(self._arrive()))
+            self._seen = still(self._observation if self._look is None else self._look(self._synchronized()))
         return Position(self._seen, self._turn, self._episode)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode. Without a seed the world draws one, so that the episode can be played again."""
+        """Begin an episode. Without a seed the world draws one, so that the episode can be replayed."""
         super().reset(seed=seed, options=options)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
         self._at = None
-        env = self._arrive()
+        env = self._synchronized()
         self._observation, info = env.reset(seed=seed, options=copy.deepcopy(options))
         anchor = copy.deepcopy(env) if self._copies else None
         self._episode = Episode(seed, copy.deepcopy(options), still(self._observation), anchor)
@@ -151,7 +149,7 @@ class GymWorld(World[Position, Any, Any]):
 
     def advance(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Step the environment."""
-        env = self._arrive()
+        env = self._synchronized()
         if not self._discrete:
             observation, paid, terminated, truncated, info = env.step(native(self.action_space, action))
         else:
@@ -174,13 +172,13 @@ class GymWorld(World[Position, Any, Any]):
         return observation, reward, terminated, truncated, {**info, "success": bool(success)}
 
     def observe(self) -> Any:
-        """What reset or the last step gave."""
-        self._arrive()
+        """The observation of reset or the last step."""
+        self._synchronized()
         return still(self._observation)
 
     def describe(self, observation: Any) -> str:
-        """The observation in plain numbers, or as the given function puts it."""
-        return tell(observation) if self._describe is None else self._describe(observation)
+        """The observation in plain numbers, or as text by the argument `describe`."""
+        return format_value(observation) if self._describe is None else self._describe(observation)
 
     def sample_action(self, rng: np.random.Generator) -> Any:
         """A sample of the action space."""
@@ -190,11 +188,11 @@ class GymWorld(World[Position, Any, Any]):
         return self._sampler.sample()
 
     def state_of(self, truth: Position) -> Any:
-        """What was seen there, whatever the way to it."""
+        """The value of `look`, regardless of the actions before."""
         return truth.seen
 
     def scratch(self) -> Self:
-        """A world like this one; its environment is made when it is first needed."""
+        """A world like this one, whose environment is made at its first use."""
         lab = object.__new__(type(self))
         lab.__dict__.update(self.__dict__)
         lab._env = lab._at = lab._kept = None
@@ -209,22 +207,22 @@ class GymWorld(World[Position, Any, Any]):
             self._env.close()
 
     def _load(self, truth: Position) -> None:
-        """Be at a position; the environment follows when it is needed."""
+        """Go to a position; the environment is synchronized at its next use."""
         self._episode, self._turn, self._seen = truth.episode, truth.turn, truth.seen
         self._shared = True
         if self._at is None:
             self._at = _NOWHERE
 
-    def _arrive(self) -> _Env:
-        """The environment, made if there is none, and brought to where the world is."""
+    def _synchronized(self) -> _Env:
+        """The environment in the world's position, made if there is none."""
         if self._at is not None and self._at != (self._episode, self._turn):
-            return self._travel()
+            return self._replayed()
         if self._env is None:
             self._env = self._another()
         return self._env
 
-    def _travel(self) -> _Env:
-        """The environment, brought to where the world is by actions of its episode."""
+    def _replayed(self) -> _Env:
+        """The environment after replaying actions of the episode up to the world's position."""
         env, episode, turn = self._env, self._episode, self._turn
         here, begin = self._at or _NOWHERE
         if env is None or here is not episode or begin > turn:
@@ -241,7 +239,7 @@ class GymWorld(World[Position, Any, Any]):
         return env
 
     def _set_back(self, episode: Episode, turn: int) -> tuple[_Env, int]:
-        """The environment at a turn of the episode that is not a later one, and that turn."""
+        """The environment in the episode at this turn or before, and its turn."""
         if episode.anchor is None:
             env = self._env = self._another() if self._env is None else self._env
             self._observation, _ = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
@@ -258,9 +256,9 @@ class GymWorld(World[Position, Any, Any]):
 
     def _differs(self, what: str) -> RuntimeError:
         return RuntimeError(
-            f"{self._env} cannot be played again: {what} gave something else than in the episode. The environment "
-            "draws from a random generator that reset(seed=...) does not seed, or the one of a scratch world "
-            "differs from the given one; give a function that makes the environment"
+            f"{self._env} cannot be replayed: {what} had another result than in the episode. The environment draws "
+            "from a random generator that reset(seed=...) does not seed, or that of a scratch world differs from the "
+            "given one; pass a function that makes the environment"
         )
 
     def _another(self) -> _Env:
@@ -274,13 +272,13 @@ class GymWorld(World[Position, Any, Any]):
             except Exception:  # noqa: S112 (environments fail in ways of their own; there is another way)
                 continue
         raise ValueError(
-            f"another environment like {self._given} is needed for a scratch world, but it can neither be made from a "
-            "spec nor copied; give a function that makes it"
+            f"a scratch world needs another environment like {self._given}, which can neither be made from a spec nor "
+            "copied; pass a function that makes it"
         )
 
     def __getstate__(self) -> dict[str, Any]:
         state = dict(self.__dict__)
-        state["_shared"] = True  # the original goes on writing to the episode
+        state["_shared"] = True  # the original continues to append to the episode
         if not self._copies:
             state["_env"] = None
             state["_at"] = self._at and _NOWHERE
@@ -292,19 +290,19 @@ def _missing(abstract: Any) -> str:
 
 
 def _check_complete(env: _Env) -> None:
-    """That an environment has what its class only promises."""
+    """Check that an environment has methods and spaces of its own."""
     bare = env.unwrapped
     lacks = [name for name in ("reset", "step") if getattr(type(bare), name) is getattr(gymnasium.Env, name)]
     lacks += [name for name in _SPACES if not isinstance(getattr(env, name, None), spaces.Space)]
     if lacks:
-        raise ValueError(f"{type(bare).__name__} is no complete environment: it lacks {', '.join(lacks)}")
+        raise ValueError(f"env must be complete, got {type(bare).__name__}, which lacks {', '.join(lacks)}")
 
 
 _NOWHERE = (Episode(0, None, None, None), -1)
 
 
 def faithful(env: _Env) -> bool:
-    """Whether deep copies of an environment go on like the original. It is tried on copies; `env` is left as it is."""
+    """Whether deep copies of an environment continue like the original. The test does not change `env`."""
     try:
         first = copy.deepcopy(env)
         first.action_space.seed(0)
@@ -314,14 +312,14 @@ def faithful(env: _Env) -> bool:
         second = copy.deepcopy(first)
         if second is first or second.unwrapped is first.unwrapped:
             return False
-        # One goes first: if they shared anything, the other would notice.
+        # One after the other: if they share state, the results differ.
         return same(_play(first, actions), _play(second, actions))
     except Exception:
         return False
 
 
 def _play(env: _Env, actions: list[Any]) -> list[Any]:
-    """What the actions give; an episode that ends is followed by another."""
+    """The results of actions; an episode that ends is followed by another."""
     trace = []
     for action in actions:
         observation, reward, terminated, truncated, _ = env.step(action)

@@ -1,4 +1,4 @@
-"""Environments of the old Gym, known by how they behave: nothing of Gym is imported."""
+"""Environments of the old Gym, recognised by their behaviour, without an import of Gym."""
 
 from typing import Any
 
@@ -13,15 +13,15 @@ class OldGym(gymnasium.Env[Any, Any]):
     """An environment with the interface that Gym had before 0.21, as a Gymnasium environment.
 
     The old interface: `reset()` gives an observation alone, `step` gives `(observation, reward, done, info)`,
-    `seed(seed)` seeds, and `info["TimeLimit.truncated"]` tells that the episode ended for want of time. What an
-    environment in between does (`reset` with an info, five values from `step`) is understood, too.
+    `seed(seed)` seeds, and `info["TimeLimit.truncated"]` marks an episode that a time limit ended. Intermediate
+    versions (`reset` with an info, five values from `step`) work, too.
 
     Args:
-        env: the old environment; afterwards the attribute `old`.
-        render_mode: what its `render(mode=...)` is to be asked for.
+        env: the old environment, later the attribute `old`.
+        render_mode: mode for its `render(mode=...)`.
 
     Raises:
-        ValueError: it lacks `reset` or `step`, or one of its spaces is of no known form.
+        ValueError: it lacks `reset` or `step`, or a space is of an unknown form.
     """
 
     def __init__(self, env: Any, render_mode: str | None = None) -> None:
@@ -41,7 +41,7 @@ class OldGym(gymnasium.Env[Any, Any]):
             self.reward_range = tuple(env.reward_range)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode; a seed goes to the old `seed(seed)`. The old interface knows no options."""
+        """Begin an episode; a seed is passed to the old `seed(seed)`. There are no options."""
         if options:
             raise ValueError(f"the old interface of {self.old!r} has no reset options, got {options!r}; allowed: None")
         super().reset(seed=seed)
@@ -54,7 +54,7 @@ class OldGym(gymnasium.Env[Any, Any]):
         return _convert_value(self.observation_space, result), dict(info)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Step; `done` becomes `truncated` if the info says so, else `terminated`."""
+        """Step; `done` becomes `truncated` if the info has `TimeLimit.truncated`, else `terminated`."""
         observation, reward, *ends, info = self.old.step(action)
         if len(ends) == 2:
             terminated, truncated = map(bool, ends)
@@ -65,7 +65,7 @@ class OldGym(gymnasium.Env[Any, Any]):
         return _convert_value(self.observation_space, observation), float(reward), terminated, truncated, dict(info)
 
     def render(self) -> Any:
-        """What the old `render(mode=render_mode)` gives; nothing without a `render_mode`."""
+        """The result of the old `render(mode=render_mode)`; None without a `render_mode`."""
         return None if self.render_mode is None else self.old.render(mode=self.render_mode)
 
     def close(self) -> None:
@@ -78,10 +78,10 @@ class OldGym(gymnasium.Env[Any, Any]):
 
 
 def convert_space(space: Any) -> spaces.Space[Any]:
-    """The Gymnasium space for an old one, by its attributes.
+    """Convert an old space to Gymnasium's, by its attributes.
 
     Raises:
-        ValueError: they are of no known form.
+        ValueError: the space is of an unknown form.
     """
     if isinstance(space, spaces.Space):
         return space
@@ -97,7 +97,7 @@ def convert_space(space: Any) -> spaces.Space[Any]:
         low, high = (np.broadcast_to(np.asarray(bound, dtype), shape).copy() for bound in (space.low, space.high))
         return spaces.Box(low, high, shape, dtype.type)
     if hasattr(space, "n"):
-        if getattr(space, "shape", None):  # both have an `n`, but a bit vector has a shape, too
+        if getattr(space, "shape", None):  # both have an `n`, but only a bit vector has a shape
             return spaces.MultiBinary(space.n)
         return spaces.Discrete(int(space.n), start=int(getattr(space, "start", 0)))
     raise ValueError(
@@ -107,7 +107,7 @@ def convert_space(space: Any) -> spaces.Space[Any]:
 
 
 def _convert_value(space: spaces.Space[Any], value: Any) -> Any:
-    """An old observation as an element of the converted space: arrays of its type, numbers of Python."""
+    """Convert an old observation to an element of the converted space, with its dtypes and Python numbers."""
     if isinstance(space, spaces.Dict):
         return {key: _convert_value(part, value[key]) for key, part in space.spaces.items()}
     if isinstance(space, spaces.Tuple):

@@ -1,4 +1,4 @@
-"""Where a wrapped environment is: an episode's seed and the actions so far."""
+"""The truth of a wrapped environment: the seed of an episode and the actions so far."""
 
 import copy
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ __all__ = ["Episode", "Position", "same", "still"]
 
 
 class Episode:
-    """What it takes to play an episode again. Positions share it: a world appends to an episode of its own only."""
+    """All that is needed to replay an episode. Positions share it; a world only appends to its own episode."""
 
     __slots__ = ("actions", "anchor", "observation", "options", "rewards", "seed")
 
@@ -21,20 +21,20 @@ class Episode:
     ) -> None:
         self.seed, self.options = seed, options
         self.observation = observation
-        """What reset gave."""
+        """The observation of reset."""
         self.anchor: gymnasium.Env[Any, Any] | None = anchor
-        """A copy of the environment right after reset, which is never stepped; None when it is replayed."""
+        """A copy of the environment after reset, which is never stepped; None if episodes are replayed."""
         self.actions: list[Any] = []
         self.rewards: list[float] = []
 
     def fork(self, turn: int) -> "Episode":
-        """Another episode with the same beginning."""
+        """A new episode with the same first actions."""
         other = Episode(self.seed, self.options, self.observation, self.anchor)
         other.actions, other.rewards = self.actions[:turn], self.rewards[:turn]
         return other
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Episode":
-        return self  # a copied world does not append to it
+        return self  # copies of a world fork it before they append
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +42,7 @@ class Position:
     """The truth of a wrapped environment."""
 
     seen: Any
-    """What `look` saw of the environment; the observation if there is no `look`."""
+    """The value of `look`; the observation if there is no `look`."""
     turn: int
     """Number of actions so far."""
     episode: Episode
@@ -86,7 +86,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def still(value: Any) -> Any:
-    """A copy that does not change when the environment goes on."""
+    """A copy that is independent of the environment."""
     if type(value) in (int, float, str, bool) or value is None:
         return value
     return value.copy() if type(value) is np.ndarray else copy.deepcopy(value)

@@ -1,4 +1,4 @@
-"""Any Gymnasium environment drawn: as it renders itself, for those who may see everything."""
+"""Picture of any Gymnasium environment: its own rendering, if privileged."""
 
 from typing import Any
 
@@ -14,12 +14,12 @@ _MARGIN = 12
 
 
 class RenderedPicture(TextPicture):
-    """The environment's own `rgb_array`; the description where it has none, or only what a student may know is shown.
+    """If privileged, the environment's own `rgb_array`, if it has one; otherwise the description.
 
-    What an environment renders may be more than it lets be observed.
+    An environment may render more than its observation contains.
 
     Args:
-        world: the one that is drawn, in the state that it is in.
+        world: the world to draw, in its current state.
     """
 
     def __init__(self, world: GymWorld) -> None:
@@ -27,7 +27,7 @@ class RenderedPicture(TextPicture):
         self.world = world
 
     def draw(self, canvas: Canvas, sight: Sight[Any]) -> None:
-        """Draw the image as large as it fits."""
+        """Draw the image in the largest size that fits."""
         if not sight.privileged or self.world.env.render_mode != "rgb_array":
             super().draw(canvas, sight)
             return

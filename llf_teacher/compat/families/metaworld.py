@@ -60,7 +60,7 @@ class Surface(LLFEnv):
         if mode not in _MODES:
             raise ValueError(f"control mode {mode!r} is unknown; allowed: {', '.join(_MODES)}")
         for world in (self._world, self._student.session.teacher.oracle.lab):
-            world.steer(mode)
+            world.set_control(mode)
 
     def render_video(self, value: bool = True) -> None:
         """Whether the info has `video` from now on, the images of a turn's low-level steps; else it is None."""

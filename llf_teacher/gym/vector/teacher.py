@@ -274,7 +274,7 @@ class TeacherVectorEnv(RowsEnv):
             announced = self._intention >= 0
             worth = chosen(self._values, np.maximum(self._intention, 0))
             mistake = announced & (worth < self._best - NEAR)
-            way = np.where(moments.over, 0, self.oracle.way(moments.after, self.max_turns))
+            way = np.where(moments.over, 0, self.oracle.plan_length(moments.after, self.max_turns))
             observed["lifetime"] = self.lives.features(announced, mistake, way)
         return observed
 

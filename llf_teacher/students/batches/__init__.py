@@ -1,4 +1,4 @@
-"""Students in arrays: many learners of one kind, a row each. A student's are in the module of its name."""
+"""Students in arrays: many learners of one kind, a row each; each kind in the module of its name."""
 
 import dataclasses
 import importlib
@@ -20,14 +20,14 @@ _NONE = -1
 
 
 class LearnerBatch(ABC):
-    """`LearnerPolicy` in arrays: each row draws from a stream of its own what a policy would.
+    """`LearnerPolicy` in arrays: each row draws from its own stream, as a policy would.
 
     Args:
         spec: the student.
-        rows: how many.
-        states: what can be observed, numbered from 0.
+        rows: number of rows.
+        states: number of states; an observation is a state's number, from 0.
         actions: number of actions.
-        streams: what the rows draw from.
+        streams: the random streams of the rows.
     """
 
     def __init__(self, spec: Learner, rows: int, states: int, actions: int, streams: Streams) -> None:
@@ -36,18 +36,23 @@ class LearnerBatch(ABC):
         self._drawn: dict[str, npt.NDArray[Any]] = {}
         self._own: dict[str, np.float64] = {}
         self.meant = np.full(rows, _NONE)
-        """What is meant to be done in this turn; -1 where that is not known yet."""
+        """The intended action of each row, shape (rows,), int; -1 where it is not yet chosen."""
         self._acted = np.zeros(rows, bool)
 
     def enrol(self, rows: Ints, drawn: Mapping[str, npt.NDArray[Any]]) -> None:
-        """New students, with these parameters of their own."""
+        """Put new students into rows.
+
+        Args:
+            rows: their rows.
+            drawn: values of the parameters that differ by student, each of shape (len(rows),).
+        """
         for name, values in drawn.items():
             self._drawn.setdefault(name, np.zeros(len(self.meant), values.dtype))[rows] = values
         self.clear(rows)
         self.begin(rows)
 
     def parameter(self, name: str, rows: Rows) -> Any:
-        """A parameter of the students of these rows: a number if it is the same for all."""
+        """A parameter of the students of these rows: an array, or one number if it is the same for all."""
         return self._drawn[name][rows] if name in self._drawn else getattr(self.spec, name)
 
     def student(self, row: int) -> Learner:
@@ -62,7 +67,13 @@ class LearnerBatch(ABC):
         self._acted[rows] = False
 
     def intend(self, rows: Ints, places: Ints, rewards: Floats) -> Ints:
-        """What these rows mean to do, given what each observes and the last reward."""
+        """The intended actions of rows.
+
+        Args:
+            rows: the rows, shape (n,); so are the others and the result.
+            places: number of the state that each observes.
+            rewards: the last rewards.
+        """
         unsure = np.flatnonzero(self.meant[rows] == _NONE)
         if len(unsure):
             those, here = rows[unsure], places[unsure]
@@ -74,16 +85,23 @@ class LearnerBatch(ABC):
         return meant
 
     def act(self, rows: Ints, places: Ints, rewards: Floats, kinds: Ints, advised: Ints, warned: Ints) -> Ints:
-        """What these rows do, given the kinds that are said, the advised action and the one that is warned of."""
+        """The actions of rows; arguments of shape (n,), as of `intend`.
+
+        Args:
+            rows, places, rewards: see `intend`.
+            kinds: bits of the kinds of feedback that are given.
+            advised: the advised actions, where there is advice.
+            warned: the actions of warnings, where there is one.
+        """
         actions = self.intend(rows, places, rewards)
         trust = np.broadcast_to(self.parameter("trust", rows), rows.shape)
         heeds = (trust > 0) & (kinds & (_FP | _FN) > 0)
         doubts = np.flatnonzero(heeds & (trust < 1))
         if len(doubts):
             heeds[doubts] = self.streams.random(rows[doubts]) < trust[doubts]
-        told = kinds & _FP > 0
-        actions = np.where(heeds & told, advised, actions)
-        warns = np.flatnonzero(heeds & ~told & (actions == warned))
+        advice = kinds & _FP > 0
+        actions = np.where(heeds & advice, advised, actions)
+        warns = np.flatnonzero(heeds & ~advice & (actions == warned))
         if len(warns):
             actions[warns] = self.choose(rows[warns], places[warns], warned[warns])
         self.meant[rows] = _NONE
@@ -98,30 +116,30 @@ class LearnerBatch(ABC):
         self._acted[rows] = False
 
     def teach(self, policy: LearnerPolicy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
-        """Let the policy of a student know what a row knows.
+        """Copy the memory of a row into the policy of a student.
 
         Args:
-            policy: one that has begun an episode.
-            row: which.
-            turn: turns of the episode so far.
-            seen: what can be observed, by number.
-            here: the number of what is observed now.
+            policy: a policy that has begun an episode.
+            row: number of the row.
+            turn: number of turns of the episode so far.
+            seen: the observations, by the states' numbers.
+            here: number of the current state.
         """
         policy.rng = self.streams.stream(row)
         meant = int(self.meant[row])
-        policy.go_on(turn, None if meant == _NONE else meant, bool(self._acted[row]))
+        policy.resume_at(turn, None if meant == _NONE else meant, bool(self._acted[row]))
 
     @abstractmethod
     def clear(self, rows: Ints) -> None:
-        """Know nothing."""
+        """Forget everything."""
 
     @abstractmethod
     def learn(self, rows: Ints, places: Ints, rewards: Floats, over: Bools) -> None:
-        """`LearnerPolicy.learn`, where `places` are observed now."""
+        """`LearnerPolicy.learn`; `places` are the current states."""
 
     @abstractmethod
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
-        """`LearnerPolicy.choose`, with at most one action in each row to be warned of."""
+        """`LearnerPolicy.choose`, with at most one wrong action in each row."""
 
     @abstractmethod
     def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
@@ -132,13 +150,13 @@ def learners(spec: Student, rows: int, states: int, actions: int, streams: Strea
     """Students in arrays.
 
     Raises:
-        ValueError: they are none that can be played so.
+        ValueError: the student has no version in arrays.
     """
     if not spec.batch:
         from llf_teacher.students.parsing import STUDENTS
 
         able = ", ".join(name for name in STUDENTS.names if STUDENTS[name].batch)
-        raise ValueError(f"the student {spec} cannot be played in arrays; allowed: {able}; others: TeacherEnv")
+        raise ValueError(f"the student {spec} cannot play in arrays; allowed: {able}; TeacherEnv takes any student")
     module = importlib.import_module(f"{__name__}.{spec.name}")
     batch: LearnerBatch = getattr(module, spec.batch)(spec, rows, states, actions, streams)
     return batch

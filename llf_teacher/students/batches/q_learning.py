@@ -18,9 +18,7 @@ class QLearners(LearnerBatch):
         super().__init__(spec, rows, states, actions, streams)
         self.table = np.zeros((rows, states, actions))
         """Value per row, state and action."""
-        self._last = np.zeros(
-            rows, np.int64
-        )  # where the value of the last action is, in all tables one after the other
+        self._last = np.zeros(rows, np.int64)  # index of the last action's value in the flattened table
 
     def clear(self, rows: Ints) -> None:
         """Start with empty tables."""
@@ -35,7 +33,7 @@ class QLearners(LearnerBatch):
         values[last] = value + alpha * (rewards + gamma * after - value)
 
     def choose(self, rows: Ints, places: Ints, wrong: Ints | None = None) -> Ints:
-        """A greatest value; ties are broken at random."""
+        """An action of the greatest value; ties are broken at random."""
         values = self.table[rows, places]
         if wrong is not None and self.actions > 1:
             values[np.arange(len(rows)), wrong] = -np.inf
@@ -48,7 +46,7 @@ class QLearners(LearnerBatch):
         return self._drawn_from(may, rows)
 
     def _drawn_from(self, may: Bools, rows: Ints) -> Ints:
-        """One of the actions that may be taken; column by column, as in `most`."""
+        """A random one of the allowed actions; column by column, as in `most`."""
         order = np.empty(may.shape, np.int64)
         count = np.zeros(len(rows), np.int64)
         for action in range(self.actions):
@@ -61,12 +59,12 @@ class QLearners(LearnerBatch):
         return chosen
 
     def take(self, rows: Ints, places: Ints, actions: Ints) -> None:
-        """Remember where it was taken."""
+        """Note the states and the actions."""
         self._last[rows] = (rows * self.states + places) * self.actions + actions
 
     def teach(self, policy: LearnerPolicy[Any], row: int, turn: int, seen: Sequence[Any], here: int) -> None:
-        """As the base; the table, too."""
+        """Copy the memory of a row, including its table, into a policy; see `LearnerBatch.teach`."""
         super().teach(policy, row, turn, seen, here)
         place, action = divmod(int(self._last[row]) % (self.states * self.actions), self.actions)
         table = dict(zip(seen, self.table[row].tolist(), strict=True))
-        policy.recall(table, seen[here], seen[place], action)  # type: ignore[attr-defined]  # of its own module
+        policy.recall(table, seen[here], seen[place], action)  # type: ignore[attr-defined]  # a method of the q_learning policy

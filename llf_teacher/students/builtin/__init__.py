@@ -1,1 +1,1 @@
-"""One student a module, named as in spec strings."""
+"""Students, one per module, which has the name in spec strings."""

@@ -1,4 +1,4 @@
-"""advise: learns from rewards, and takes praise and blame for evidence of what is best, not for rewards."""
+"""advise: learns from rewards, and uses praise and blame as evidence of the best action, not as rewards."""
 
 import math
 from dataclasses import dataclass
@@ -14,22 +14,22 @@ class _Policy(EvaluatedPolicy["Advise"]):
     """Q-values, and the balance of praise and blame."""
 
     def clear(self) -> None:
-        """Know nothing."""
+        """Forget everything."""
         self._values, self._balance = Table(self.actions, self.spec.optimism), Table(self.actions)
 
     def hear(self, state: Features, action: int, label: float) -> None:
-        """Count."""
+        """Count the label."""
         if label:
             self._balance.add(state, math.copysign(1.0, label), action)
 
-    def live(self, info: dict[str, Any], here: Features, over: bool) -> None:
+    def learn(self, info: dict[str, Any], here: Features, over: bool) -> None:
         """One step of Q-learning."""
-        spec, (state, action) = self.spec, self.lived[-1]
+        spec, (state, action) = self.spec, self.steps[-1]
         target = info["reward"] + (0.0 if over else spec.gamma * float(self._values(here).max()))
         self._values.add(state, spec.alpha * (target - self._values(state)[action]), action)
 
     def choose(self, here: Features) -> int:
-        """A draw from the product of two policies: what rewards suggest, and what the trainer seems to find right."""
+        """A draw from the product of two policies: one from rewards, one from praise and blame."""
         return int(self.rng.choice(self.actions, p=softmax(self._scores(here))))
 
     def _scores(self, here: Features) -> np.ndarray:
@@ -40,14 +40,15 @@ class _Policy(EvaluatedPolicy["Advise"]):
 
 @dataclass(frozen=True)
 class Advise(Evaluated):
-    """Policy shaping (Griffith et al. 2013): of an action that was praised `d` times more than blamed by a trainer who
-    is right with probability C, the odds to be the best one are `(C / (1 - C)) ** d`.
+    """Policy shaping (Griffith et al. 2013).
 
-    Rewards are learned from by Q-learning with Boltzmann exploration, and both policies are multiplied.
-    """  # noqa: D205
+    If a trainer is right with probability C and praised an action `d` times more often than it blamed it, the odds that
+    this action is the best are `(C / (1 - C)) ** d`. The resulting policy is multiplied with that of Q-learning with
+    Boltzmann exploration.
+    """
 
     consistency: float = 0.8
-    """Probability with which the trainer's word is taken to be right, 0.5 to below 1; 0.5: it is not heard."""
+    """Assumed probability that a verdict is right, 0.5 to below 1; 0.5: verdicts have no effect."""
     alpha: float = 0.5
     """Step size, 0 to 1."""
     gamma: float = 0.95
@@ -55,7 +56,7 @@ class Advise(Evaluated):
     optimism: float = 0.0
     """Initial value of every action."""
     temperature: float = 0.05
-    """Of the Boltzmann policy, in units of value, above 0."""
+    """Temperature of the Boltzmann policy, in units of value, above 0."""
     reads = "atoms and reward"
     policy = _Policy
 

@@ -1,4 +1,4 @@
-"""bayesian: weighs a teacher's advice by how reliable it turns out to be, so that liars can be found out."""
+"""bayesian: weighs a teacher's advice by its inferred reliability, which exposes liars."""
 
 import math
 from collections.abc import Iterator
@@ -15,14 +15,14 @@ from teachers.atoms import FN, FP, HN, HP, action_of
 from teachers.spec import check_range
 from worlds.world import World
 
-_STEADY = 0.75  # chance with which a teacher says what it believes rather than anything
+_STEADY = 0.75  # probability that a teacher says its belief rather than anything else
 _SWEEPS = 4
 _DRAWS = 256
-_ADVICE, _WARNING, _VERDICT = range(3)  # what a teacher may be good at: fp, fn, and hp with hn
+_ADVICE, _WARNING, _VERDICT = range(3)  # the skills of a teacher: fp, fn, and hp with hn
 
 
 class _Policy(Policy["Bayesian"]):
-    """Infers anew each turn; the posterior is `best`, the skills are `skill`."""
+    """Infers the posterior `best` and the skills `skill` in each turn."""
 
     def __init__(self, spec: "Bayesian", family: Subject, world: World[Any]) -> None:
         super().__init__(spec, family, world)
@@ -34,12 +34,12 @@ class _Policy(Policy["Bayesian"]):
         self._n = int(world.action_space.n)
 
     def begin(self) -> None:
-        """Know nothing, and trust as the spec says."""
+        """Begin an episode without memory, with the trust of the spec."""
         trust = self.spec.trust
         self.skill = [trust, trust, trust]
-        """Expected share of right beliefs behind advice, warnings and verdicts."""
+        """Expected share of right beliefs, for advice, warnings and verdicts."""
         self.best: dict[Any, NDArray[np.float64]] = {}
-        """By state, the probability of each action to be the best, shape (n,)."""
+        """By state, the probability of each action that it is the best, shape (n,)."""
         self._advised: dict[Any, NDArray[np.float64]] = {}
         self._warned: dict[Any, set[int]] = {}
         self._judged: dict[tuple[Any, int], list[int]] = {}
@@ -49,9 +49,7 @@ class _Policy(Policy["Bayesian"]):
         self._solved: tuple[Any, int] | None = None
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
-        """Take it all in, infer, and choose: the most probable action, or where tasks repeat, one as often as it is
-        probably the best (Thompson 1933).
-        """  # noqa: D205
+        """Infer, then choose the most probable action; where tasks repeat, sample an action (Thompson 1933)."""
         state = frozen(state_of(observation))
         self._live(state, info)
         self._listen(state, info["atoms"])
@@ -65,7 +63,7 @@ class _Policy(Policy["Bayesian"]):
         return action
 
     def _live(self, state: Any, info: dict[str, Any]) -> None:
-        """Note what became of the last action."""
+        """Note the outcome of the last action."""
         if self._steps:
             self._rewards.append(info["reward"])
             if info.get("success"):
@@ -77,7 +75,7 @@ class _Policy(Policy["Bayesian"]):
         self.best.setdefault(state, np.full(self._n, 1 / self._n))
 
     def _listen(self, state: Any, atoms: Any) -> None:
-        """Note what the teacher says of this state and of the one before."""
+        """Note the teacher's claims about this state and the one before."""
         for atom in atoms:
             claim, turn = atom.claim, atom.about_turn
             action = action_of(claim)
@@ -86,7 +84,7 @@ class _Policy(Policy["Bayesian"]):
             action = int(action)
             at = turn - 1 if claim.kind in (HP, HN) else turn
             if not 0 <= at <= len(self._steps):
-                continue  # of what somebody else did
+                continue  # about another student's action
             where = state if at == len(self._steps) else self._steps[at][0]
             if claim.kind is FP:
                 self._advised.setdefault(where, np.zeros(self._n))[action] += 1
@@ -103,10 +101,10 @@ class _Policy(Policy["Bayesian"]):
             evidence = self._evidence()
             right = [trust * weight] * 3
             total = [weight] * 3
-            for state, told in beliefs.items():
+            for state, stated in beliefs.items():
                 score = evidence.get(state, np.zeros(self._n)).copy()
                 weighed = []
-                for field, yes, no in told:
+                for field, yes, no in stated:
                     yes, no = yes + math.log(self.skill[field]), no + math.log(1 - self.skill[field])
                     heard = np.logaddexp(yes, no)
                     score += heard
@@ -119,14 +117,17 @@ class _Policy(Policy["Bayesian"]):
             self.skill = [share / whole for share, whole in zip(right, total, strict=True)]
 
     def _beliefs(self, state: Any) -> Iterator[tuple[int, NDArray[np.float64], NDArray[np.float64]]]:
-        """What the teacher said of a state, belief by belief: its field, and for each action that may be best, the
-        logarithm of the chance to hear this from a teacher whose belief is right, and from one whose is wrong.
-        """  # noqa: D205
+        """The likelihoods of the teacher's claims about a state, belief by belief.
+
+        Yields:
+            The skill; then, per action that may be best, shape (n,), the log-likelihood of the claims from a teacher
+            whose belief is right, and from a teacher whose belief is wrong.
+        """
         n = self._n
         steady, slip = math.log(_STEADY), math.log(1 - _STEADY)
         if state in self._advised:
             said = self._advised[state]
-            # Per action that the teacher may hold to be the best, how likely it is to say what it said.
+            # The log-likelihood of the claims, per action that the teacher may believe to be the best.
             heard = said * steady + (said.sum() - said) * (slip - math.log(n - 1))
             others = [np.logaddexp.reduce(np.delete(heard, i)) for i in range(n)]
             yield _ADVICE, heard, np.array(others) - math.log(n - 1)
@@ -143,7 +144,7 @@ class _Policy(Policy["Bayesian"]):
                 yield _VERDICT, right, wrong
 
     def _evidence(self) -> dict[Any, NDArray[np.float64]]:
-        """By state, the logarithm of how probable its actions are to be the best by experience."""
+        """By state, the log-probability of each action that it is the best, from experience; shape (n,)."""
         if self.family.repeated:
             return {} if not self._rewards else {state: self._by_rewards(state) for state in self.best}
         found: dict[Any, NDArray[np.float64]] = {}
@@ -171,20 +172,21 @@ class _Policy(Policy["Bayesian"]):
 
 @dataclass(frozen=True)
 class Bayesian(Student):
-    """For discrete actions: infers in each state which action is best, from claims and from what it lived through.
+    """Infers the best of the discrete actions in each state, from claims and from experience.
 
-    The teacher is an annotator of unknown skill (Dawid & Skene 1979; Raykar et al. 2010). Of each state it has beliefs,
-    right with a probability that is inferred for advice, warnings and verdicts apart, and it mostly says what it
-    believes: what it repeats is no news, what it contradicts weighs less. A teacher that is worse than chance is turned
-    around. Beside the claims there is evidence: where a task is asked repeatedly, the rewards of each action, as
-    normal means with one observation's worth of prior; elsewhere, that a round trip cannot have been all best actions
-    and that what solved the task was. Skills and best actions are inferred together, by mean-field sweeps.
+    The teacher is modelled as an annotator of unknown skill (Dawid & Skene 1979; Raykar et al. 2010). It has beliefs
+    about each state, which are right with a probability that is inferred separately for advice, warnings and verdicts,
+    and it mostly says what it believes: a repetition adds no evidence, a contradiction weakens it. Claims of a teacher
+    worse than chance count as their opposite. Experience is further evidence: if a task is asked repeatedly, the
+    rewards of each action, as normal means with a prior worth one observation; otherwise, that a round trip cannot
+    consist of best actions only, and that the action that solved the task was best. Mean-field sweeps infer skills and
+    best actions together.
     """
 
     trust: float = 0.8
-    """Expected skill of an unknown teacher, the share of its beliefs that are right, above 0 and below 1."""
+    """Prior mean of a teacher's skill, the share of its beliefs that are right, 0.01 to 0.99."""
     weight: float = 2.0
-    """How many observed beliefs this expectation is worth, above 0."""
+    """Weight of the prior, in observed beliefs, 0.01 to 1e6."""
     reads = "atoms and reward"
     policy = _Policy
 

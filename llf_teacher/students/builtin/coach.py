@@ -1,4 +1,4 @@
-"""coach: a policy whose actions become likelier by praise and rarer by blame, as an actor learns from its critic."""
+"""coach: a policy in which praise makes an action more likely and blame less likely, like an actor with a critic."""
 
 import math
 from dataclasses import dataclass
@@ -24,22 +24,22 @@ class _Policy(EvaluatedPolicy["Coach"]):
     """Preferences per state; probabilities are their softmax."""
 
     def clear(self) -> None:
-        """Prefer nothing."""
+        """Forget all preferences."""
         self._preference = Table(self.actions)
         self._pending: list[tuple[Features, Any]] = []
 
     def begin(self) -> None:
-        """Have an empty trace."""
+        """Begin an episode with an empty trace."""
         super().begin()
         self._trace: list[tuple[Features, np.ndarray]] = []
-        """Gradients of the log-probabilities of what was done, the latest last."""
+        """Gradients of the actions' log-probabilities, the latest last."""
 
     def label(self, claim: Any, action: int) -> float | None:
-        """A verdict, or the reward that is told."""
+        """A verdict, or the reward that the claim states."""
         return stated_reward(claim) if self.spec.listens == "rewards" else super().label(claim, action)
 
     def hear(self, state: Features, action: int, label: float) -> None:
-        """The score of the action joins the trace, and the trace is moved by the label."""
+        """Add the gradient of the action to the trace, and move the preferences along the trace by the label."""
         spec = self.spec
         gradient = -softmax(self._preference(state))
         gradient[action] += 1.0
@@ -55,40 +55,40 @@ class _Policy(EvaluatedPolicy["Coach"]):
 
     def _move(self, state: Features, change: np.ndarray) -> None:
         if self.spec.episodic:
-            self._pending.append((state, change * self.spec.gamma ** (len(self.lived) - 1)))
+            self._pending.append((state, change * self.spec.gamma ** (len(self.steps) - 1)))
         else:
             self._preference.add(state, change)
 
     def end(self) -> None:
-        """What was learned in an episode counts from the next on, if it is learned by episodes."""
+        """Apply the changes of the episode, if it learns by episodes."""
         for state, change in self._pending:
             self._preference.add(state, change)
         self._pending = []
 
     def choose(self, here: Features) -> int:
-        """A draw."""
+        """A draw from the policy."""
         return int(self.rng.choice(self.actions, p=softmax(self._preference(here))))
 
 
 @dataclass(frozen=True)
 class Coach(Evaluated):
-    """COACH (MacGlashan et al. 2017): the label stands for the advantage of the action in a policy gradient.
+    """COACH (MacGlashan et al. 2017): the label replaces the advantage of the action in a policy gradient.
 
-    With `episodic` it is E-COACH (Shah et al. 2021), which converges whether a trainer judges by a policy, by rewards
-    or by advantages: within an episode the policy stays, the trace is whole, and what is heard later counts less, by
-    `gamma` a turn. It learns when an episode ends, so in lifetimes only.
+    With `episodic` it is E-COACH (Shah et al. 2021), which converges for labels that depend on the policy, on rewards
+    or on advantages: within an episode the policy does not change, the trace does not fade, and a label counts less by
+    the factor `gamma` per turn. It learns at the end of an episode, so only in lifetimes.
     """
 
     alpha: float = 0.5
     """Step size, above 0."""
     trace: float = 0.0
-    """Share of the trace that is left after a turn, 0 to 1; by episodes all of it is."""
+    """Share of the trace that remains after a turn, 0 to 1; unused with `episodic`."""
     listens: str = "verdicts"
-    """What a label is: `verdicts`, 1 and -1, or `rewards`, the number that the teacher tells (r)."""
+    """Source of labels: `verdicts`, 1 and -1, or `rewards`, the number that the teacher states (r)."""
     episodic: bool = False
-    """Whether it learns by episodes."""
+    """Whether it learns at the end of an episode."""
     gamma: float = 0.95
-    """Weight of a label against that of the turn before, 0 to 1; read by episodes only."""
+    """Weight of a label relative to the turn before, 0 to 1; used with `episodic` only."""
     reads = "atoms"
     policy = _Policy
 

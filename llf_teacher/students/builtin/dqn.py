@@ -1,4 +1,4 @@
-"""dqn: Q-learning with a neural network, for states that no table can list; from rewards, with or without advice."""
+"""dqn: Q-learning with a neural network, for states too many for a table; from rewards, with or without advice."""
 
 import importlib.util
 from collections.abc import Collection, Mapping
@@ -19,8 +19,8 @@ from worlds.world import World
 _BATCH = 32
 
 
-class _Move(NamedTuple):
-    """What is remembered of a turn."""
+class _Transition(NamedTuple):
+    """A transition in the memory."""
 
     state: np.ndarray
     action: int
@@ -31,7 +31,7 @@ class _Move(NamedTuple):
 
 
 class _Policy(LearnerPolicy["Dqn"]):
-    """A network, an elder copy of it that gives the targets, and a memory of moves."""
+    """A network, an older copy of it for the targets, and a memory of transitions."""
 
     def __init__(self, spec: "Dqn", family: Subject, world: World[Any]) -> None:
         super().__init__(spec, family, world)
@@ -49,23 +49,23 @@ class _Policy(LearnerPolicy["Dqn"]):
         self._reach = np.where(bounded, (high - low) / 2, 1.0)
 
     def clear(self) -> None:
-        """Know nothing: small random weights, and no memory."""
+        """Forget everything: small random weights, and an empty memory."""
         from torch.optim import Adam
 
-        self._network, self._elder = self._untrained(), self._untrained()
-        self._elder.load_state_dict(self._network.state_dict())
+        self._network, self._target = self._untrained(), self._untrained()
+        self._target.load_state_dict(self._network.state_dict())
         self._adam = Adam(self._network.parameters(), lr=self.spec.alpha)
-        self._memory: list[_Move] = []
+        self._memory: list[_Transition] = []
         self._lessons = 0
 
     def see(self, observation: dict[str, Any]) -> None:
-        """The state as numbers from -1 to 1, where it has bounds."""
+        """Take in the state as numbers, scaled to -1 to 1 where it has bounds."""
         numbers = np.asarray(flatten(self.world.observation_space, state_of(observation)), float)
         self._here = ((numbers - self._middle) / self._reach).astype(np.float32)
 
     def learn(self, reward: float, over: bool) -> None:
-        """Remember the move, and learn from some that are remembered."""
-        move = _Move(*self._last, reward, self._here, float(not over))
+        """Add the transition to the memory, and learn from a sample of it."""
+        move = _Transition(*self._last, reward, self._here, float(not over))
         if len(self._memory) < self.spec.memory:
             self._memory.append(move)
         else:
@@ -74,10 +74,10 @@ class _Policy(LearnerPolicy["Dqn"]):
         if len(self._memory) >= _BATCH:
             self._study([self._memory[i] for i in self.rng.integers(len(self._memory), size=_BATCH)])
         if self._lessons % self.spec.sync == 0:
-            self._elder.load_state_dict(self._network.state_dict())
+            self._target.load_state_dict(self._network.state_dict())
 
     def choose(self, wrong: Collection[Any] = ()) -> int:
-        """A greatest value, or with probability epsilon any action."""
+        """An action of the greatest value, or with probability epsilon any action."""
         allowed = [action for action in range(self._actions) if action not in wrong] or list(range(self._actions))
         if self.spec.epsilon and self.rng.random() < self.spec.epsilon:
             return allowed[self.rng.integers(len(allowed))]
@@ -85,11 +85,11 @@ class _Policy(LearnerPolicy["Dqn"]):
         return max(allowed, key=worth.__getitem__)
 
     def take(self, action: Any) -> None:
-        """Remember where it was taken."""
+        """Note the state and the action."""
         self._last = self._here, int(action)
 
     def worth(self) -> list[float]:
-        """What it holds the actions to be worth in the state that was seen last."""
+        """The value of each action in the latest state."""
         import torch
 
         with torch.no_grad():
@@ -97,7 +97,7 @@ class _Policy(LearnerPolicy["Dqn"]):
         return values
 
     def _untrained(self) -> Any:
-        """Two hidden layers, with weights of the student's own draw: no stream is shared with anybody."""
+        """A network of two hidden layers, with weights from the student's own random stream."""
         import torch
         from torch import nn
 
@@ -112,13 +112,13 @@ class _Policy(LearnerPolicy["Dqn"]):
             layers += [layer, nn.ReLU()]
         return nn.Sequential(*layers[:-1])
 
-    def _study(self, moves: list[_Move]) -> None:
-        """A step towards what the elder network makes of these moves."""
+    def _study(self, moves: list[_Transition]) -> None:
+        """A gradient step towards the targets of these transitions."""
         import torch
 
         states, actions, rewards, after, goes_on = zip(*moves, strict=True)
         with torch.no_grad():
-            best = self._elder(torch.as_tensor(np.stack(after))).max(dim=1).values
+            best = self._target(torch.as_tensor(np.stack(after))).max(dim=1).values
             target = torch.tensor(rewards) + self.spec.gamma * torch.tensor(goes_on) * best
         values = self._network(torch.as_tensor(np.stack(states)))
         found = values.gather(1, torch.tensor(actions)[:, None])[:, 0]
@@ -131,7 +131,7 @@ class _Policy(LearnerPolicy["Dqn"]):
 class Dqn(Learner):
     """A deep Q-network (Mnih et al. 2015) over discrete actions, for states that are numbers; needs the extra `learn`.
 
-    It learns once a turn, from moves that it draws from its memory; states are scaled to their bounds.
+    It learns once per turn, from a sample of its memory; states are scaled to their bounds.
     """
 
     alpha: float = 1e-3
@@ -143,9 +143,9 @@ class Dqn(Learner):
     hidden: int = 64
     """Width of both hidden layers, 1 to 4096."""
     memory: int = 10_000
-    """Moves that it remembers, 32 to 1000000; then the oldest is forgotten."""
+    """Size of the memory in transitions, 32 to 1000000; the oldest is replaced."""
     sync: int = 100
-    """Turns after which the targets are brought up to date, 1 to 1000000."""
+    """Number of turns between updates of the target network, 1 to 1000000."""
     policy = _Policy
 
     def __post_init__(self) -> None:
@@ -157,12 +157,12 @@ class Dqn(Learner):
         check_range("sync", self.sync, 1, 10**6, int)
 
     def check(self, environment: Mapping[str, str]) -> None:
-        """Make sure that the extra is installed."""
+        """Check that the extra is installed."""
         check_torch()
 
 
 def check_torch() -> None:
-    """Make sure that networks can be trained.
+    """Check that torch is installed.
 
     Raises:
         ModuleNotFoundError: the extra is not installed; the message has the pip line.

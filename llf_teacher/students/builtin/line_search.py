@@ -10,10 +10,10 @@ _SYLLABLE = "la"
 
 
 class _Policy(Policy["LineSearch"]):
-    """Holds the best pattern so far and the patterns still to try."""
+    """The best pattern so far and the patterns still to try."""
 
     def begin(self) -> None:
-        """Try every uniform pattern first."""
+        """Begin with the uniform patterns."""
         spec = self.spec
         self._uniform = [(count,) * length for count in spec.syllables for length in spec.lengths]
         self._best: tuple[int, ...] = ()
@@ -23,17 +23,17 @@ class _Policy(Policy["LineSearch"]):
         self._counts: list[int] = []
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """Judge the last pattern by its score and write by the next one."""
+        """Evaluate the last pattern by its score, then write a text by the next pattern."""
         if self._trial:
             self._judge(info["reward"])
         self._trial = self._next()
         return "\n".join(" ".join([_SYLLABLE] * count) for count in self._trial)
 
     def _judge(self, score: float) -> None:
-        if score > self._score:  # some line is right, or one more line than before
+        if score > self._score:  # a line is right, or one more than before
             self._best, self._score = self._trial, score
             self._counts = []
-        elif self._best and score < self._score:  # the line had been right
+        elif self._best and score < self._score:  # the line was right
             self._counts = []
 
     def _next(self) -> tuple[int, ...]:
@@ -53,8 +53,8 @@ class _Policy(Policy["LineSearch"]):
 class LineSearch(Student):
     """Coordinate search on the number of lines and of syllables in each line.
 
-    It offers texts of one length with the same number of syllables in each line until the score shows that
-    some line is right; then it changes a line at a time and keeps what does not score less.
+    It tries texts of one length with the same number of syllables in each line until the score shows that a line is
+    right; then it changes one line at a time and keeps a change that does not lower the score.
     """
 
     lengths: tuple[int, ...] = (3, 4, 5)

@@ -1,6 +1,6 @@
 """nelder_mead: a simplex that moves over a box of actions, from rewards, with or without advice.
 
-It is for worlds whose state is the action.
+For worlds whose state is the action.
 """
 
 from collections.abc import Collection
@@ -15,10 +15,10 @@ from teachers.spec import check_range
 
 
 class _Policy(LearnerPolicy["NelderMead"]):
-    """Holds the simplex, best point first, the points to try next and why they are tried."""
+    """The simplex, best point first, the points to try next, and the stage of the method."""
 
     def clear(self) -> None:
-        """Put a simplex around a random action, turned to the middle of the box."""
+        """Start with a simplex at a random action, with edges towards the middle of the box."""
         self._low, self._high = self.action_box.low, self.action_box.high
         first = np.asarray(self.world.sample_action(self.rng), float)
         edges = self.spec.size * (self._high - self._low)
@@ -28,17 +28,17 @@ class _Policy(LearnerPolicy["NelderMead"]):
         self._next = [first, *(first + np.diag(edges))]
 
     def choose(self, wrong: Collection[Any] = ()) -> np.ndarray:
-        """The next point to try; a warning of it is not heeded."""
+        """The next point to try; warnings are ignored."""
         self._own = np.asarray(np.clip(self._next[0], self._low, self._high), self._low.dtype)
         return self._own
 
     def take(self, action: Any) -> None:
-        """Remember the trial."""
+        """Note the point that is tried."""
         self._trial = np.asarray(action, self._low.dtype)
         self._by_advice = action is not self._own
 
     def learn(self, reward: float, over: bool) -> None:
-        """Judge the last trial by its reward."""
+        """Continue the method with the reward of the last point."""
         if not self._by_advice or self._stage in ("build", "shrink"):
             del self._next[0]
             self._judge(reward, self._trial)
@@ -46,7 +46,7 @@ class _Policy(LearnerPolicy["NelderMead"]):
             self._replace((reward, self._trial))
 
     def _judge(self, reward: float, trial: np.ndarray) -> None:
-        """One step of the method; where points are still to be tried, only note the reward."""
+        """One step of the method; while points wait to be tried, only note the reward."""
         simplex, tried = self._simplex, (reward, trial)
         if self._stage in ("build", "shrink"):
             simplex.append(tried)
@@ -82,20 +82,25 @@ class _Policy(LearnerPolicy["NelderMead"]):
         self._try("reflect", 1.0)
 
     def _try(self, stage: str, factor: float) -> None:
-        """Try the point beyond the centre of all vertices but the worst, so many times as far as that one."""
+        """Try a point on the line from the worst vertex through the centre of the others.
+
+        Args:
+            stage: the next stage.
+            factor: distance from the centre, in distances of the worst vertex; below 0 on its side.
+        """
         centre = np.mean([point for _, point in self._simplex[:-1]], axis=0)
         self._stage, self._next = stage, [centre + factor * (centre - self._simplex[-1][1])]
 
 
 @dataclass(frozen=True)
 class NelderMead(Learner):
-    """Nelder & Mead 1965, one point of the simplex a turn; points outside the box are moved to its edge.
+    """Nelder & Mead 1965, one point of the simplex per turn; points outside the box are moved to its edge.
 
-    An advised point joins the first simplex, or later takes the place of its worst point if it is better.
+    An advised point joins the first simplex; later it replaces the worst point if it is better.
     """
 
     size: float = 0.2
-    """Edge of the first simplex, as a share of the box's width, 0 to 1."""
+    """Edge of the first simplex, as a fraction of the box's width, 0 to 1."""
     suits = Smooth
     policy = _Policy
 

@@ -11,13 +11,13 @@ class _Policy(AdviceTaker["Obedient"]):
     """Learns from atoms."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """Obey."""
+        """Learn from the atoms, then act."""
         self.arrive(observation)
         self._listen(info)
         return self.decide()
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Hear the last words, for the episodes to come."""
+        """Learn from the last atoms, for later episodes."""
         self._listen(info)
 
     def _listen(self, info: dict[str, Any]) -> None:
@@ -31,7 +31,7 @@ class _Policy(AdviceTaker["Obedient"]):
 
 @dataclass(frozen=True)
 class Obedient(Believer):
-    """Believes every claim about an action, and reads claims as data, so that wording does not matter."""
+    """Believes every claim about an action; it reads claims as data, so the wording has no effect."""
 
     reads = "atoms"
     policy = _Policy

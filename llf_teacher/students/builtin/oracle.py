@@ -1,4 +1,4 @@
-"""oracle: acts by an optimal policy with the truth in view; the ceiling of every study."""
+"""oracle: acts by an optimal policy with the truth in view; the upper bound in every study."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,14 +7,14 @@ from llf_teacher.students.student import Policy, Student
 
 
 class _Policy(Policy["Optimal"]):
-    """Has an oracle of its own."""
+    """Acts by the plans of its own oracle."""
 
     def begin(self) -> None:
-        """Engage the oracle."""
+        """Make a new oracle."""
         self._oracle = self.family.oracle_class()(self.world.scratch)
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """The first step of the best plan; anything once there is nothing left to do."""
+        """The first step of the best plan; a random action if the plan is empty."""
         moment = info["moment"]
         if moment.turn == 0:
             self._oracle.start(moment.after)
@@ -24,7 +24,7 @@ class _Policy(Policy["Optimal"]):
 
 @dataclass(frozen=True)
 class Optimal(Student):
-    """Asks the family's oracle what to do."""
+    """Acts by the plan of the family's oracle."""
 
     reads = "truth"
     policy = _Policy

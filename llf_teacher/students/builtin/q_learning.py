@@ -19,7 +19,7 @@ class _Policy(LearnerPolicy["QLearning"]):
         self._values: dict[Any, list[float]] = {}
 
     def see(self, observation: dict[str, Any]) -> None:
-        """Find the state's values."""
+        """Take in the state and find its values."""
         state = frozen(state_of(observation))
         self._here = self._values.setdefault(state, [self.spec.optimism] * self._actions)
 
@@ -30,7 +30,7 @@ class _Policy(LearnerPolicy["QLearning"]):
         row[action] += spec.alpha * (reward + spec.gamma * (0.0 if over else max(self._here)) - row[action])
 
     def choose(self, wrong: Collection[Any] = ()) -> int:
-        """A greatest value; ties are broken at random."""
+        """An action of the greatest value, or with probability epsilon any; ties are broken at random."""
         allowed = [action for action in range(self._actions) if action not in wrong] or list(range(self._actions))
         if self.spec.epsilon and self.rng.random() < self.spec.epsilon:
             return allowed[self.rng.integers(len(allowed))]
@@ -39,22 +39,29 @@ class _Policy(LearnerPolicy["QLearning"]):
         return best[self.rng.integers(len(best))]
 
     def take(self, action: Any) -> None:
-        """Remember where it was taken."""
+        """Note the state and the action."""
         self._last = self._here, int(action)
 
     def worth(self) -> list[float]:
-        """What it holds the actions to be worth in the state that was seen last."""
+        """The value of each action in the latest state."""
         return list(self._here)
 
     def recall(self, table: dict[Any, list[float]], here: Any, last: Any, action: int) -> None:
-        """Know a table of values per state, the state that was seen last, and what was done in which state before."""
+        """Take over a memory.
+
+        Args:
+            table: values per state.
+            here: the latest state.
+            last: the state before it.
+            action: the action in that state.
+        """
         self._values, self._here = table, table[here]
         self._last = table[last], action
 
 
 @dataclass(frozen=True)
 class QLearning(Learner):
-    """Watkins & Dayan 1992, greedy on optimistic initial values, so that it explores what it has not tried."""
+    """Watkins & Dayan 1992, greedy on optimistic initial values, which make it explore untried actions."""
 
     alpha: float = 0.5
     """Step size, 0 to 1."""

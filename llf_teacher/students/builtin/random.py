@@ -1,4 +1,4 @@
-"""random: tries any action; the floor of every study."""
+"""random: takes random actions; the lower bound in every study."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,17 +8,17 @@ from pz_envs.learning import NoRewards
 
 
 class _Policy(Policy["Random"]):
-    """Draws what the world offers as an untaught student's try."""
+    """Draws an action from those that the world offers."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """A random legal action; of the admissible ones, where the environment tells which they are."""
+        """A random legal action, from the admissible actions if the environment lists them."""
         listed = info.get(self.world.actions_key)
         return listed[self.rng.integers(len(listed))] if listed else self.world.sample_action(self.rng)
 
 
 @dataclass(frozen=True)
 class Random(Student):
-    """Acts without regard to anything."""
+    """Takes random actions."""
 
     reads = "nothing"
     suits = NoRewards

@@ -1,4 +1,4 @@
-"""random_search: tries at random, then stays with what paid best, for worlds without a state."""
+"""random_search: tries random actions, then repeats the best, for worlds without a state."""
 
 import math
 from dataclasses import dataclass
@@ -10,17 +10,17 @@ from teachers.spec import check_range
 
 
 class _Policy(Policy["RandomSearch"]):
-    """Holds the best action."""
+    """The best action so far."""
 
     def begin(self) -> None:
-        """Nothing tried."""
+        """Begin an episode without memory."""
         self._best: Any = None
         self._reward = -math.inf
         self._last: Any = None
         self._tried = 0
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """Another try, or the best one."""
+        """Another random action, or the best."""
         if self._tried and info["reward"] > self._reward:
             self._best, self._reward = self._last, info["reward"]
         if self._tried < self.spec.tries and self._reward < self.world.reward_range[1]:
@@ -33,10 +33,10 @@ class _Policy(Policy["RandomSearch"]):
 
 @dataclass(frozen=True)
 class RandomSearch(Student):
-    """Repeats the action of the greatest reward so far, after some random ones; it stops trying at the best reward."""
+    """Tries random actions, which it ends at the maximum reward, then repeats the best."""
 
     tries: int = 10
-    """Random actions before it settles, at least 1."""
+    """Number of random actions, at least 1."""
     reads = "reward"
     suits = BestAnswer
     policy = _Policy

@@ -1,4 +1,4 @@
-"""reward_only: the learner from rewards alone that suits the family."""
+"""reward_only: the student that learns from rewards alone in the family at hand."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,10 +11,10 @@ from worlds.world import World
 
 @dataclass(frozen=True)
 class RewardOnly(Student):
-    """Plays as the student who suits what rewards alone teach in the family."""
+    """Plays as the student that the family's `learning` names."""
 
     reads = "reward"
 
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
-        """The named student's policy."""
+        """The policy of that student."""
         return student_for(family.learning).seat(family, world)

@@ -1,4 +1,4 @@
-"""run_and_tumble: keeps to what makes rewards rise, else tries something new, for worlds in which actions add up."""
+"""run_and_tumble: repeats an action while rewards rise, for worlds in which actions accumulate."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,10 +11,10 @@ from teachers.spec import check_range
 
 
 class _Policy(Policy["RunAndTumble"]):
-    """Holds the action and what it earned."""
+    """The last action and its reward."""
 
     def begin(self) -> None:
-        """Have tried nothing."""
+        """Begin an episode without memory."""
         space = self.action_box
         self._middle = (space.low + space.high) / 2
         self._reach = self.spec.size * (space.high - space.low) / 2
@@ -22,7 +22,7 @@ class _Policy(Policy["RunAndTumble"]):
         self._reward = -np.inf
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """Run or tumble."""
+        """The last action if the reward rose, else a random one."""
         if self._action is None or info["reward"] <= self._reward:
             turn = self.rng.uniform(-1, 1, self._middle.shape)
             self._action = (self._middle + turn * self._reach).astype(self._middle.dtype)
@@ -32,13 +32,13 @@ class _Policy(Policy["RunAndTumble"]):
 
 @dataclass(frozen=True)
 class RunAndTumble(Student):
-    """How bacteria find food (Berg & Brown 1972): the same action while the reward rises, a random one when it falls.
+    """Bacterial chemotaxis (Berg & Brown 1972): the same action while the reward rises, a random one when it falls.
 
-    Actions stay near the middle of the box, since they go on to have an effect after it is seen that they are wrong.
+    Actions stay near the middle of the box, since a bad action has effects beyond the turn that reveals it.
     """
 
     size: float = 0.1
-    """Greatest distance of an action from the middle of the box, as a share of half of its width, 0 to 1."""
+    """Maximum distance of an action from the middle of the box, as a fraction of half its width, 0 to 1."""
     reads = "reward"
     suits = Trend
     policy = _Policy

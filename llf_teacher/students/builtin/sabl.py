@@ -1,4 +1,4 @@
-"""sabl: infers what is best from praise, blame and silence, knowing a trainer's habits or finding them out."""
+"""sabl: infers the best action from praise, blame and silence, with a known or inferred strategy of the trainer."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -10,14 +10,14 @@ from llf_teacher.students.evaluated import Evaluated, EvaluatedPolicy, Features,
 from teachers.spec import check_range
 
 _SHARES = np.linspace(0.05, 0.95, 10)
-"""Strategies that are thought possible where they are inferred."""
+"""Grid of the probabilities of silence, where they are inferred."""
 
 
 class _Policy(EvaluatedPolicy["Sabl"]):
-    """Log-likelihoods of all that was heard in a state, per action that may be best and per strategy."""
+    """Log-likelihoods of all labels in a state, per action that may be best and per strategy."""
 
     def clear(self) -> None:
-        """Have heard nothing."""
+        """Forget all labels."""
         plus, minus = self.strategies()
         error = self.spec.error
         # Shape (2, 3, strategies): whether the action was the best; blame, silence, praise.
@@ -27,21 +27,21 @@ class _Policy(EvaluatedPolicy["Sabl"]):
         self._heard: dict[Hashable, NDArray[np.float64]] = {}
 
     def strategies(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Probabilities of silence after what is right and after what is wrong, shape (strategies,) both."""
+        """Probabilities of silence after right and after wrong actions, shape (strategies,) both."""
         if self.spec.infers:
             plus, minus = np.meshgrid(_SHARES, _SHARES)
             return plus.ravel(), minus.ravel()
         return np.array([self.spec.plus]), np.array([self.spec.minus])
 
     def hear(self, state: Features, action: int, label: float) -> None:
-        """Weigh every action of the state anew."""
+        """Update the likelihoods of the state's actions."""
         event = int(np.sign(label)) + 1
         row = self._heard.setdefault(state[0], np.zeros((self.actions, self._log.shape[2])))
         row += self._log[0, event]
         row[action] += self._log[1, event] - self._log[0, event]
 
     def weights(self) -> NDArray[np.float64]:
-        """The posterior of the strategies, shape (strategies,): given one, states are independent."""
+        """The posterior of the strategies, shape (strategies,); given a strategy, states are independent."""
         log = sum((np.logaddexp.reduce(row, axis=0) for row in self._heard.values()), np.zeros(self._log.shape[2]))
         weights = np.exp(log - log.max())
         return np.asarray(weights / weights.sum())
@@ -57,22 +57,22 @@ class _Policy(EvaluatedPolicy["Sabl"]):
 
 @dataclass(frozen=True)
 class Sabl(Evaluated):
-    """Strategy-aware Bayesian learning (SABL, Loftin et al. 2014, 2016), for trainers who may say nothing on purpose.
+    """Strategy-aware Bayesian learning (SABL, Loftin et al. 2014, 2016), for trainers whose silence has a meaning.
 
-    A trainer who errs with probability `error` keeps silent on what it finds right with probability `plus`, on what it
-    finds wrong with `minus`, so that silence is praise from one who mostly blames. With `infers` it is I-SABL: both are
-    inferred from all that was heard. The papers do so by expectation maximisation; here their posterior is summed up
-    over a grid of 10 by 10, which is exact but for the grid.
+    The model: a trainer errs with probability `error`, and is silent with probability `plus` after an action that it
+    finds right, with `minus` after one that it finds wrong. So the silence of a trainer that mostly blames is praise.
+    With `infers` it is I-SABL, which infers `plus` and `minus` from all labels: here by their posterior on a grid of 10
+    by 10, in the papers by expectation maximisation.
     """
 
     error: float = 0.1
-    """Probability with which the trainer errs, above 0 and below 0.5."""
+    """Probability that the trainer errs, above 0 and below 0.5."""
     plus: float = 0.1
-    """Probability of silence on what is right, 0 to 1."""
+    """Probability of silence after a right action, 0 to 1."""
     minus: float = 0.1
-    """Probability of silence on what is wrong, 0 to 1."""
+    """Probability of silence after a wrong action, 0 to 1."""
     infers: bool = False
-    """Whether the two are inferred, and not as given."""
+    """Whether it infers `plus` and `minus` instead of using the given values."""
     reads = "atoms"
     policy = _Policy
 
@@ -83,4 +83,4 @@ class Sabl(Evaluated):
         if not isinstance(self.infers, bool):
             raise ValueError(f"infers must be True or False, got {self.infers!r}")
         if self.tiles:
-            raise ValueError(f"tiles must be 0, got {self.tiles}: what is best is inferred state by state")
+            raise ValueError(f"tiles must be 0, got {self.tiles}: sabl infers each state separately")

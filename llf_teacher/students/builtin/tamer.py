@@ -1,4 +1,4 @@
-"""tamer: predicts what a trainer will say of each action, and does what promises most praise."""
+"""tamer: predicts the trainer's label of each action, and takes the action of the greatest prediction."""
 
 from dataclasses import dataclass
 
@@ -9,22 +9,22 @@ class _Policy(EvaluatedPolicy["Tamer"]):
     """A table of expected labels."""
 
     def clear(self) -> None:
-        """Expect nothing."""
+        """Forget all labels."""
         self._human = Table(self.actions)
 
     def hear(self, state: Features, action: int, label: float) -> None:
-        """A step towards the label; silence is no sample."""
+        """A step towards the label; silence is not a label."""
         if label:
             self._human.add(state, self.spec.alpha * (label - self._human(state)[action]), action)
 
     def choose(self, here: Features) -> int:
-        """What promises most; the trainer's word is no reward to be summed up, so the horizon is a single action."""
+        """The action of the greatest prediction; labels are not summed like rewards, so the horizon is one action."""
         return self.best(self._human(here))
 
 
 @dataclass(frozen=True)
 class Tamer(Evaluated):
-    """TAMER (Knox & Stone 2009): supervised learning of the trainer's praise (1) and blame (-1), acted on greedily."""
+    """TAMER (Knox & Stone 2009): supervised learning of the trainer's praise (1) and blame (-1), and greedy actions."""
 
     alpha: float = 0.3
     """Step size, 0 to 1."""

@@ -1,4 +1,4 @@
-"""text_only: does what the teacher's words say; it knows the phrases of every voice but sees no atoms."""
+"""text_only: does what the teacher's words say, by the phrases of every voice, without atoms."""
 
 import re
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ from pz_envs.text_mode import read_exactly
 from teachers.atoms import FP, HN, HP, ActionClaim, Claim, EditClaim, ParseFailure, PlanClaim
 from teachers.voice import voice_names
 
-_BLANK = "..."  # a line that is yet to be written
-_LINE = re.compile(r"[1-9]\d?\d?", re.ASCII)  # what a text may call a line: no more are filled with blanks
+_BLANK = "..."  # a line without words so far
+_LINE = re.compile(r"[1-9]\d?\d?", re.ASCII)  # a line's number; it bounds the lines that are filled with blanks
 
 
 class _Policy(AdviceTaker["TextOnly"]):
     """Learns from sentences."""
 
     def begin(self) -> None:
-        """Learn to read, once; have nothing written."""
+        """Begin an episode; make the reader in the first."""
         super().begin()
         if not hasattr(self, "_reader"):
             self._reader = Reader(self.family.phrasebook, voice_names(), self._is_action)
@@ -29,7 +29,7 @@ class _Policy(AdviceTaker["TextOnly"]):
         self._actions: list[Any] = []
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """Obey what is understood."""
+        """Learn from the recognised sentences, then act."""
         turn = self.arrive(observation)
         self._read(observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}", turn)
         action = self.decide()
@@ -39,11 +39,16 @@ class _Policy(AdviceTaker["TextOnly"]):
         return action
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """Read the last words, for the episodes to come."""
+        """Learn from the last words, for later episodes."""
         self._read(observation["feedback"], len(self._actions))
 
     def _read(self, text: str, turn: int) -> None:
-        """Take a text to heart that is read after so many turns."""
+        """Learn from a text.
+
+        Args:
+            text: the teacher's words.
+            turn: number of turns so far.
+        """
         for claim, slots, about in self._reader.read(text):
             at = turn if about is None else about
             if issubclass(claim, ActionClaim) and claim.action_slot in slots:
@@ -59,7 +64,7 @@ class _Policy(AdviceTaker["TextOnly"]):
                 self.learn(claim.kind, self._actions[at - 1], at)
 
     def _hear(self, claim: type[Claim[Any]], words: Sequence[str], turn: int, endless: bool = False) -> None:
-        """Take actions to heart that are named, if all of them are actions."""
+        """Learn from actions by their names, if all of the names are actions."""
         actions = [read_exactly(word, self.world) for word in words]
         if not any(type(action) is ParseFailure for action in actions):
             self.hear(claim.kind, actions, turn, endless)
@@ -68,7 +73,7 @@ class _Policy(AdviceTaker["TextOnly"]):
         return type(read_exactly(text, self.world)) is not ParseFailure
 
     def _correct(self, number: int, words: str | None) -> str:
-        """The last text with one line replaced; or, without words, up to this line."""
+        """The last text with one line replaced; without words, the text up to this line."""
         lines = [line for line in self._draft.splitlines() if line.strip()]
         if words is None:
             return "\n".join(lines[:number])
@@ -79,11 +84,10 @@ class _Policy(AdviceTaker["TextOnly"]):
 
 @dataclass(frozen=True)
 class TextOnly(Believer):
-    """Believes every sentence it understands: those of the family, in all voices that have a name.
+    """Believes every sentence of the family that it recognises, in all named voices.
 
-    It takes actions by their names, lists of them as a plan, of which it follows the first if it is feedback, a line
-    that should be another, or the last one, as a correction of its last text, and a verdict that names no action as
-    said of its own.
+    It reads names of actions; lists of actions, as a plan, or, in feedback, as advice to take the first; corrections of
+    a line of its last text, or of its end; and verdicts without an action, as verdicts on its own action.
     """
 
     reads = "words"

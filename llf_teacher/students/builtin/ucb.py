@@ -14,7 +14,7 @@ class _Policy(LearnerPolicy["Ucb"]):
     """Counts and sums per action."""
 
     def clear(self) -> None:
-        """Nothing tried; the order of first tries is random."""
+        """Forget everything; the order of the first actions is random."""
         arms = self.action_count
         self._count, self._sum = [0] * arms, [0.0] * arms
         self._untried: list[int] = self.rng.permutation(arms).tolist()
@@ -25,12 +25,12 @@ class _Policy(LearnerPolicy["Ucb"]):
         self._sum[self._last] += reward
 
     def choose(self, wrong: Collection[Any] = ()) -> int:
-        """The next untried action, else the action of the greatest bound."""
+        """The next untried action, else an action of the greatest bound."""
         untried = [arm for arm in self._untried if arm not in wrong]
         if untried:
             return untried[-1]
         tried = [arm for arm, count in enumerate(self._count) if count and arm not in wrong]
-        if not tried:  # it is warned of all that there is to choose from
+        if not tried:  # warnings name all actions
             return self._untried[-1] if self._untried else self._last
         log = 2 * math.log(sum(self._count))
         scale = self.spec.scale
@@ -38,7 +38,7 @@ class _Policy(LearnerPolicy["Ucb"]):
         return max(bounds, key=bounds.__getitem__)
 
     def take(self, action: Any) -> None:
-        """Remember it; an advised action is tried as well as one of its own choice."""
+        """Note the action; an advised action counts as tried."""
         self._last: int = int(action)
         if self._last in self._untried:
             self._untried.remove(self._last)

@@ -1,4 +1,4 @@
-"""wayward: has a habit that its teacher does not expect, such as repeating itself; for audits."""
+"""wayward: acts by a habit that teachers may not expect, such as repetition; for audits."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +13,7 @@ class _Policy(Policy["Wayward"]):
     """Acts by its habit, with the truth in view."""
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """What the habit comes up with."""
+        """The action of the habit."""
         claims = [atom.claim for atom in info["atoms"]]
         listed = info.get(self.world.actions_key) or ()
         action = HABITS[self.spec.habit].act(Seen(self.world, info["moment"], claims, listed, self.rng))
@@ -24,7 +24,7 @@ class _Policy(Policy["Wayward"]):
 
 @dataclass(frozen=True)
 class Wayward(Student):
-    """Does not care what is said, or does the contrary."""
+    """Ignores the teacher, or does the opposite."""
 
     habit: str = "repeating"
     """One of `teachers.testing.habits.HABITS`."""
@@ -38,10 +38,10 @@ class Wayward(Student):
 
     @property
     def text(self) -> bool:
-        """Only a text can be garbled."""
+        """True for the habit `garbling`, which garbles texts."""
         return self.habit == "garbling"
 
     @property
     def patience(self) -> int | None:
-        """Turns after which it leaves, if it does."""
+        """Number of turns after which it leaves; None: it stays."""
         return HABITS[self.habit].patience

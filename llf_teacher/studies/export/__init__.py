@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from llf_teacher.studies.results import Results
-from teachers.spec import read_call, read_expression, unknown
+from teachers.spec import parse_call, unknown
 
 __all__ = ["export_names", "write_export"]
 
@@ -37,15 +37,14 @@ def write_export(results: Results, path: Path | str, spec: str) -> int:
         ValueError: an unknown format or option.
         ModuleNotFoundError: a library that the format needs is not installed; the message has the pip line.
     """
-    parsed = read_call(read_expression(spec))
-    if parsed is None:
-        raise ValueError(f"bad format {spec!r}; expected `name` or `name(key=value)`, such as sft(success=True)")
-    name, options = parsed
+    call = parse_call("format", spec, "`name` or `name(key=value)`, such as sft(success=True)")
+    name, options = call.name, call.arguments
     if name not in export_names():
         raise ValueError(unknown("format", name, export_names()))
     write: Any = importlib.import_module(f"{__name__}.{name}").write
     allowed = [key for key, each in inspect.signature(write).parameters.items() if each.kind == each.KEYWORD_ONLY]
-    if unknown_names := [key for key in options if key not in allowed]:
-        raise ValueError(f"the format {name}: {unknown('option', unknown_names[0], allowed)}")
+    for key in options:
+        if key not in allowed:
+            raise ValueError(f"format {name!r}: {unknown('parameter', key, allowed)}")
     written: int = write(results, Path(path), **options)
     return written

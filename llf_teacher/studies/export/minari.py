@@ -18,7 +18,7 @@ from llf_teacher.studies.definition.options import read_options
 from llf_teacher.studies.export.dialogue import action_text
 from llf_teacher.studies.results import Results
 from teachers.personality import Personality
-from worlds.wrapped.actions import native
+from worlds.actions import native
 
 _FOLDER = "MINARI_DATASETS_PATH"
 _SETTING = ("id", "teacher", "instruction_type", "feedback_type", "max_turns", "options")

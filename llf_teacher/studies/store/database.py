@@ -95,8 +95,11 @@ class Store:
             weakref.finalize(self, self._db.close)
             self._db.row_factory = sqlite3.Row
             self._settings: dict[tuple[Any, ...], int] = {}
-            self._prepare()
-            self._identity = file_identity(path)
+            with contextlib.ExitStack() as on_error:
+                on_error.callback(self.close)
+                self._prepare()
+                self._identity = file_identity(path)
+                on_error.pop_all()
         except sqlite3.DatabaseError as error:
             raise StoreError(f"cannot use {path} as a store: {error}; give another file by --store") from None
 

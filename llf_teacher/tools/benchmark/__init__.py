@@ -1,6 +1,6 @@
-"""Benchmarks: what is compared is fresh work, played in turns in one run, each by a process of its own."""
+"""Benchmarks: each kind of work runs in its own process, and those that are compared take turns on fresh episodes."""
 
-from llf_teacher.tools.benchmark.against import Compared, compare
-from llf_teacher.tools.benchmark.tables import forms, imports, seats, simple_families, steps, worlds
+from llf_teacher.tools.benchmark.speed import Speed, compare_speed
+from llf_teacher.tools.benchmark.timings import forms, imports, seats, simple_families, steps, worlds
 
-__all__ = ["Compared", "compare", "forms", "imports", "seats", "simple_families", "steps", "worlds"]
+__all__ = ["Speed", "compare_speed", "forms", "imports", "seats", "simple_families", "steps", "worlds"]

@@ -1,4 +1,4 @@
-"""Fresh work, played by processes of their own, and what their times say."""
+"""Play fresh episodes in processes of their own, and compare their times."""
 
 import math
 import os
@@ -20,24 +20,24 @@ from llf_teacher.tools.benchmark import player
 from llf_teacher.tools.benchmark.player import Script, Times
 
 BLOCKS = 8
-"""How often what is compared takes turns."""
-_FIRST = 100_000  # of the seeds, which nothing else uses
+"""Number of blocks that are measured."""
+_FIRST = 100_000  # seeds from here on are used by nothing else
 
 
 class Call(NamedTuple):
-    """What a process is to play: one of `player.FORMS`, and its arguments after the scripts."""
+    """A kind of work: one of `player.FORMS`, and its arguments after the scripts."""
 
     form: str
     arguments: tuple[Any, ...] = ()
     compiled: bool = False
-    """Whether by the extra `fast`, where that can be; all else is measured without it."""
+    """Whether to use the extra `fast`."""
 
 
 class Player:
-    """A process that plays scripts of one kind; to be closed."""
+    """A process that plays scripts of one kind; close it after use."""
 
     def __init__(self, call: Call, tree: Path | None = None) -> None:
-        """Begin the process; with `tree`, that of the packages in a folder, in place of those that run now."""
+        """Start the process; `tree` is a folder whose packages it imports instead of those that run now."""
         environment = os.environ | {"NUMBA_DISABLE_JIT": str(int(not call.compiled))}
         if tree is not None:
             environment["PYTHONPATH"] = str(tree)
@@ -50,10 +50,10 @@ class Player:
         self._process.communicate()
 
     def play(self, scripts: Sequence[Script]) -> tuple[Any, ...]:
-        """Times of some episodes, or their records.
+        """Play episodes and return their times, or their records.
 
         Raises:
-            RuntimeError: the process ended; what it said is on the standard error stream.
+            RuntimeError: the process has ended; its messages are on standard error.
         """
         calls, answers = self._process.stdin, self._process.stdout
         assert calls is not None  # noqa: S101  # both are pipes
@@ -63,21 +63,21 @@ class Player:
             calls.flush()
             return tuple(pickle.load(answers))  # noqa: S301  # of a process of ours
         except (BrokenPipeError, EOFError):
-            raise RuntimeError(f"the process that plays {self._call} has ended: see what it said above") from None
+            raise RuntimeError(f"the process that plays {self._call} has ended; see its messages above") from None
 
 
 class Writer:
-    """Writes scripts of one environment: nobody has played their seeds and actions before."""
+    """Writes scripts of one environment, each with a seed that was not used before."""
 
     def __init__(self, id: str, student: str) -> None:
-        """`student` is a spec: whose actions they are."""
+        """`student` is the spec of the student whose actions are written down."""
         policy = parse_student(student)
         self._env = make(id, text=policy.text)
         self._student = policy.seat(self._env.family, self._env.session.world)
         self._seeds = count(_FIRST)
 
     def write(self, steps: int) -> list[Script]:
-        """Episodes of so many steps together; the last one is cut short."""
+        """Episodes with `steps` steps in all; the last one is cut short."""
         scripts: list[Script] = []
         while steps > 0:
             scripts.append(self.episode(steps))
@@ -85,7 +85,7 @@ class Writer:
         return scripts
 
     def episode(self, most: int) -> Script:
-        """An episode of that many steps, or less."""
+        """An episode of at most `most` steps."""
         seed = next(self._seeds)
         return seed, self._actions(seed, most)
 
@@ -95,33 +95,33 @@ class Writer:
 
 
 class Measured(NamedTuple):
-    """All times of one kind of work, in seconds."""
+    """The times of one kind of work, in seconds."""
 
     blocks: list[Times]
 
     @property
     def cpu(self) -> float:
-        """Mean of a step, on the processor."""
+        """Mean CPU time of a step."""
         return sum(block.cpu for block in self.blocks) / len(self.steps)
 
     @property
     def steps(self) -> list[float]:
-        """Of each step, on the clock."""
+        """Wall time of each step."""
         return [step for block in self.blocks for step in block.steps]
 
     @property
     def reset(self) -> float:
-        """Mean of a reset, on the clock."""
+        """Mean wall time of a reset."""
         return float(np.mean([reset for block in self.blocks for reset in block.resets]))
 
     @property
     def peak(self) -> float:
-        """MB that the process used at most."""
+        """Peak memory of the process, in MB."""
         return max(block.peak for block in self.blocks)
 
 
 class Ratio(NamedTuple):
-    """How much longer one kind of work takes than another, with a 95 % interval."""
+    """Time of one kind of work divided by that of another, with a 95 % interval."""
 
     mean: float
     low: float
@@ -131,11 +131,11 @@ class Ratio(NamedTuple):
 def measure(
     calls: Mapping[str, tuple[Call, Path | None]], scripts: Mapping[str, Sequence[Sequence[Script]]]
 ) -> dict[str, Measured]:
-    """Play blocks of scripts in turns, so that all share the machine's moods.
+    """Play blocks of scripts by turns, so that a change of the machine's speed affects all kinds of work.
 
     Args:
-        calls: by name, what is timed, and the folder of its packages or None for those that run now.
-        scripts: by the same names, the blocks; the first one warms up and is not counted.
+        calls: by name, the work, and the folder of its packages or None for those that run now.
+        scripts: by the same names, the blocks; the first one is a warm-up and is not counted.
     """
     players: dict[str, Player] = {}
     times: dict[str, list[Times]] = {name: [] for name in calls}
@@ -143,7 +143,7 @@ def measure(
         for name, (call, tree) in calls.items():
             players[name] = Player(call, tree)
         for block in range(min(len(each) for each in scripts.values())):
-            for name in list(players)[:: 1 if block % 2 else -1]:  # nobody is always the first
+            for name in list(players)[:: 1 if block % 2 else -1]:  # the order changes, so that none is always first
                 times[name].append(Times(*players[name].play(scripts[name][block])))
     finally:
         for each in players.values():
@@ -152,7 +152,7 @@ def measure(
 
 
 def ratio(new: Measured, old: Measured) -> Ratio:
-    """The geometric mean of the blocks' ratios of time on the processor, with Student's interval of its logarithm."""
+    """The geometric mean of the blocks' ratios of CPU time, with Student's t interval of the logarithms."""
     logs = [math.log(a.cpu / len(a.steps) * len(b.steps) / b.cpu) for a, b in zip(new.blocks, old.blocks, strict=True)]
     interval = stats.ttest_1samp(logs, 0).confidence_interval(0.95)
     return Ratio(*(math.exp(each) for each in (np.mean(logs), interval.low, interval.high)))

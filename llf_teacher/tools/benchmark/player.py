@@ -1,8 +1,9 @@
-"""What is timed or compared, in a process of its own: it plays what it is sent, and answers with times or with records.
+"""The process that plays episodes for benchmarks and comparisons, and answers with times or with records.
 
-An environment is made once and reset again and again, as its users do. The process may run another installation of this
-package than the one that asks, so that this module keeps to what every release offers. It reads pickled calls of
-`FORMS` from its standard input, and writes pickled results to its standard output. Both ends are ours.
+Each environment is made once and reset for each episode. The process can import another installation of these packages
+than its parent, so this module uses only the front door: `llf_teacher.make` and other names of the package itself, and
+what environments and families offer. It reads pickled calls of `FORMS` from standard input, and writes pickled results
+to standard output; its parent is `measuring.Player`.
 """
 
 import gc
@@ -14,6 +15,7 @@ from dataclasses import fields, is_dataclass
 from functools import cache
 from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
@@ -22,20 +24,20 @@ Script = tuple[int, Sequence[Any]]
 
 
 class Times(NamedTuple):
-    """What some episodes took, in seconds."""
+    """Times of some episodes, in seconds."""
 
     steps: list[float]
-    """Of each step, on the clock."""
+    """Wall time of each step."""
     resets: list[float]
-    """Of each reset, on the clock."""
+    """Wall time of each reset."""
     cpu: float
-    """Of all steps, on the processor."""
+    """CPU time of all steps together."""
     peak: float
-    """MB that the process has used at most, until now."""
+    """Peak memory of the process so far, in MB."""
 
 
 def lake(scripts: Sequence[Script]) -> Times:
-    """FrozenLake's steps, by Gymnasium alone."""
+    """Steps of Gymnasium's FrozenLake."""
     return _steps(_lake(), scripts)
 
 
@@ -47,7 +49,7 @@ def _lake() -> Any:
 
 
 def student(scripts: Sequence[Script], id: str, feedback_type: str) -> Times:
-    """The student's environment."""
+    """Steps of the student's environment."""
     return _steps(_student(id, feedback_type), scripts)
 
 
@@ -59,7 +61,7 @@ def _student(id: str, feedback_type: str) -> Any:
 
 
 def world(scripts: Sequence[Script], id: str) -> Times:
-    """The bare world."""
+    """Steps of the bare world."""
     return _steps(_world(id), scripts)
 
 
@@ -69,7 +71,7 @@ def _world(id: str) -> Any:
 
 
 def original(scripts: Sequence[Script], id: str) -> Times:
-    """The environment of another package whose work the world does."""
+    """Steps of the environment of another package that the world reimplements."""
     bare = _world(id)
     times = [_steps(bare.original(actions, seed), [(seed, actions)]) for seed, actions in scripts]
     steps, resets, cpu, _ = zip(*times, strict=True)
@@ -77,7 +79,7 @@ def original(scripts: Sequence[Script], id: str) -> Times:
 
 
 def tictactoe(scripts: Sequence[Script]) -> Times:
-    """PettingZoo's tictactoe: the first square that is free."""
+    """Turns of PettingZoo's tictactoe; each player takes the first free square."""
 
     def first_free(observation: Any, agent: str) -> int:
         return int(observation["action_mask"].argmax())
@@ -93,7 +95,7 @@ def _tictactoe() -> Any:
 
 
 def seats(scripts: Sequence[Script], id: str, form: str, students: int = 0, silent: bool = False) -> Times:
-    """An AEC environment, `raw_env` or `env`, of a class if there are `students`; its teacher says all, or nothing."""
+    """Turns of an AEC environment, `raw_env` or `env`; with `students` a classroom. The teacher says all or nothing."""
     return _turns(_seats(id, form, students), ((seed, _actors(actions, silent)) for seed, actions in scripts))
 
 
@@ -106,7 +108,7 @@ def _seats(id: str, form: str, students: int) -> Any:
 
 
 def teacher(scripts: Sequence[Script], id: str) -> Times:
-    """The teacher's environment, where it says everything; each step is a turn of each seat."""
+    """Steps of the teacher's environment, in which the teacher says everything; a step is a turn of each seat."""
     env, played = _teacher(id)
     subsets = int(env.action_space.n)
     everything = []
@@ -124,11 +126,28 @@ def _teacher(id: str) -> tuple[Any, "_Actor"]:
     return llf_teacher.TeacherEnv(id, student=played), played
 
 
+def study(scripts: Sequence[Script], id: str, spec: str) -> Times:
+    """The mean turn of a study with the seeds of the scripts: episodes are played, stored and counted in this process.
+
+    Its student is `spec`, and it chooses its own actions.
+    """
+    from llf_teacher.studies import Study, run
+
+    planned = Study(ids=[id], teachers=("oracle",), students=(spec,), seeds=tuple(seed for seed, _ in scripts))
+    with TemporaryDirectory() as folder:
+        begin, started = perf_counter(), process_time()
+        results = run(planned, Path(folder) / "study.db", 1)
+        cpu, wall = process_time() - started, perf_counter() - begin
+        turns = sum(row["turns"] for row in results.rows())
+        del results  # closes the file; `close` is newer than some installations
+    return Times([wall / turns] * turns, [0.0], cpu, _peak())
+
+
 def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[str], ...]:
-    """All that the student's environment answers, reset first: a text of each turn, floats to the last bit."""
+    """All that the student's environment returns, as a text for the reset and for each step, floats to the last bit."""
     import llf_teacher
 
-    types = sorted(llf_teacher.make(id).teacher.oracle.instruction_types)
+    types = sorted(llf_teacher.supported_types(id)[0])
     envs = [llf_teacher.make(id, teacher=personality, instruction_type=each) for each in types]
     return tuple(
         [_written(answer) for answer in _answers(envs[seed % len(envs)], seed, actions)] for seed, actions in scripts
@@ -136,12 +155,12 @@ def record(scripts: Sequence[Script], id: str, personality: str) -> tuple[list[s
 
 
 FORMS: dict[str, Callable[..., tuple[Any, ...]]] = {
-    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher, record)
+    form.__name__: form for form in (lake, student, world, original, tictactoe, seats, teacher, study, record)
 }
 
 
 class _Actor:
-    """A student that acts as its scripts say, one for each episode."""
+    """A student that plays scripts, one in each episode."""
 
     def __init__(self) -> None:
         self.scripts: list[list[Any]] = []
@@ -186,7 +205,7 @@ def _steps(env: Any, scripts: Sequence[Script]) -> Times:
 
 
 def _turns(env: Any, episodes: Iterator[tuple[int, Callable[[Any, str], Any]]]) -> Times:
-    """An AEC environment's turns, each with `last`, as its users play it."""
+    """The times of an AEC environment's turns, each with `last`, as in the usual loop."""
     steps, resets, cpu = [], [], 0.0
     for seed, choose in episodes:
         begin = perf_counter()
@@ -207,7 +226,7 @@ def _turns(env: Any, episodes: Iterator[tuple[int, Callable[[Any, str], Any]]]) 
 
 
 def _actors(actions: Sequence[Any], silent: bool) -> Callable[[Any, str], Any]:
-    """Teachers say the most that they can say, or the least; students act as the script says."""
+    """A policy for both seats: teachers say all or nothing, students play the script."""
     script = chain(actions)
 
     def choose(observation: Any, agent: str) -> Any:
@@ -241,7 +260,7 @@ def _written(value: Any) -> str:
 
 
 def _peak() -> float:
-    try:  # the system counts what the process that began this one used, too, but not here
+    try:  # unlike `getrusage`, this does not count memory of the parent process
         status = Path("/proc/self/status").read_text(encoding="ascii")
         return int(status.partition("VmHWM:")[2].split()[0]) / 1024
     except (OSError, IndexError):
@@ -249,15 +268,15 @@ def _peak() -> float:
 
 
 def main() -> None:
-    """Answer until nothing more is asked."""
+    """Answer calls until standard input ends."""
     calls, answers = sys.stdin.buffer, sys.stdout.buffer
-    sys.stdout = sys.stderr  # what simulators print is no answer
+    sys.stdout = sys.stderr  # simulators print, too
     while True:
         try:
-            form, arguments = pickle.load(calls)  # noqa: S301  # of the process that began this one
+            form, arguments = pickle.load(calls)  # noqa: S301  # of the parent process
         except EOFError:
             return
-        gc.collect()  # of all modules: if it came within a block, it would double its time
+        gc.collect()  # a collection within a block would double its time
         pickle.dump(tuple(FORMS[form](*arguments)), answers)
         answers.flush()
 

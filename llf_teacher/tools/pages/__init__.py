@@ -1,4 +1,4 @@
-"""Pages of the documents that are made of the code, as Markdown: one a family, and a gallery of personalities."""
+"""Pages of the documents made from the code, as Markdown: one for each family, and a gallery of personalities."""
 
 from llf_teacher.tools.pages.families import family_page, write_film
 from llf_teacher.tools.pages.gallery import gallery, gallery_entry

@@ -18,16 +18,16 @@ from teachers.oracle import claims_of
 __all__ = ["examples", "family_page", "write_film"]
 
 _SEEDS, _TURNS = range(4), 8
-_MOST = 200_000  # bytes of a film
+_MOST = 200_000  # bytes in a film
 _ROLES = {ActionClaim: "an action", PlanClaim: "a plan", EditClaim: "an edit"}
 
 
 def family_page(family: Family, film: str = "") -> str:
-    """A page in MyST's Markdown; of the world's class Sphinx shows the documentation.
+    """The page of a family in MyST's Markdown; Sphinx adds the docstring of the world's class.
 
     Args:
-        family: one that is installed.
-        film: where its film is, as the page has to name it; empty: there is none.
+        family: an installed family.
+        film: path of its film, relative to the page; empty if there is none.
     """
     name = family.showcase[0]
     world = family.make_world(**family.environments[name])
@@ -57,7 +57,7 @@ def family_page(family: Family, film: str = "") -> str:
 
 
 def write_film(family: Family, path: Path) -> None:
-    """Film an episode of a family's first showcase, no larger than 200 kB: of as many turns as that allows."""
+    """Write a film of an episode of a family's first showcase, with as many turns as fit into 200 kB."""
     frames = film(
         f"{PREFIX}{family.showcase[0]}",
         student="obedient",
@@ -74,7 +74,7 @@ def write_film(family: Family, path: Path) -> None:
 
 
 def examples(family: Family) -> dict[type[Claim[Any]], str]:
-    """A sentence of each class of claims that a few episodes have made, in the first of its wordings."""
+    """A sentence for each class of claims that occurs in a few episodes, in the first of its wordings."""
     found: dict[type[Claim[Any]], str] = {}
     oracle = family.oracle_class()
     wanted = set(claims_of(oracle.__module__))
@@ -135,7 +135,7 @@ def _claims(family: Family) -> str:
 
 
 def _meaning(cls: type) -> str:
-    """The docstring of a class, or that of the nearest base in its module that has one of its own."""
+    """The first sentence of a class's docstring, or of the nearest base with a docstring in the same module."""
     text = _sentence(cls)
     if issubclass(cls, Claim) and cls.__doc__ is None:
         text = _sentence(next(base for base in cls.__mro__ if base.__doc__ and base.__module__ == cls.__module__))

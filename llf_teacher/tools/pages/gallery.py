@@ -1,4 +1,4 @@
-"""The gallery of personalities: of each one an episode in which it differs from the oracle."""
+"""The gallery of personalities: for each an episode in which it differs from the oracle."""
 
 import dataclasses
 import sys
@@ -24,11 +24,11 @@ _INSTEAD = {
     "drifting": "drifting(after=2)",
     "myopic": "myopic(gamma=0.5)",
 }
-"""Specs to show where the parameters as they stand show nothing of it soon."""
+"""Specs to show for personalities that rarely differ from the oracle with their default parameters."""
 
 
 class _Reply(NamedTuple):
-    """What was said after one action."""
+    """Feedback after an action."""
 
     action: str
     text: str
@@ -38,14 +38,14 @@ def gallery() -> str:
     """The page as Markdown."""
     return (
         "# Gallery of personalities\n\nEach beside the `oracle`, in the same world, after the same actions of a "
-        "student who acts at random: an episode in which they differ, from the first turn in which they do. "
+        "student that acts at random: an episode in which they differ, from the first turn in which they do. "
         "[Personalities and voices](../personalities.md) defines them and says how they compose.\n\n"
         + "\n".join(gallery_entry(name) for name in PERSONALITIES.names if name != "oracle")
     )
 
 
 def gallery_entry(name: str) -> str:
-    """What is shown of one personality."""
+    """The section of a personality."""
     cls: Any = PERSONALITIES[name]
     spec = _INSTEAD.get(name, name)
     parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
@@ -56,10 +56,10 @@ def gallery_entry(name: str) -> str:
 
 
 def _difference(spec: str) -> str:
-    """A few turns of an episode, from the one on in which a personality says something else than the oracle.
+    """A few turns of an episode, from the first turn in which a personality differs from the oracle.
 
     Raises:
-        ValueError: there is no such episode among those that are tried.
+        ValueError: there is no such turn in the episodes that are tried.
     """
     families = sorted((each for each in own_families() if not each.slow and not each.missing()), key=_order)
     for family, seed in product((each for each in families if each.serves(spec)), _SEEDS):
@@ -77,16 +77,18 @@ def _difference(spec: str) -> str:
             ]
             shown = table(("turn", "action", "`oracle`", f"`{spec}`"), rows)
             return f"`{PREFIX}{family.showcase[0]}`, seed {seed}:\n\n{shown}"
-    raise ValueError(f"{spec} says what the oracle says in every episode that was tried; show it by other parameters")
+    raise ValueError(
+        f"{spec} does not differ from the oracle in any episode that was tried; give it other parameters in _INSTEAD"
+    )
 
 
 def _order(family: Family) -> tuple[bool, str]:
-    """Where states matter and actions are few, most personalities can be told apart at a glance."""
+    """Families with states and few actions come first, because they show most personalities clearly."""
     return not isinstance(family.learning, StateValues), family.name
 
 
 def _episode(family: Family, spec: str, seed: int) -> Iterator[_Reply]:
-    """What is heard at the opening and in each turn; actions depend on the seed alone."""
+    """The feedback at the opening and in each turn; the actions depend on the seed only."""
     env = StudentEnv(f"{PREFIX}{family.showcase[0]}", teacher=spec, paraphrase=0, max_turns=_TURNS)
     rng = np.random.default_rng(seed)
     observation, _ = env.reset(seed=seed)

@@ -1,4 +1,4 @@
-"""ALFWorld's oracle: what can be said by shortest plans, found in closed form from the true facts."""
+"""ALFWorld's oracle: it judges by shortest plans, found in closed form from the true facts."""
 
 from collections.abc import Callable, Set
 
@@ -51,10 +51,10 @@ FORMS = (
 
 
 class AlfworldOracle(Oracle[Truth, Alfworld]):
-    """Sees everything, what is hidden too. Regret counts commands; nothing is known of a task that cannot be done.
+    """Uses all facts, also hidden ones. Regret counts commands; it has no plans for a task that cannot be done.
 
-    With the world's option `oracle="explorer"` it judges and advises by what the student has seen, leads it to what it
-    has not seen, and gives basic instructions only; regret counts commands that are no step forward.
+    With the world's option `oracle="explorer"` it judges and advises by what the student has seen, leads it to places
+    that it has not seen, and gives basic instructions only; regret counts commands that are no step forward.
     """
 
     max_importance = 8.0
@@ -82,7 +82,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return plan[: max(n, 0)] if plan else ()
 
     def _explored(self, truth: Truth) -> tuple[str, ...] | None:
-        """A shortest plan by what has been seen, else the way to something else; None if all has been seen."""
+        """A shortest plan by the facts that were seen, else the way to new ones; None if all were seen."""
         planner = self._planner_of(truth)
         plan = planner.plan(visible_part(truth, planner.engine.house).facts)
         return planner.explore(truth) or None if plan is None else plan
@@ -106,7 +106,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return bool(unseen) and ("atlocation", AGENT, engine.location) not in before.facts
 
     def _gain(self, truth: Truth, command: str) -> int | None:
-        """By how many commands a command brings the task nearer; None if it is not known."""
+        """The number of commands that a command saves; None if there is no plan."""
         planner = self._planner_of(truth)
         return _less(planner.left(truth.facts), planner.left_after(truth.facts, command))
 
@@ -121,15 +121,15 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return Task(goal=truth.game.goal), Commands(forms=FORMS), Listed(), Syntax(expected=expected)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """Some first commands: one that is right, and others."""
+        """Verdicts on some first commands, a right one among them."""
         commands = self._commands(truth)
         tried = {*self.plan(truth, 1), *(commands[i] for i in rng.integers(len(commands), size=_TRIES).tolist())}
-        told: list[Claim] = []
+        claims: list[Claim] = []
         for command in sorted(tried):
             gain = self._gain(truth, command)
             if gain is not None:
-                told.append(TriedWell(action=command) if gain > 0 else TriedInVain(action=command))
-        return tuple(told)
+                claims.append(TriedWell(action=command) if gain > 0 else TriedInVain(action=command))
+        return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         plan = self.plan(truth, FAR)
@@ -167,7 +167,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
                 claims.append(warning)
 
     def _warning(self, truth: Truth, turn: int) -> Avoid | Needless | None:
-        """A command to avoid: in each turn another one, of those that can be carried out."""
+        """A command to avoid, of those that can be carried out: another one each turn."""
         commands = self._commands(truth)
         for i in range(len(commands)):
             command = commands[(turn * _STRIDE + i) % len(commands)]
@@ -181,7 +181,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return None
 
     def importance(self, truth: Truth) -> float:
-        """By how many commands the worst next command puts the task off, more than the best one does."""
+        """Commands that the worst next command costs more than the best one."""
         if truth.won:
             return 0.0
         if self._explores:
@@ -193,7 +193,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return min(1.0 - min([0, *(gain for gain in gains if gain is not None)]), self.max_importance)
 
     def idle(self, truth: Truth) -> float:
-        """A command."""
+        """One command."""
         return 1.0
 
     def regret(self, moment: Moment[Truth]) -> float:
@@ -210,7 +210,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
 
 
 def _less(before: int | None, after: int | None) -> int | None:
-    """By how much a number has become less; None if it is not known."""
+    """The difference of two numbers; None if one is not known."""
     return None if before is None or after is None else before - after
 
 

@@ -1,4 +1,4 @@
-"""What is said about commands, each checked by carrying them out and searching from there."""
+"""The claims about commands, each checked by carrying them out in the lab and searching from there."""
 
 from collections.abc import Callable, Sequence
 

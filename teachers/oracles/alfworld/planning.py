@@ -1,9 +1,9 @@
 """Shortest plans in closed form.
 
 A task is a few acts in a fixed order (empty the hand, take, treat, put), each at some receptacle. Every way from one
-location to another is one command, so a shortest plan is found by trying all choices of objects and receptacles. Where
-one begins makes a difference of one command at most: an `Outlook` has what can be done from anywhere in a house, and
-stays as it is while the student does nothing that matters to the task but go about.
+location to another is one command, so a shortest plan is found by trying all choices of objects and receptacles. The
+starting location makes a difference of one command at most: a `PlanTable` has the plans from all locations of a house,
+and stays valid until the student does something that matters to the task, other than moving.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -34,7 +34,7 @@ _Stops = tuple[_Stop, ...]
 
 
 class _Choice(NamedTuple):
-    """A way to do the task."""
+    """One sequence of stops that does the task."""
 
     left: int
     """Commands that it takes, but for the one that leads to its first stop."""
@@ -42,10 +42,10 @@ class _Choice(NamedTuple):
     """Of equally short ones that of the least order is taken."""
     stops: _Stops
     lays: bool
-    """Whether it begins with laying down what is in the hand and in the way."""
+    """Whether it begins with laying down an object that the hand holds."""
 
 
-class Outlook:
+class PlanTable:
     """How many commands a task takes from each location, and which.
 
     Args:
@@ -123,11 +123,11 @@ class Planner:
             + [(self._made, each) for each in things]
             + [("inreceptacle", each, receptacle) for each in things for receptacle in house.receptacles]
         )
-        """What outlooks depend on."""
+        """The facts on which plan tables depend."""
         self._locations = frozenset[Fact](("atlocation", AGENT, each) for each in house.at)
         self._anywhere = frozenset({"", *house.at})
         self._may_hold: dict[str, tuple[str, ...]] = {}
-        self._outlooks: dict[frozenset[Fact], Outlook] = {}
+        self._tables: dict[frozenset[Fact], PlanTable] = {}
 
     def _of_type(self, ids: Iterable[str], kind: str) -> tuple[str, ...]:
         house = self.engine.house
@@ -136,18 +136,18 @@ class Planner:
     def plan(self, facts: frozenset[Fact]) -> tuple[str, ...] | None:
         """A shortest sequence of commands that does the task; None if there is none."""
         location = self._location(facts)
-        stops = self._outlook(facts).stops(location)
+        stops = self._table(facts).stops(location)
         return None if stops is None else self._commands(location, stops)
 
     def left(self, facts: frozenset[Fact]) -> int | None:
         """The length of a shortest plan; None if there is none."""
-        return self._outlook(facts).left(self._location(facts))
+        return self._table(facts).left(self._location(facts))
 
     def left_after(self, facts: frozenset[Fact], command: str) -> int | None:
         """The length of a shortest plan after another command; None if there is none."""
         way = self.engine.house.ways.get(command)
         if way is not None:
-            return self._outlook(facts).left(way[1])
+            return self._table(facts).left(way[1])
         self.engine.load(facts)
         self.engine.do(command)
         return self.left(self.engine.facts)
@@ -192,31 +192,31 @@ class Planner:
             return fact[2]
         return ""
 
-    def _outlook(self, facts: frozenset[Fact]) -> Outlook:
-        """What can be done in a state; the last ones are remembered."""
+    def _table(self, facts: frozenset[Fact]) -> PlanTable:
+        """The plan table of a state; the last ones are cached."""
         key = facts & self._matters
-        outlook = self._outlooks.get(key)
-        if outlook is None:
-            if len(self._outlooks) >= _REMEMBERED:
-                self._outlooks.clear()
-            outlook = self._outlooks[key] = self._look(key)
-        return outlook
+        table = self._tables.get(key)
+        if table is None:
+            if len(self._tables) >= _REMEMBERED:
+                self._tables.clear()
+            table = self._tables[key] = self._make_table(key)
+        return table
 
-    def _look(self, facts: frozenset[Fact]) -> Outlook:
+    def _make_table(self, facts: frozenset[Fact]) -> PlanTable:
         self._opened = {fact[1] for fact in facts if fact[0] == "opened"}
         self._stored = {fact[1]: fact[2] for fact in facts if fact[0] == "inreceptacle"}
         self._hand = next((fact[2] for fact in facts if fact[0] == "holds"), "")
         self._laid = [self._put(self._hand, each) for each in self._takers(self._hand)] if self._hand else []
         self._ready = {fact[1] for fact in facts if fact[0] == self._made}
         if self.game.lamp:
-            return Outlook(self._singles(), self._lit())
+            return PlanTable(self._singles(), self._lit())
         if self.game.task == "pick_two_obj_and_place":
             counts = [sum(self._stored.get(each) == there for each in self._targets) for there in self._destinations]
-            return Outlook(self._pairs()) if max(counts, default=0) < 2 else Outlook((), self._anywhere)
+            return PlanTable(self._pairs()) if max(counts, default=0) < 2 else PlanTable((), self._anywhere)
         placed = (each for each in self._targets if self._stored.get(each) in self._destinations)
         if any(not self._verb or each in self._ready for each in placed):
-            return Outlook((), self._anywhere)
-        return Outlook(self._singles())
+            return PlanTable((), self._anywhere)
+        return PlanTable(self._singles())
 
     def _takers(self, each: str) -> tuple[str, ...]:
         """The receptacles that may hold an object."""

@@ -1,4 +1,4 @@
-"""What the claims about commands are checked by: a search for how many a task needs, by another way than planning."""
+"""The check of claims about commands: a search for how many a task needs, independent of the planner."""
 
 import heapq
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,7 +15,7 @@ TREATMENTS = {
     "pick_heat_then_place_in_recep": "heat",
     "pick_cool_then_place_in_recep": "cool",
 }
-"""The verb with which an object is treated, in the tasks that ask for it."""
+"""The verb that treats an object, by task."""
 IDLE = ("close", "examine", "help", "inventory", "look", "slice")
 """Verbs of commands that bring no task nearer."""
 FAR = 10**6
@@ -35,7 +35,7 @@ def thing_of(command: str) -> str:
 
 
 class _Search:
-    """How many commands a task needs at least, by A* in the exact engine; knows nothing of the planner's choices."""
+    """How many commands a task needs at least, by A* in the exact engine; independent of the planner's choices."""
 
     def __init__(self, game: Game) -> None:
         self.game = game
@@ -77,7 +77,7 @@ class _Search:
                 key = _essence(after)
                 if spent + 1 < best.get(key, FAR):
                     best[key] = spent + 1
-                    # Of equal estimates the one that has come farther goes first.
+                    # Of equal estimates the deeper one goes first.
                     heapq.heappush(queue, (spent + 1 + self._least(), -next(order), spent + 1, after))
         raise ValueError(f"the task {self.game.goal!r} cannot be done from here")
 

@@ -1,12 +1,11 @@
 """The gridworld's oracle: shortest paths to the treasure from everywhere, every tie known."""
 
 from collections.abc import Sequence, Set
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from teachers.atoms import FN, FP, Claim, FeedbackType, Moment
+from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
 from teachers.oracles.gridworld.claims import (
     Answer,
@@ -38,12 +37,7 @@ _GO = tuple(Go(action=direction) for direction in DIRECTIONS)
 _AVOID = tuple(Avoid(action=direction) for direction in DIRECTIONS)
 _BASICS = (Goal(), Moves(), Answer(names=tuple(map(str, DIRECTIONS))))
 _TRIES = 3
-_new = tuple.__new__  # a NamedTuple's own constructor takes three times as long
-
-
-@lru_cache(maxsize=4096)
-def _verdict(nearer: bool, action: Direction, room: str) -> Nearer | NoNearer:
-    return (Nearer if nearer else NoNearer)(action=action, room=room)
+_nearer, _no_nearer = fast_constructor(Nearer), fast_constructor(NoNearer)
 
 
 class _Room(NamedTuple):
@@ -57,12 +51,12 @@ class _Room(NamedTuple):
 
 
 WARNED = tuple(sides.astray or sides.walls for sides in SIDES)
-"""Per compass of a room the directions to warn of, in turns: doors that lead astray, or walls where there are none."""
+"""Per compass of a room the directions to warn of, in order: doors that lead astray, or walls where there are none."""
 _WARNINGS = tuple(tuple(_AVOID[direction] for direction in warned) for warned in WARNED)
 
 
 class _Rooms(dict[int, _Room]):
-    """Per room what can be said of it: all of its doors are judged when it is first asked for."""
+    """What can be said of each room, computed at its first use."""
 
     def __init__(self, doors: Sequence[Sequence[int]], distance: Sequence[int]) -> None:
         self._doors, self._distance = doors, distance
@@ -70,7 +64,7 @@ class _Rooms(dict[int, _Room]):
     def __missing__(self, room: int) -> _Room:
         steps, compass = look_around(room, self._doors, self._distance)
         stake = float(max(steps) - min(steps))
-        found = self[room] = _new(_Room, (steps, stake, SIDES[compass].nearer, _WARNINGS[compass]))
+        found = self[room] = _Room(steps, stake, SIDES[compass].nearer, _WARNINGS[compass])
         return found
 
 
@@ -89,16 +83,16 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         return _BASICS if name == TREASURE else (_BASICS[0], Treasure(name=name), *_BASICS[1:])
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """A short random walk from the start, move by move; a move that was tried before is not told twice."""
-        told: dict[Claim, None] = {}
+        """A short random walk from the start, move by move; each move is judged once."""
+        claims: dict[Claim, None] = {}
         for _ in range(_TRIES):
             if truth.found:
                 break
             action = DIRECTIONS[rng.integers(len(DIRECTIONS))]
             verdict = TriedWell if action in self._rooms[truth.room].good else TriedInVain
-            told[verdict(action=action, room=truth.layout.names[truth.room])] = None
+            claims[verdict(action=action, room=truth.layout.names[truth.room])] = None
             truth = walk(self.lab, truth, action)
-        return tuple(told)
+        return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         actions = self.plan(truth, len(truth.layout.doors))
@@ -114,7 +108,8 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         if after.found:
             verdict: Claim = Found(action=action, room=layout.names[after.room])
         else:
-            verdict = _verdict(action in self._rooms[room].good, action, layout.names[room])
+            judge = _nearer if action in self._rooms[room].good else _no_nearer
+            verdict = judge(action, layout.names[room])
         if verdict.kind in kinds:
             claims.append(verdict)
 
@@ -129,11 +124,11 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
             claims.append(warnings[moment.turn % len(warnings)])
 
     def values(self, truth: Truth) -> tuple[float, ...]:
-        """Per direction the negated number of moves that are needed afterwards; all 0 once it is found."""
+        """Per direction the negated number of moves that are needed afterwards; all 0 once the treasure is found."""
         return (0.0, 0.0, 0.0, 0.0) if truth.found else tuple([-float(each) for each in self._rooms[truth.room].steps])
 
     def idle(self, truth: Truth) -> float:
-        """A move; none once it is found."""
+        """One move; 0 once the treasure is found."""
         return float(not truth.found)
 
     def importance(self, truth: Truth) -> float:

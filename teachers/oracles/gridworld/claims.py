@@ -1,4 +1,4 @@
-"""What can be said in the gridworld."""
+"""The claims about moves, each checked by walking in the lab and breadth-first search."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -80,13 +80,13 @@ class Answer(Claim[Truth, Gridworld]):
 
 @claim
 class _Tried(Verdict[Truth, Gridworld], ActionClaim[Truth, Gridworld]):
-    """What became of a move that somebody made before."""
+    """Base of verdicts on a move that the oracle tried."""
 
     action: Direction
     room: str
 
     def applies(self, moment: Moment[Truth], lab: Gridworld) -> bool:
-        """From every room one can try to go anywhere."""
+        """Every move can be tried from every room."""
         return self.room in moment.after.layout.names
 
     def good(self, moment: Moment[Truth], lab: Gridworld) -> bool:
@@ -159,14 +159,14 @@ class Found(ActionClaim[Truth, Gridworld]):
 
 @claim
 class _Made(Verdict[Truth, Gridworld], ActionClaim[Truth, Gridworld]):
-    """What became of the student's move."""
+    """Base of verdicts on the student's move."""
 
     action: Direction
     room: str
     """Where the move began."""
 
     def applies(self, moment: Moment[Truth], lab: Gridworld) -> bool:
-        """Look the move up; who has found the treasure goes anywhere."""
+        """Look the move up; no move is judged once the treasure is found."""
         before = moment.before
         return (
             before is not None

@@ -1,4 +1,4 @@
-"""Meta-World's oracle: what metaworld's scripted policies aim at, and what a copy of the simulator shows."""
+"""Meta-World's oracle: it judges by metaworld's scripted policies, and tries actions in a copy of the simulator."""
 
 import math
 from collections.abc import Set
@@ -8,17 +8,8 @@ import numpy as np
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.oracles.metaworld.checks import (
-    NOTABLE,
-    action_for,
-    apart,
-    hand_of,
-    off_by,
-    origin_of,
-    rounded,
-    slip_of,
-)
 from teachers.oracles.metaworld.claims import (
+    NOTABLE,
     Aiming,
     Avoid,
     Done,
@@ -35,6 +26,13 @@ from teachers.oracles.metaworld.claims import (
     TriedInVain,
     TriedWell,
     WellAimed,
+    action_for,
+    apart,
+    hand_of,
+    off_by,
+    origin_of,
+    rounded,
+    slip_of,
 )
 from teachers.oracles.metaworld.corrections import aim_of
 from worlds.metaworld import Aim, MetaWorld, Pose, Truth
@@ -55,7 +53,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         self._warned: tuple[Truth | None, tuple[Avoid, ...]] = (None, ())
 
     def _aim(self, truth: Truth) -> Aim:
-        """What the policy aims at; the advice of one turn is the measure of the next, so two are remembered."""
+        """The aim of the policy; two are cached, since a turn's advice is the measure of the next turn."""
         for known, aim in self._aims:
             if known is truth:
                 return aim
@@ -76,13 +74,13 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         lab = self.lab
         tries = [action_for(self._aim(truth), truth, lab)]
         tries += [rounded(lab.sample_action(rng).tolist()) for _ in range(_TRIES)]
-        told: list[Claim] = []
+        claims: list[Claim] = []
         for action in tries:
             before, after, _ = self._trial(truth, action)
             if abs(after - before) >= NOTABLE:
                 cls = TriedWell if after < before else TriedInVain
-                told.append(cls(action=action, before=before, after=after))
-        return tuple(told)
+                claims.append(cls(action=action, before=before, after=after))
+        return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         """A whole roll-out of the advice; nothing where that does not solve the task."""
@@ -118,7 +116,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
             if any(errors):
                 bad.append(Off(action=action, errors=errors))
                 start, end = apart(hand_of(before), aim.target), apart(hand_of(moment.after), aim.target)
-                # How the hand moved is news only of who aimed elsewhere: obstacles are not the student's fault.
+                # The hand's way is judged only if the target was wrong: obstacles are not the student's fault.
                 if start - end >= NOTABLE:
                     good.append(Neared(before=start, after=end))
                 elif end - start >= NOTABLE:
@@ -143,7 +141,7 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
             claims += self._warned[1]
 
     def _warnings(self, truth: Truth) -> tuple[Avoid, ...]:
-        """A pose away from where the hand is wanted, which the simulator shows to lose ground."""
+        """A pose away from the aim, which takes the hand farther from it in the simulator."""
         aim, hand = self._aim(truth), hand_of(truth)
         far = math.dist(hand, aim.target)
         away = [(h - t) / far for h, t in zip(hand, aim.target, strict=True)] if far > 1e-3 else [0.0, 0.0, 1.0]

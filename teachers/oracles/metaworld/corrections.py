@@ -1,4 +1,4 @@
-"""Where metaworld's scripted policies are corrected, for students who are asked once a turn and not at every step."""
+"""Corrections of metaworld's scripted policies for actions that last a turn instead of one low-level step."""
 
 import math
 from dataclasses import dataclass

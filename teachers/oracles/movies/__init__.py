@@ -1,6 +1,6 @@
 """The movies' oracle: it judges each recommended title by each wish, and names titles that fit.
 
-What it finds in tables of bits, its claims look up in the catalogue's SQLite tables, or try on the world.
+It uses tables of bits; its claims are checked in the catalogue's SQLite tables, or in the lab.
 """
 
 from collections.abc import Callable, Set
@@ -8,26 +8,28 @@ from functools import lru_cache
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, claim, slot
-from teachers.making import maker
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
-from teachers.oracles.movies import checks
 from teachers.oracles.movies.checks import FOUND, found_words, wish_words
 from teachers.oracles.movies.claims import (
     LISTED,
+    AgeGroup,
     AllFit,
     Ambiguous,
+    Answer,
     AttributeFits,
     AttributeMisses,
     AvoidTitle,
     AvoidTrait,
     Fits,
+    Goal,
     Nothing,
     NotInCatalogue,
     OthersFit,
     OthersMiss,
     Recommend,
     Repeat,
+    Rules,
     Solution,
     SpeltLike,
     TakenFor,
@@ -53,69 +55,26 @@ from worlds.movies import (
 )
 from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item, certificate_bit, period_bit, type_bit
 
-
-@claim
-class Goal(Claim[Truth, Movies]):
-    """True if titles are wanted that meet a user's wishes, of which the request leaves out exactly one."""
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Count the wishes that the user has, and those that are uttered."""
-        return checks.leaves_one_out(lab, moment.after)
-
-
-@claim
-class Rules(Claim[Truth, Movies]):
-    """True if one of several wished periods or genres is enough, and a TV show counts for each period it ran in."""
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Offer shows of several periods and titles of several genres to users who wish for each of these alone."""
-        return checks.pays_by_rules(lab)
-
-
-@claim
-class AgeGroup(Claim[Truth, Movies]):
-    """True if `certificates` are those that count as `age`, which is child-friendly, family-friendly or R-rated."""
-
-    age: str
-    certificates: tuple[str, ...]
-    ratings = slot(", ".join, "certificates")
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Offer a title of each certificate to a user with this wish."""
-        return checks.pays_by_age(lab, AGE_NAMES.index(self.age), self.certificates)
-
-
-@claim
-class Answer(Claim[Truth, Movies]):
-    """True if an answer is a JSON list of at most `limit` titles, with a year in brackets where titles are equal."""
-
-    limit: int
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Offer lists of strings and of objects, and lists about the limit."""
-        return checks.takes_lists(lab, self.limit)
-
-
 _TRIES = 3
 _SHOWN = 3
 _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
 _AGE_GROUPS = tuple(AgeGroup(age=age, certificates=group) for age, group in zip(AGE_NAMES, AGES, strict=True))
-_fits, _unrated, _taken_for = maker(Fits), maker(Unrated), maker(TakenFor)
-_attribute_fits, _attribute_misses = maker(AttributeFits), maker(AttributeMisses)
-_not_in_catalogue, _spelt_like = maker(NotInCatalogue), maker(SpeltLike)
-_advise, _repeat, _avoid_title, _avoid_trait = maker(Recommend), maker(Repeat), maker(AvoidTitle), maker(AvoidTrait)
+_fits, _attribute_fits = fast_constructor(Fits), fast_constructor(AttributeFits)
+_unrated, _attribute_misses = fast_constructor(Unrated), fast_constructor(AttributeMisses)
+_repeat, _recommend = fast_constructor(Repeat), fast_constructor(Recommend)
+_avoid_title, _avoid_trait = fast_constructor(AvoidTitle), fast_constructor(AvoidTrait)
 
 
 class MoviesOracle(Oracle[Truth, Movies]):
-    """Judges lists title by title and wish by wish, and has the student replace a title that does not fit."""
+    """Judges lists title by title and wish by wish, and advises to replace a title that does not fit."""
 
     max_importance = 1.0
 
     def start(self, truth: Truth) -> None:
-        """Find what fits, and what is to be avoided."""
+        """Find the titles that fit, and the traits to avoid."""
         catalogue: Catalogue = self.lab.catalogue
         fitting = catalogue.fitting(truth.profile.wishes.values())
-        first, second = truth.manner  # another user hears of other titles first
+        first, second = truth.manner  # each user gets other titles first
         begin = (7 * first + 31 * second) % max(1, len(fitting))
         self._fitting: list[int] = np.concatenate((fitting[begin:], fitting[:begin]))[:_LONGEST].tolist()
         self._traits = _traits(catalogue, truth.profile)
@@ -124,26 +83,26 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return _GOAL, _RULES, *_AGE_GROUPS, _ANSWER
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """A few titles that were tried; each is told once."""
-        told: dict[Claim, None] = {}
+        """Verdicts on a few titles; each is judged once."""
+        claims: dict[Claim, None] = {}
         items = [item for item in self.lab.catalogue.items if item.named]
         for draw in rng.integers(len(items), size=_TRIES).tolist():
             item = items[draw]
             wrong = next((each for each in truth.profile.wishes.items() if not item.bits & each[1]), None)
             if wrong is None:
-                told[TriedWell(title=item.label)] = None
+                claims[TriedWell(title=item.label)] = None
             elif found := found_words(item, wrong[0]):
-                told[
+                claims[
                     TriedInVain(title=item.label, attribute=wrong[0], found=found, wanted=truth.profile.words(wrong[0]))
                 ] = None
-        return tuple(told)
+        return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         wishes = (Wish(attribute=attribute, wish=wish) for attribute, wish in wish_words(truth.profile))
         return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """Each title is told of, up to `max_items`; those behind are counted."""
+        """Titles are judged one by one up to `max_items`; those behind are counted."""
         titles, catalogue, profile = titles_of(moment.action), self.lab.catalogue, moment.past.profile
         items, limit, success = catalogue.look_up(titles), self.lab.max_items, moment.success
         good: list[Claim] = [_ALL_FIT] if success else []
@@ -155,7 +114,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
                 bad.append(_unclear(catalogue, place, said))
             elif item.named:
                 if said != item.label and _is_other(said, item):
-                    good.append(_taken_for(place, said, item.label))
+                    good.append(TakenFor(item=place, said=said, title=item.label))
                 _judge(good, bad, place, item, wanted)
         if HP in kinds:
             claims += good
@@ -179,9 +138,9 @@ class MoviesOracle(Oracle[Truth, Movies]):
         if FP in kinds:
             if titles and not wrong:
                 claims.append(_repeat(truth.answer))
-            elif self._fitting:  # a user that was made by hand may have wishes that nothing meets
+            elif self._fitting:  # the wishes of a user made by hand may fit no title
                 title = self._other_than({item.label for item in items if item})
-                claims.append(_recommend(titles, wrong[0] if wrong else 0, title))
+                claims.append(_replace(titles, wrong[0] if wrong else 0, title))
         if FN in kinds:
             for i in wrong:
                 if (item := items[i]) and item.named:
@@ -200,7 +159,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return items[self._fitting[0]].label
 
     def importance(self, truth: Truth) -> float:
-        """The reward of a list that fits less that of one that fits in nothing: always 1."""
+        """The reward of a list that fits minus that of one in which nothing fits: always 1."""
         return 1.0
 
     def plan(self, truth: Truth, n: int) -> tuple[str, ...]:
@@ -209,25 +168,25 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return (answer_of([items[i].label for i in self._fitting[:_SHOWN]]),) * n if self._fitting else ()
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """The reward of a list that fits less the action's: 0 to 1."""
+        """The reward of a list that fits minus the action's: 0 to 1."""
         return self.idle(moment.after) if moment.before is None else 0.0 - moment.reward
 
     def idle(self, truth: Truth) -> float:
-        """1: no part of what is not there is right."""
+        """1: without a list no title fits."""
         return 1.0
 
 
 _LONGEST = MAX_TITLES + 1
 
 
-def _recommend(titles: tuple[str, ...], place: int, title: str) -> Recommend:
+def _replace(titles: tuple[str, ...], place: int, title: str) -> Recommend:
     """Advice to put a title at a place of a list; it stands alone if the list would be too long."""
     action = answer_of([*titles[:place], title, *titles[place + 1 :]])
-    return _advise(action if len(action) <= MAX_LENGTH else answer_of([title]), title)
+    return _recommend(action if len(action) <= MAX_LENGTH else answer_of([title]), title)
 
 
 def _traits(catalogue: Catalogue, profile: Profile) -> list[tuple[str, str]]:
-    """Attributes that no fitting title has, where they matter: the other type, periods and certificates."""
+    """Traits that no fitting title has: the other type, periods and certificates."""
     lacking = catalogue.bits & ~catalogue.bits_of(profile.wishes.values())
     some = [(TYPE, TYPE_NAMES[not profile.series])] if catalogue.bits & type_bit(not profile.series) else []
     if profile.age >= 0:
@@ -238,19 +197,19 @@ def _traits(catalogue: Catalogue, profile: Profile) -> list[tuple[str, str]]:
 
 
 def _unclear(catalogue: Catalogue, place: int, said: str) -> Claim:
-    """What there is to say of a title of the list that stands for no item, or for several."""
+    """The claim about a title of the list that names no item, or several."""
     found = catalogue.find(said)
     if found:
         works = tuple([f"{catalogue.items[i].title} ({catalogue.items[i].first})" for i in found[:LISTED]])
         return Ambiguous(item=place, said=said, count=len(found), works=works)
     for i in catalogue.near(said):
         if (near := catalogue.items[i]).named:
-            return _spelt_like(place, said, near.label)
-    return _not_in_catalogue(place, said)
+            return SpeltLike(item=place, said=said, title=near.label)
+    return NotInCatalogue(item=place, said=said)
 
 
 def _is_other(said: str, item: Item) -> bool:
-    """Whether what was said is another spelling than the item's title, but for the case."""
+    """Whether a title of the list differs from the item's title by more than case."""
     plain = (item.title, f"{item.title} ({item.first})")
     return said not in plain and said.casefold() not in map(str.casefold, plain)
 
@@ -259,7 +218,7 @@ _Wanted = tuple[tuple[str, int, str, Callable[[Item], str]], ...]
 
 
 def _judge(good: list[Claim], bad: list[Claim], place: int, item: Item, wanted: _Wanted) -> None:
-    """What there is to say of an item of the list, wish by wish; nothing where none is asked about."""
+    """Append the verdicts on an item of the list, wish by wish; none without wishes."""
     title, bits = item.label, item.bits
     for _, wish, _, _ in wanted:
         if not bits & wish:
@@ -278,8 +237,8 @@ def _judge(good: list[Claim], bad: list[Claim], place: int, item: Item, wanted: 
             bad.append(_unrated(title, place, words))
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=1024)  # a turn of movies takes 12 % longer without it
 def _wanted(profile: Profile) -> _Wanted:
-    """Per attribute that matters the bits of which a title must have one, the wish in words, and what words an item."""
+    """Per wish: attribute, bits of which a title must have one, wish in words, function for an item in words."""
     wishes = profile.wishes.items()
     return tuple((attribute, wish, profile.words(attribute), FOUND[attribute]) for attribute, wish in wishes)

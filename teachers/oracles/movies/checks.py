@@ -1,4 +1,4 @@
-"""What the claims about titles are checked by: SQL on the catalogue, and offers to users with given wishes."""
+"""The checks of claims about titles: SQL on the catalogue, and offers to users with given wishes."""
 
 import json
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +26,7 @@ from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS, Catalog
 from worlds.movies.catalogue.titles import fold
 
 NAMES = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}
-"""What can be wished of an attribute, in words."""
+"""The possible wishes by attribute, in words."""
 
 
 def user_with(profile: Profile) -> Truth:
@@ -306,7 +306,7 @@ def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:
 
 
 def row_words(lab: Movies, row: tuple[Any, ...], attribute: str) -> str | None:
-    """What a work is, in words, from its row; as `found_words` says it of an item."""
+    """An attribute of a work in words, from its row; as `found_words` for an item."""
     id, _, series, first, last, certificate = row
     if attribute == TYPE:
         return TYPE_NAMES[series]
@@ -319,7 +319,7 @@ def row_words(lab: Movies, row: tuple[Any, ...], attribute: str) -> str | None:
 
 
 def found_words(item: Item, attribute: str) -> str:
-    """What an item is, in words, such as "1994 to 2004"; empty for an unknown age rating."""
+    """An attribute of an item in words, such as "1994 to 2004"; empty for an unknown age rating."""
     return FOUND[attribute](item)
 
 
@@ -327,7 +327,6 @@ def _years(first: int, last: int | None) -> str:
     return f"{first}" if last == first else f"{first} to {last or 'now'}"
 
 
-@lru_cache(maxsize=1024)
 def _genres(genres: tuple[str, ...]) -> str:
     return " and ".join((", ".join(genres[:-1]), genres[-1]) if len(genres) > 1 else genres) or "none listed"
 
@@ -338,7 +337,7 @@ FOUND: dict[str, Callable[[Item], str]] = {
     GENRE: lambda item: _genres(item.genres),
     AGE: lambda item: item.certificate or "",
 }
-"""Per attribute what tells of an item what it is, in words."""
+"""Per attribute, the function that gives an item's value in words."""
 
 
 def wish_words(profile: Profile) -> list[tuple[str, str]]:

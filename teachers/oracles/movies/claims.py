@@ -1,4 +1,4 @@
-"""What is said about lists of titles, each looked up in the catalogue's SQLite tables, or tried on the world."""
+"""The claims about lists of titles, each checked in the catalogue's SQLite tables, or in the lab."""
 
 import json
 from collections.abc import Sequence
@@ -10,7 +10,49 @@ from worlds.movies import AGE, AGE_NAMES, Movies, Truth, answer_of
 from worlds.movies.catalogue import AGES
 
 LISTED = 3
-"""How many works are named at most where a title could be several."""
+"""The most works that are named where a title could be several."""
+
+
+@claim
+class Goal(Claim[Truth, Movies]):
+    """True if titles are wanted that meet a user's wishes, of which the request leaves out exactly one."""
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Count the wishes that the user has, and those that are uttered."""
+        return checks.leaves_one_out(lab, moment.after)
+
+
+@claim
+class Rules(Claim[Truth, Movies]):
+    """True if one of several wished periods or genres is enough, and a TV show counts for each period it ran in."""
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Offer shows of several periods and titles of several genres to users who wish for each of these alone."""
+        return checks.pays_by_rules(lab)
+
+
+@claim
+class AgeGroup(Claim[Truth, Movies]):
+    """True if `certificates` are those that count as `age`, which is child-friendly, family-friendly or R-rated."""
+
+    age: str
+    certificates: tuple[str, ...]
+    ratings = slot(", ".join, "certificates")
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Offer a title of each certificate to a user with this wish."""
+        return checks.pays_by_age(lab, AGE_NAMES.index(self.age), self.certificates)
+
+
+@claim
+class Answer(Claim[Truth, Movies]):
+    """True if an answer is a JSON list of at most `limit` titles, with a year in brackets where titles are equal."""
+
+    limit: int
+
+    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
+        """Offer lists of strings and of objects, and lists about the limit."""
+        return checks.takes_lists(lab, self.limit)
 
 
 @claim
@@ -47,7 +89,7 @@ class _Title(Claim[Truth, Movies]):
     title: str
 
     def meant(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Whether the title is the one that is spoken of."""
+        """Whether the claim is about this title."""
         return True
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:

@@ -1,14 +1,12 @@
-"""The oracle of losses: it knows their derivatives and where they are least, and tries out what it says."""
+"""The oracle of losses: it uses their derivatives and minimisers, and evaluates the points that it names."""
 
 import math
 from collections.abc import Sequence, Set
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
-from teachers.making import maker
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
-from teachers.oracles.optimization.checks import between, contains, corners_of, directions, moved_inside
 from teachers.oracles.optimization.claims import (
     FARTHER,
     Answer,
@@ -26,12 +24,17 @@ from teachers.oracles.optimization.claims import (
     Step,
     TriedInVain,
     TriedWell,
+    between,
+    contains,
+    corners_of,
+    directions,
+    moved_inside,
 )
 from worlds.optimization import TOLERANCE, Landscape, Optimization, Point, Truth
 
 
 def _differ(a: float, b: float) -> bool:
-    """Whether two losses differ in the six digits that phrases tell."""
+    """Whether two losses differ in the six digits that phrases show."""
     return not math.isclose(a, b, rel_tol=1e-5)
 
 
@@ -48,44 +51,40 @@ def _newton(gradient: Sequence[float], hessian: Sequence[float]) -> Point:
 
 
 BEHIND = range(400, 500, 10)
-"""Of `FARTHER`, the ones about a minimiser to which the way is nine tenths gone."""
+"""Of `FARTHER`, those around a minimiser when nine tenths of the way to it are done."""
 SHORT = 0.9
 """The greatest share of the way to a minimiser that advice goes."""
 SHARES = (SHORT, 0.8, 0.6, 0.4, 0.2)
-"""Shares of that way which are looked at, if Newton's step does not do."""
+"""Shares of that way which are tried if Newton's step is not good enough."""
 ENOUGH = 0.1
 """Newton's step is taken if it leaves no more than this share of the loss that can be saved."""
 CLOSE = 1e-6
-"""What is no farther from a minimiser is not advised."""
+"""Points within this distance of a minimiser are not advised."""
 _TRIES = 3
 _PROPOSALS = Proposals()
-_fell, _rose, _helped, _hurt = maker(Fell), maker(Rose), maker(Helped), maker(Hurt)
-_step, _cross, _avoid = maker(Step), maker(Cross), maker(Avoid)
+_fell, _rose = fast_constructor(Fell), fast_constructor(Rose)
+_helped, _hurt = fast_constructor(Helped), fast_constructor(Hurt)
+_step, _cross, _avoid = fast_constructor(Step), fast_constructor(Cross), fast_constructor(Avoid)
 
 
 class OptimizationOracle(Oracle[Truth, Optimization]):
-    """Judges proposals by what the loss did, and advises points whose loss it has looked up.
+    """Judges proposals by the change of the loss, and advises points whose loss it has computed.
 
     The advised point is a Newton step, with the exact gradient and curvature, if that saves nine tenths of the loss
-    that can be saved. Where it does not, as in the basin of a lesser minimum, the oracle uses what else it knows:
-    the point lies on the way to the nearest minimiser. Either stops at nine tenths of that way: the minimiser itself is
-    told by the instruction `c` only.
+    that can be saved. Where it does not, as in the basin of a local minimum, the point lies on the way to the nearest
+    minimiser. Either stops at nine tenths of that way: only the instruction `c` names the minimiser itself.
     """
 
     def start(self, truth: Truth) -> None:
-        """Look at the loss as it is shifted in this episode."""
+        """Find the minimisers of the loss as it is shifted in this episode."""
         self._landscape = Landscape(self.lab.loss, truth.shift)
         self._minimisers = self._landscape.minimisers()
         self._minimum = self.lab.minimum
         self._corners = corners_of(self.lab)
-        # More than rounding moves a point, or its distance from the minimiser that is then the nearest.
-        self._blur = (
-            2e-5 * max(abs(x) for x in (*self.lab.lows, *self.lab.highs)) if len(self._minimisers) == 1 else math.inf
-        )
 
     @property
     def max_importance(self) -> float:  # type: ignore[override]
-        """The greatest reward less the least: each loss has its own."""
+        """The greatest reward minus the least, of this loss."""
         low, high = self.lab.reward_range
         return high - low
 
@@ -95,7 +94,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A few random proposals, tried at the start."""
-        told: list[Claim] = []
+        claims: list[Claim] = []
         for _ in range(_TRIES):
             action = moved_inside(self.lab, self.lab.sample_action(rng).tolist())
             self.lab.restore(truth)
@@ -103,15 +102,15 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
             after = self.lab.truth.y
             if _differ(after, truth.y):
                 verdict = TriedWell if after < truth.y else TriedInVain
-                told.append(verdict(action=action, before=truth.y, after=after))
-        return tuple(told)
+                claims.append(verdict(action=action, before=truth.y, after=after))
+        return tuple(claims)
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         action = self._nearest(truth.x)
         return (Solution(action=action, loss=self._landscape.value(*action)),)
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
-        """The verdict on the proposal, then those on what each coordinate did by itself; no change is no news."""
+        """The verdict on the proposal, then those on each coordinate alone; none where the loss does not change."""
         (x1, x2), before, _ = moment.past
         action, after = moment.action, moment.after.y
         good: list[Claim] = []
@@ -156,7 +155,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
                     break
 
     def _step(self, truth: Truth) -> tuple[Point, float] | None:
-        """A point of less loss, with its loss, or where there is none one behind which the loss is less."""
+        """A point of less loss, with its loss; if there is none, a point behind which the loss is less."""
         x, y, _ = truth
         landscape = self._landscape
         step = _newton(landscape.gradient(*x), landscape.hessian(*x))
@@ -182,20 +181,16 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return None
 
     def _short(self, x: Point, point: Point) -> Point | None:
-        """The point, in the domain, or one that is no closer to a minimiser than a tenth of the way from `x`."""
-        minimiser = self._minimisers[0]
-        close = math.dist(point, minimiser) + self._blur < (1 - SHORT) * math.dist(x, minimiser)
-        if not close:  # or not for certain before it is rounded
-            point = moved_inside(self.lab, point)
-            minimiser = self._nearest(point)
-            close = math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser)
-        if close:
+        """The point in the domain, moved back to a tenth of the way from `x` before a minimiser if it is closer."""
+        point = moved_inside(self.lab, point)
+        minimiser = self._nearest(point)
+        if math.dist(point, minimiser) < (1 - SHORT) * math.dist(x, minimiser):
             point = moved_inside(self.lab, between(x, minimiser, SHORT))
             minimiser = self._nearest(point)
         return point if math.dist(point, minimiser) > CLOSE and point != x else None
 
     def _suspects(self, x: Point, good: Point | None, turn: int) -> tuple[Point, ...]:
-        """Points whose loss may be higher: opposite to the good one, and the corners."""
+        """Points whose loss may be higher: opposite to the good point, and the corners."""
         first = turn % len(self._corners)
         corners = self._corners[first:] + self._corners[:first]
         if good is None:
@@ -208,7 +203,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return minimisers[0] if len(minimisers) == 1 else min(minimisers, key=lambda m: math.dist(x, m))
 
     def importance(self, truth: Truth) -> float:
-        """The reward that can still be gained: that of a least loss, less that of proposing the same point again."""
+        """The reward that can still be gained: that of a least loss minus that of proposing the same point again."""
         low, high = self.lab.reward_range
         return high - min(max(-truth.y / 100, low), high)
 
@@ -217,11 +212,11 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return (self._nearest(truth.x),) * n
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """The greatest reward less the action's."""
+        """The greatest reward minus the action's."""
         if moment.before is None:
             return self.idle(moment.after)
         return self.lab.reward_range[1] - moment.reward
 
     def idle(self, truth: Truth) -> float:
-        """What is lost by the point that stands."""
+        """What is lost by staying at the point."""
         return self.importance(truth)

@@ -1,27 +1,97 @@
-"""What is said about proposals, each made again in the simulator."""
+"""The claims about proposals, each checked by making the proposals in the lab."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Verdict, claim, opposed, slot
-from teachers.oracles.optimization.checks import (
-    NAMES,
-    between,
-    contains,
-    corners_of,
-    directions,
-    grid,
-    minimiser_of,
-    moved_inside,
-    proposed,
-    succeeds,
-    takes,
-    with_coordinate,
-    write,
-)
-from worlds.optimization import Optimization, Point, Truth
+from worlds.optimization import Landscape, Optimization, Point, Truth
 
+NumbersT = TypeVar("NumbersT", float, npt.NDArray[np.float64])
+"""A number, or an array of them."""
+NAMES = ("x1", "x2")
+"""The coordinates."""
+
+
+def proposed(lab: Optimization, truth: Truth, point: Point) -> float:
+    """The loss that the simulator gives for a proposal."""
+    lab.restore(truth)
+    lab.step(point)
+    return lab.truth.y
+
+
+def succeeds(lab: Optimization, truth: Truth, point: Point) -> bool:
+    """Whether a proposal solves the task."""
+    lab.restore(truth)
+    return bool(lab.step(point)[4]["success"])
+
+
+def takes(lab: Optimization, truth: Truth, point: Point, before: float, after: float) -> bool:
+    """Whether a proposal takes the loss from `before` to `after`."""
+    return proposed(lab, truth, truth.x) == before and proposed(lab, truth, point) == after
+
+
+def contains(lab: Optimization, point: Point) -> bool:
+    """Whether a point is in the domain."""
+    return all(low <= x <= high for low, x, high in zip(lab.lows, point, lab.highs, strict=True))
+
+
+def format_point(point: Point) -> str:
+    """A point as text."""
+    return f"[{point[0]!r}, {point[1]!r}]"
+
+
+def directions(x: Point, point: Point) -> str:
+    """The directions from `x` to a point, in words."""
+    (a1, a2), (b1, b2) = x, point
+    way1 = "raise" if b1 > a1 else "lower" if b1 < a1 else "leave"
+    way2 = "raise" if b2 > a2 else "lower" if b2 < a2 else "leave"
+    return f"{way1} x1 and {way2} x2"
+
+
+def with_coordinate(x: Point, i: int, value: float) -> Point:
+    """The point with another value of one coordinate."""
+    return (x[0], value) if i else (value, x[1])
+
+
+def between(a: tuple[NumbersT, NumbersT], b: tuple[NumbersT, NumbersT], share: float) -> tuple[NumbersT, NumbersT]:
+    """The point that lies this share of the way from `a` to `b`; of arrays, one for each of their points."""
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+
+def moved_inside(lab: Optimization, point: Point) -> Point:
+    """The point with six significant digits, moved into the domain."""
+    (low1, low2), (high1, high2) = lab.lows, lab.highs
+    x1, x2 = float(f"{point[0]:.6g}") + 0.0, float(f"{point[1]:.6g}") + 0.0  # without a negative zero
+    if low1 <= x1 <= high1 and low2 <= x2 <= high2:
+        return x1, x2
+    x1, x2 = low1 if x1 < low1 else min(x1, high1), low2 if x2 < low2 else min(x2, high2)
+    return x1 + 0.0, x2 + 0.0
+
+
+def corners_of(lab: Optimization) -> tuple[Point, ...]:
+    """The corners of the domain, the lowest first and the highest last."""
+    (low1, low2), (high1, high2) = lab.lows, lab.highs
+    return (low1, low2), (low1, high2), (high1, low2), (high1, high2)
+
+
+def grid(lab: Optimization) -> Iterator[Point]:
+    """Points all over the domain, its corners included."""
+    low, high = corners_of(lab)[0], corners_of(lab)[-1]
+    for i in range(_SIDE):
+        for j in range(_SIDE):
+            x1, x2 = between(low, high, i / (_SIDE - 1))[0], between(low, high, j / (_SIDE - 1))[1]
+            yield min(x1, high[0]), min(x2, high[1])
+
+
+def minimiser_of(lab: Optimization, truth: Truth) -> Point:
+    """A point of least loss."""
+    return Landscape(lab.loss, truth.shift).minimisers()[0]
+
+
+_SIDE = 9
 FARTHER = 1000
 """Points that are tried in the next quarter of a way."""
 
@@ -83,16 +153,16 @@ class Answer(Claim[Truth, Optimization]):
 
 @claim
 class _Targeted(ActionClaim[Truth, Optimization]):
-    """Base of claims whose phrases tell the point."""
+    """Base of claims whose phrases name the point."""
 
     action_slot = "target"
     action: Point
-    target = slot(write, "action")
+    target = slot(format_point, "action")
 
 
 @claim
 class _Tried(Verdict[Truth, Optimization], _Targeted):
-    """What became of a proposal that somebody made at the start."""
+    """Base of verdicts on a proposal that the oracle tried at the start."""
 
     before: float
     after: float
@@ -143,7 +213,7 @@ class Reached(ActionClaim[Truth, Optimization]):
     """True if the proposal solved the task: its loss is within the tolerance of the least one."""
 
     kind = HP
-    action_slot = ""  # the phrases tell losses
+    action_slot = ""  # the phrases name losses only
     action: Point
     loss: float
 
@@ -162,7 +232,7 @@ class Reached(ActionClaim[Truth, Optimization]):
 
 
 class _Change(Verdict[Truth, Optimization]):
-    """Base of verdicts that tell a loss of before and one of after."""
+    """Base of verdicts with a loss before and a loss after."""
 
     __slots__ = ()
     before: float
@@ -179,9 +249,9 @@ class _Change(Verdict[Truth, Optimization]):
 
 @claim
 class _Moved(_Change, ActionClaim[Truth, Optimization]):
-    """What the proposal did to the loss."""
+    """Base of verdicts on the change of the loss."""
 
-    action_slot = ""  # the phrases tell losses
+    action_slot = ""  # the phrases name losses only
     action: Point
     before: float
     after: float
@@ -216,7 +286,7 @@ opposed(Fell, Rose)
 
 @claim
 class _Changed(_Change):
-    """What the change of a coordinate does to the loss by itself."""
+    """Base of verdicts on the change of one coordinate alone."""
 
     name: str
     """`x1` or `x2`."""
@@ -240,14 +310,14 @@ class _Changed(_Change):
 
 @claim
 class Helped(_Changed):
-    """True if the proposal changed this coordinate so, and that change alone takes the loss down as told."""
+    """True if the proposal changed this coordinate so, and that alone takes the loss down from `before` to `after`."""
 
     kind = HP
 
 
 @claim
 class Hurt(_Changed):
-    """True if the proposal changed this coordinate so, and that change alone takes the loss up as told."""
+    """True if the proposal changed this coordinate so, and that alone takes the loss up from `before` to `after`."""
 
     kind = HN
 
@@ -257,7 +327,7 @@ opposed(Helped, Hurt)
 
 @claim
 class _Course(_Targeted):
-    """Base of advice that tells the directions, too."""
+    """Base of advice whose phrases also name the directions."""
 
     ways: str
     """What becomes of the coordinates, such as `raise x1 and lower x2`."""
@@ -265,7 +335,7 @@ class _Course(_Targeted):
     loss: float
 
     def leads(self, truth: Truth, lab: Optimization) -> bool:
-        """Whether directions and losses are as told."""
+        """Whether the directions and losses are right."""
         return self.ways == directions(truth.x, self.action) and takes(lab, truth, self.action, self.now, self.loss)
 
 
@@ -307,7 +377,7 @@ class Area(Grounded[Truth, Optimization]):
     now: float
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
-        """Propose the point that the ground knows."""
+        """Propose the point of the ground."""
         x1, x2 = self._ground.action
         inside = self.low1 <= x1 <= self.high1 and self.low2 <= x2 <= self.high2
         return inside and self.now == moment.after.y and self.stands(moment, lab)
@@ -323,7 +393,7 @@ class Way(Grounded[Truth, Optimization]):
     now: float
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
-        """Propose the point that the ground knows."""
+        """Propose the point of the ground."""
         directed = self.ways == directions(moment.after.x, self._ground.action)
         return directed and self.now == moment.after.y and self.stands(moment, lab)
 

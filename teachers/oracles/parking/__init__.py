@@ -1,4 +1,4 @@
-"""The oracle of the car park: it plans ways into the spot, drives them in a model, and shows them in the simulator."""
+"""The oracle of the car park: it plans paths into the spot in a model and confirms claims in the simulator."""
 
 import math
 from collections.abc import Iterator, Set
@@ -50,38 +50,38 @@ def _solved(spot: Spot, parked: tuple[Car, ...], car: tuple[float, float, float,
 
 
 _TRIES = 2
-_LOST = 100.0  # turns that a crash costs
-_WASTE = 2  # turns that a plan must have grown by for blame
-_NEWS = 0.05  # m that are worth mentioning
+_LOST = 100.0  # regret of a crash, in turns
+_WASTE = 2  # least number of turns by which a plan must grow for negative hindsight
+_NEWS = 0.05  # least change of distance, in m, for a claim
 _EXTREMES = tuple(product((1.0, -1.0), (0.0, 1.0, -1.0)))
 _CONTROLS = Controls(seconds=0.2, acceleration=5.0, degrees=45.0)
 _HAZARDS = Hazards(wall_x=WALL_X, wall_y=WALL_Y)
 
 
 class ParkingOracle(Oracle[Truth, Parking]):
-    """Plans a way into the spot from any state, keeps to it while the student does, and judges by it.
+    """Plans a path into the spot from any state, keeps it while the student follows it, and judges actions by it.
 
-    What is said of a way is shown by driving it. That a way is the shortest is not known and never said; whether to
-    blame or to praise an action is decided by the lengths of the ways found before and after it, with a margin.
+    Claims about a path are checked by driving it. No claim says that a path is the shortest, as this is unknown: an
+    action is good or bad by the lengths of the paths found before and after it, with a margin.
     """
 
     max_importance = _LOST
 
     def start(self, truth: Truth) -> None:
-        """Know no way yet."""
+        """Forget the paths of the last episode."""
         self._ways: dict[tuple[float, ...], tuple[Action, ...]] = {}
         self._seen: dict[Car, tuple[Action, ...]] = {}
         self._on: tuple[Truth, Ground] | None = None
 
     def _way(self, truth: Truth) -> tuple[Action, ...]:
-        """Actions that park the car, as few as were found; none if none were, or if it is parked."""
+        """Actions that park the car; empty if none were found or it is parked."""
         car = truth.car
         seen = self._seen.get(car)
         if seen is not None:
             return seen
         if car.crashed or car.impact is not None or self._is_parked(truth):
             return ()
-        key = tuple([round(each, 6) for each in car[:4]])  # what the model foresaw may differ in the last digit
+        key = tuple([round(each, 6) for each in car[:4]])  # the model may differ from the simulator in the last digit
         way = self._ways.get(key)
         ground = self._ground(truth)
         if way is None:
@@ -101,7 +101,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
         return last[1]
 
     def _stops(self, truth: Truth) -> bool:
-        """As `stops`; the simulator is asked only of what is a near thing."""
+        """As `checks.stops`; only close cases need the simulator."""
         car, ground = truth.car, self._ground(truth)
         if car.crashed or car.impact is not None:
             return False
@@ -114,7 +114,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
         return misfit(self._ground(truth), car.x, car.y, car.heading) < TOLERANCE and not car.crashed
 
     def _turns(self, truth: Truth) -> float:
-        """Turns that the way takes; `_LOST` if there is none."""
+        """Number of turns of the path; `_LOST` if there is none."""
         if way := self._way(truth):
             return min(len(way), _LOST - 1)
         return 0.0 if self._is_parked(truth) else _LOST
@@ -125,17 +125,17 @@ class ParkingOracle(Oracle[Truth, Parking]):
         return goal, _HAZARDS, _CONTROLS, Syntax(expected=Parking.action_syntax)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
-        """The way's first action, and random ones in its place."""
+        """The first action of the path, and random ones instead of it."""
         way = self._way(truth)
         if not way:
             return ()
         rest = way[1:]
-        told: list[Claim] = [TriedWell(action=way[0], rest=rest)]
+        tried: list[Claim] = [TriedWell(action=way[0], rest=rest)]
         for _ in range(_TRIES):
             action = tuple(np.round(rng.uniform(-1, 1, 2), 2).tolist())
             if misses(self._ground(truth), truth.car[:4], (action, *rest)):
-                told.append(TriedInVain(action=action, rest=rest))
-        return tuple(dict.fromkeys(told))
+                tried.append(TriedInVain(action=action, rest=rest))
+        return tuple(dict.fromkeys(tried))
 
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         way = self._way(truth)
@@ -174,7 +174,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
         if truth.car.crashed or not (kinds & {FP, FN}) or self._is_parked(truth):
             return
         if moment.before is not None:
-            self._way(moment.before)  # so that a way is kept to whichever kinds are wanted
+            self._way(moment.before)  # so that the path does not depend on the kinds
         way = self._way(truth)
         if way and FP in kinds:
             claims.append(Drive(action=way[0], rest=way[1:]))
@@ -184,7 +184,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
                 claims.append(warning)
 
     def _warnings(self, truth: Truth, way: tuple[Action, ...], turn: int) -> Iterator[Claim]:
-        """What not to do, the worst first."""
+        """Warnings, the most severe first."""
         yield from self._dangers(truth)
         if way:
             ground, others = self._ground(truth), opposites(way[0])
@@ -198,7 +198,7 @@ class ParkingOracle(Oracle[Truth, Parking]):
                     yield Detour(action=action, way=way, detour=detour)
 
     def _dangers(self, truth: Truth) -> Iterator[Claim]:
-        """Actions that crash, or after which no braking helps; the simulator is asked only if it is a near thing."""
+        """Actions that crash, or after which no braking prevents it; only close cases need the simulator."""
         car, ground = truth.car, self._ground(truth)
         near = 4.0 + 0.3 * abs(car.speed) + car.speed**2 / 8
         by_wall = abs(car.x) + near > WALL_X or abs(car.y) + near > WALL_Y
@@ -216,25 +216,25 @@ class ParkingOracle(Oracle[Truth, Parking]):
                 yield Trap(action=action)
 
     def importance(self, truth: Truth) -> float:
-        """1 turn, all that is lost by a crash where some action leads to one, or 0 when it is over."""
+        """In turns: the regret of a crash if some action leads to one, else 1; 0 if the car is parked or crashed."""
         if truth.car.crashed or self._is_parked(truth):
             return 0.0
         return _LOST if any(self._dangers(truth)) else 1.0
 
     def plan(self, truth: Truth, n: int) -> tuple[Action, ...]:
-        """The way, or its beginning."""
+        """The first `n` actions of the path."""
         return self._way(truth)[:n]
 
     def idle(self, truth: Truth) -> float:
-        """A turn, for the car does not roll on; none when it is over."""
+        """1 turn, since the car does not move; 0 if it is parked or crashed."""
         return float(not truth.car.crashed and not self._is_parked(truth))
 
     def regret(self, moment: Moment[Truth]) -> float:
-        """Turns by which the way has grown, the turn included; a crash costs 100."""
+        """Number of turns by which the path has grown, including this turn; 100 for a crash."""
         before = moment.before
         if before is None:
             return self.idle(moment.after)
         if before.car.crashed or self._is_parked(before):
             return 0.0
-        turns = self._turns(before)  # first, so that a way that was followed is known after it
+        turns = self._turns(before)  # first, so that the path is found again after an action that follows it
         return max(0.0, self._turns(moment.after) + 1 - turns)

@@ -1,4 +1,4 @@
-"""What the claims about parking are checked by: drives in the simulator, and the words for actions."""
+"""Checks of claims about parking, by drives in the simulator, and words for actions."""
 
 import math
 from collections.abc import Sequence
@@ -9,9 +9,9 @@ from teachers.oracles.parking.model import BRAKES
 from worlds.parking import LENGTH, Action, Parking, Truth
 
 PEDALS = ("push backwards", "leave the pedals alone", "push forwards")
-"""What can be done to the pedals, in words."""
+"""Positions of the pedals in words."""
 WHEELS = ("turn the wheel to the left", "hold the wheel straight", "turn the wheel to the right")
-"""What can be done to the wheel, in words."""
+"""Positions of the wheel in words."""
 
 
 def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
@@ -22,7 +22,7 @@ def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
 
 
 def hits(lab: Parking, truth: Truth) -> bool:
-    """Whether a car that waits crashes, and the episode ends by it."""
+    """Whether a car without an action crashes, and the episode terminates."""
     lab.restore(truth)
     _, _, terminated, _, info = lab.advance((0.0, 0.0))
     return terminated and bool(info["crashed"])
@@ -39,7 +39,7 @@ _OUTCOMES: WeakKeyDictionary[Parking, dict[tuple[Truth, tuple[Action, ...]], int
 
 
 def _outcome(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> int:
-    """After how many of the actions the simulator says that the car is parked; 0 if it is not, or crashes before."""
+    """The number of actions after which the car is parked in the simulator; 0 if it is not, or crashes before."""
     known = _OUTCOMES.setdefault(lab, {})
     key = truth, actions
     if key not in known:
@@ -69,7 +69,7 @@ def fails(lab: Parking, truth: Truth, actions: tuple[Action, ...]) -> bool:
 
 
 def stops(lab: Parking, truth: Truth, wheels: Sequence[float] = BRAKES) -> bool:
-    """Whether the car comes to a halt without a crash by full braking with the wheel in one of these positions."""
+    """Whether the car stops without a crash by full braking with the wheel in one of these positions."""
     for wheel in wheels:
         lab.restore(truth)
         car = truth.car
@@ -82,20 +82,20 @@ def stops(lab: Parking, truth: Truth, wheels: Sequence[float] = BRAKES) -> bool:
 
 
 def dooms(lab: Parking, truth: Truth, action: Action) -> bool:
-    """Whether full braking saves the car now, and no longer after an action that is not a crash itself."""
+    """Whether full braking prevents a crash now but not after an action, which is not a crash itself."""
     return not crashes(lab, truth, action) and stops(lab, truth) and not stops(lab, after_action(lab, truth, action))
 
 
-def _alone(truth: Truth) -> Truth:
-    """The truth with the other cars far away from the car park, and from each other."""
+def _without_cars(truth: Truth) -> Truth:
+    """The truth with the other cars far from the car park and from each other."""
     return truth._replace(parked=tuple(other._replace(x=1e3 + 9 * i) for i, other in enumerate(truth.parked)))
 
 
 def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], tolerance: float) -> bool:
-    """Whether a car that waits, alone, in many places about a spot is parked exactly where its misfit is tolerated."""
+    """Whether a car is parked exactly where its misfit is below the tolerance, tested in many poses near a spot."""
     x, y, goal = spot
     out = -math.copysign(1.0, y)  # away from the wall
-    alone = _alone(truth)
+    alone = _without_cars(truth)
     turns = (0.0, 0.1, -0.3, 0.5, math.pi)
     for dx, dy, turn in product((0.0, 0.4, -0.9, 1.3, 1.5), (0.0, 1.0, 2.5, 4.0, 4.9), turns):
         car = truth.car._replace(x=x + dx, y=y + out * dy, heading=goal + turn, speed=0.0)
@@ -108,9 +108,9 @@ def parks_within(lab: Parking, truth: Truth, spot: tuple[float, float, float], t
 
 
 def stands_at(lab: Parking, truth: Truth, wall_x: float, wall_y: float) -> bool:
-    """Whether a car that waits, alone, crashes just inside walls there, not just in front; and in every other car."""
+    """Whether a car crashes if it overlaps walls at these coordinates, not just before them; and in each other car."""
     x, y = wall_x - LENGTH / 2, wall_y - LENGTH / 2
-    alone = _alone(truth)
+    alone = _without_cars(truth)
     for side, turn in product((1, -1), (0.0, math.pi)):
         for along, crash in ((-0.01, False), (0.01, True)):
             across = truth.car._replace(x=side * (x + along), y=0.0, heading=turn, speed=0.0)
@@ -121,9 +121,14 @@ def stands_at(lab: Parking, truth: Truth, wall_x: float, wall_y: float) -> bool:
 
 
 def obeys(lab: Parking, truth: Truth, seconds: float, acceleration: float, angle: float) -> bool:
-    """Whether actions last so long, the first number times this acceleration and wheels at the second times this angle.
+    """Whether actions last for this time, with an acceleration and a wheel angle in proportion to their two numbers.
 
-    The acceleration is in m/s2, the angle in radians.
+    Args:
+        lab: the simulator.
+        truth: a truth whose car may be replaced.
+        seconds: duration of an action.
+        acceleration: that of 1, in m/s2.
+        angle: that of 1, in radians.
     """
     middle = truth.car._replace(x=0.0, y=0.0, heading=0.0, speed=0.0)
     for share in (-1.0, -0.5, 0.5, 1.0):
@@ -140,7 +145,7 @@ def obeys(lab: Parking, truth: Truth, seconds: float, acceleration: float, angle
 
 
 def distance_to_spot(truth: Truth) -> float:
-    """From the middle of the car to that of the spot, in metres."""
+    """Distance between the middles of the car and the spot, in metres."""
     return math.hypot(truth.car.x - truth.spot.x, truth.car.y - truth.spot.y)
 
 
@@ -150,21 +155,21 @@ def write(action: Action) -> str:
 
 
 def effort_of(count: int) -> str:
-    """A number of actions in words."""
+    """A number of actions as text."""
     return "1 action" if count == 1 else f"{count} actions"
 
 
 def pedal_words(action: Action) -> str:
-    """What an action does to the pedals, one of `PEDALS`."""
+    """The pedals of an action, one of `PEDALS`."""
     return PEDALS[1 + (action[0] > 0) - (action[0] < 0)]
 
 
 def wheel_words(action: Action) -> str:
-    """What an action does to the wheel, one of `WHEELS`."""
+    """The wheel of an action, one of `WHEELS`."""
     return WHEELS[1 + (action[1] > 0) - (action[1] < 0)]
 
 
 def opposites(action: Action) -> tuple[Action, ...]:
-    """Plausible actions that differ much from this one."""
+    """Plausible actions that are very different from this one."""
     pedal, wheel = (-1.0 if share > 0 else 1.0 for share in action)
     return (pedal, wheel), (pedal, action[1]), (0.0, 0.0)

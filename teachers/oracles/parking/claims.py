@@ -1,4 +1,4 @@
-"""What is said about parking a car, each with its trial in the simulator."""
+"""Claims about parking, each checked in the simulator."""
 
 import math
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ class Goal(Claim[Truth, Parking]):
     tolerance: float
 
     def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """Put the car in many places and wait."""
+        """Put the car in many poses."""
         return parks_within(lab, moment.after, (self.x, self.y, math.radians(self.degrees)), self.tolerance)
 
 
@@ -148,7 +148,7 @@ class _Made(ActionClaim[Truth, Parking]):
     action: Action
 
     def made(self, moment: Moment[Truth]) -> bool:
-        """Whether it is the action of this turn."""
+        """Whether `action` is that of this turn."""
         return moment.before is not None and bool(moment.action == self.action)
 
 
@@ -163,7 +163,7 @@ class Parked(_Made):
         return self.made(moment) and parks(lab, moment.past, (self.action,))
 
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """Call it a crash."""
+        """The claim of a crash."""
         return (Crashed(action=self.action),)
 
 
@@ -178,7 +178,7 @@ class Crashed(_Made):
         return self.made(moment) and not moment.past.car.crashed and crashes(lab, moment.past, self.action)
 
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """Call it a success."""
+        """The claim of success."""
         return (Parked(action=self.action),)
 
 
@@ -193,7 +193,7 @@ class Doomed(_Made):
         return self.made(moment) and dooms(lab, moment.past, self.action)
 
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """Call it a success."""
+        """The claim of success."""
         return (Parked(action=self.action),)
 
 
@@ -294,7 +294,7 @@ class Drive(_Begun):
         return parks(lab, moment.after, self.whole)
 
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """Promise the same of another action."""
+        """The same of another action."""
         return (Drive(action=opposites(self.action)[0], rest=self.rest),)
 
     def coarser(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
@@ -391,5 +391,5 @@ class Detour(_Named):
         return len(whole) > len(self.way) and parks(lab, truth, self.way) and parks(lab, truth, whole)
 
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """Exaggerate."""
+        """The claim of a crash."""
         return (Crash(action=self.action),)

@@ -1,6 +1,6 @@
-"""An exact model of the car: where an action leads, and whether anything is in the way.
+"""An exact model of the car: the result of an action, and whether there is an obstacle.
 
-The simulator's own arithmetic is repeated operation by operation, so that both agree.
+Its steps are the simulator's own, `worlds.parking.step_car`.
 """
 
 import math
@@ -11,52 +11,51 @@ from typing import NamedTuple
 import numpy as np
 
 from teachers.compiled import COMPILED, compiled
+from worlds.parking import DT, step_car
 
 Action = tuple[float, float]
 Car = tuple[float, float, float, float]
 """Position of the middle in m, heading in radians, speed in m/s."""
 Hundredths = tuple[int, int]
-"""An action, in hundredths."""
+"""An action in hundredths."""
 
 
 class Ground(NamedTuple):
-    """Where the car may be and where it is to go."""
+    """The car park: the spot and the obstacles."""
 
     spot: tuple[float, float, float]
     """Position in m and heading in radians."""
     tolerance: float
-    """How far off the car may be; see `misfit`."""
+    """The car is parked if its `misfit` is below this."""
     parked: Sequence[tuple[float, float]]
-    """The middles of cars that stand in rows along the y axis, as `pairs`."""
+    """The middles of the parked cars, whose headings are along the y axis; see `pairs`."""
     wall_x: float
     wall_y: float
-    """The walls' inner faces lie at plus and minus these, in m."""
+    """The walls' inner faces are at plus and minus these, in m."""
 
 
 def pairs(numbers: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float]]:
-    """As many of them as there are, for compiled functions, too."""
+    """Pairs of numbers in the form that compiled functions take: an array of shape (n, 2), else a tuple."""
     if COMPILED:
         return np.array(numbers, np.float64).reshape(-1, 2)  # type: ignore[return-value]  # it reads alike
     return tuple(numbers)
 
 
 BRAKES = (-1.0, -0.5, 0.0, 0.5, 1.0)
-"""Positions of the wheel with which a car that brakes as hard as it can may still be saved."""
+"""Positions of the wheel that are tried in full braking."""
 STEPS = 3
-"""Of the model, in an action."""
-DT = 1 / 15
-"""Seconds that a step takes."""
+"""Simulation steps in an action."""
 HALF = 2.5
-"""Half of the car's length, which is its wheelbase, too, in m."""
+"""Half of the car's length, in m; also its wheelbase."""
 PUSH = 1.0
 """Change of speed, in m/s, by an action of 1."""
 SURE = 1e-9
-"""What the simulator may see otherwise."""
+"""Bound of rounding differences to the simulator."""
 _SIDE = 1.0  # half of the car's width, in m
 _CORNER = math.hypot(HALF, _SIDE)
-_MARGIN = 0.04  # m to keep from what may not be touched
+_MARGIN = 0.04  # m to keep from obstacles
 REACH = _CORNER + _MARGIN + 0.3
-"""From what is farther than this and 0.3 s of its speed from its middle, in m, a car keeps clear in an action."""
+"""In an action, a car does not touch what is farther from its middle than this, in m, plus 0.3 s of its speed."""
 
 
 def _gain() -> tuple[float, ...]:
@@ -78,9 +77,12 @@ WHEEL = _wheel()
 """Slip angle in radians, with its sine, by hundredths of an action."""
 
 
+_step = compiled(step_car)
+
+
 @compiled
 def misfit(ground: Ground, x: float, y: float, heading: float) -> float:
-    """How far a car is from being parked; it is parked below the ground's tolerance."""
+    """The weighted distance of a car from the parked pose, in m; it is parked below the tolerance."""
     goal_x, goal_y, goal = ground.spot
     turned = abs(cos(heading) - cos(goal)) + abs(sin(heading) - sin(goal))
     return abs(x - goal_x) + 0.3 * abs(y - goal_y) + 2 * turned
@@ -88,50 +90,48 @@ def misfit(ground: Ground, x: float, y: float, heading: float) -> float:
 
 @compiled
 def excess(ground: Ground, car: Car) -> float:
-    """The misfit of a car less what is tolerated; less than that where its place alone is too far away."""
-    goal_x, goal_y, _ = ground.spot
+    """The misfit of a car minus the tolerance."""
     x, y, heading, _ = car
-    away = abs(x - goal_x) + 0.3 * abs(y - goal_y) - ground.tolerance
-    return away if away >= SURE else misfit(ground, x, y, heading) - ground.tolerance
+    return misfit(ground, x, y, heading) - ground.tolerance
+
+
+@compiled
+def roll(car: Car, pedal: int, wheel: int) -> Car:
+    """The car after an action, in hundredths, without obstacles."""
+    x, y, heading, speed = car
+    gain, (slip, sine) = GAIN[pedal + 100], WHEEL[wheel + 100]
+    for _ in range(STEPS):
+        course = heading + slip
+        x, y, heading, speed = _step(x, y, heading, speed, cos(course), sin(course), sine, gain)
+    return x, y, heading, speed
 
 
 @compiled
 def move(ground: Ground, car: Car, pedal: int, wheel: int, caution: int = 1) -> Car | None:
-    """Where an action, in hundredths, leads; None if that comes too close to something.
+    """The car after an action, in hundredths; None if it comes too close to an obstacle.
 
-    With a caution of -1 it is None only if something is surely touched: the margin is the other way.
+    With a caution of -1 the margin is negative: None only if it certainly touches an obstacle.
     """
     x, y, heading, speed = car
-    gain = GAIN[pedal + 100]
-    slip, sine = WHEEL[wheel + 100]
-    # More than the car, with its margin, needs in the whole action.
+    # More than the car covers, with its margin, in the whole action.
     reach = REACH + 0.3 * (speed if speed > 0 else -speed)
     across, along = ground.wall_x - reach, ground.wall_y - reach
-    if len(ground.parked) or not (-across < x < across and -along < y < along):
-        near = _near(ground, x, y, reach, reach)
-        if near or abs(x) > across or abs(y) > along:
-            for _ in range(STEPS):
-                course = heading + slip
-                x += speed * cos(course) * DT
-                y += speed * sin(course) * DT
-                heading += speed * sine / HALF * DT
-                speed += gain
-                margin = caution * (_MARGIN + abs(speed) * DT)
-                if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
-                    return None
-            return x, y, heading, speed
+    near = _near(ground, x, y, reach, reach)
+    if not near and -across < x < across and -along < y < along:
+        return roll(car, pedal, wheel)
+    gain, (slip, sine) = GAIN[pedal + 100], WHEEL[wheel + 100]
     for _ in range(STEPS):
         course = heading + slip
-        x += speed * cos(course) * DT
-        y += speed * sin(course) * DT
-        heading += speed * sine / HALF * DT
-        speed += gain
+        x, y, heading, speed = _step(x, y, heading, speed, cos(course), sin(course), sine, gain)
+        margin = caution * (_MARGIN + abs(speed) * DT)
+        if not _free(ground, near, x, y, cos(heading), sin(heading), margin):
+            return None
     return x, y, heading, speed
 
 
 @compiled
 def has_room(ground: Ground, xs: list[float], ys: list[float], headings: list[float], run: float, room: float) -> bool:
-    """Whether the car has so much room around it wherever its rear axle is, in all of these places.
+    """Whether the car has this much room around it with its rear axle in each of these poses.
 
     None of them is farther than `run` from the first.
     """
@@ -155,7 +155,7 @@ def has_room(ground: Ground, xs: list[float], ys: list[float], headings: list[fl
 
 @compiled
 def _near(ground: Ground, x: float, y: float, wide: float, high: float) -> list[tuple[float, float]]:
-    """The cars that reach into a box about a point, of such half sides."""
+    """The parked cars that overlap a box around a point, given its half sides."""
     across, along = wide + _SIDE, high + HALF
     return [(each[0], each[1]) for each in ground.parked if abs(each[0] - x) < across and abs(each[1] - y) < along]
 
@@ -164,7 +164,7 @@ def _near(ground: Ground, x: float, y: float, wide: float, high: float) -> list[
 def _free(
     ground: Ground, near: list[tuple[float, float]], x: float, y: float, cosine: float, sine: float, margin: float
 ) -> bool:
-    """Whether a car there keeps the margin to the walls and to the cars that are near."""
+    """Whether a car in this pose keeps the margin to the walls and to the cars of `near`."""
     along, across = abs(cosine), abs(sine)
     width, height = along * HALF + across * _SIDE + margin, across * HALF + along * _SIDE + margin
     if abs(x) + width >= ground.wall_x or abs(y) + height >= ground.wall_y:
@@ -183,9 +183,9 @@ def _free(
 
 @compiled
 def brake(ground: Ground, car: Car, wheel: int, caution: int = 1) -> tuple[bool, list[Hundredths], Car]:
-    """Full braking with the wheel held, in hundredths: whether the car stops, by which actions, and where.
+    """Brake fully with the wheel held, in hundredths: whether the car stops, the actions, and the car after them.
 
-    If it crashes, these are the actions before that and where they lead. The caution is that of `move`.
+    If it crashes, the actions are those before the crash. For the caution see `move`.
     """
     actions: list[Hundredths] = []
     x, y, heading, speed = car
@@ -201,15 +201,15 @@ def brake(ground: Ground, car: Car, wheel: int, caution: int = 1) -> tuple[bool,
 
 @compiled
 def can_stop(ground: Ground, car: Car, caution: int = 1) -> bool:
-    """Whether the car can be braked to a halt with one of the `BRAKES`; the caution is that of `move`."""
-    for wheel in BRAKES:  # noqa: SIM110  # a generator is not compiled
+    """Whether the car stops with one of the `BRAKES`; for the caution see `move`."""
+    for wheel in BRAKES:  # noqa: SIM110  # numba does not compile `any` of a generator
         if brake(ground, car, round(wheel * 100), caution)[0]:
             return True
     return False
 
 
 def misses(ground: Ground, car: Car, actions: Sequence[Action]) -> bool:
-    """Whether actions of two decimals surely do not park the car on the way, nor touch anything."""
+    """Whether actions with two decimals do not park the car, not even on the way, and do not touch anything."""
     return _misses(ground, car, pairs(actions))
 
 

@@ -1,15 +1,15 @@
-"""Paths into the spot, the cheapest first, most of them without a look.
+"""Paths into the spot in the order of their costs, by branch and bound.
 
-What a path costs at least is known before its words are: with the turning radius as unit, no way of length L leads
-farther than L, and not even as far if it begins or ends across. So only words that may be cheaper than those before
-them are computed.
+There is a lower bound of the cost of a path before its word is computed: with the turning radius as unit, a path of
+length L leads no farther than L, and less far if it begins or ends in another direction. So only words that may cost
+less than those before them are computed.
 """
 
 from math import atan2, ceil, cos, inf, pi, sin, sqrt
 from typing import NamedTuple
 
 from teachers.compiled import compiled
-from teachers.oracles.parking.model import DT, HALF, STEPS, Car, Ground, has_room
+from teachers.oracles.parking.model import HALF, STEPS, Car, Ground, has_room
 from teachers.oracles.parking.reeds_shepp import (
     NEAR,
     PIECES,
@@ -21,23 +21,23 @@ from teachers.oracles.parking.reeds_shepp import (
     two_cusps,
     wrapped,
 )
+from worlds.parking import DT
 
 SPACING = 0.5
-"""Between the points of a path, in m."""
+"""Distance between the points of a path, in m."""
 TOP = 5.0
-"""The fastest that the car is to go, in m/s."""
+"""Greatest speed of pursuit, in m/s."""
 Start = tuple[int, Car]
-"""Where a path may begin, after so many actions."""
+"""Start of a path: the number of actions before it, and the car."""
 End = tuple[float, float]
-"""How far from the middle of the spot a path may end, since the car is parked before, and how straight it gets there,
-in m."""
+"""End of a path: its distance before the middle of the spot, and the length of its last straight line, in m."""
 _TURN, _QUARTER = 2 * pi, pi / 2
-_RADIUS = 5.6  # of planned arcs, in m; the car's own is 5
-_CUSP = 4.0  # m that a change of direction is thought to cost
-_TINY = 1e-6  # shorter pieces count for nothing
-_ROOM = 0.3  # m that a path keeps from everything
-_ROUNDING = 1e-4  # m by which the bounds are lowered
-_CUSPS = (0, 0, 1, 1, 2)  # that words of each kind have
+_RADIUS = 5.6  # of planned arcs, in m; the car's least one is 5
+_CUSP = 4.0  # estimated cost of a change of direction, in m
+_TINY = 1e-6  # shorter pieces are ignored
+_ROOM = 0.3  # distance of a path from obstacles, in m
+_ROUNDING = 1e-4  # margin of the bounds, in m
+_CUSPS = (0, 0, 1, 1, 2)  # changes of direction in words of each kind
 _SIDES = tuple([tuple(["R L".index(piece) - 1 if piece in "RL" else 0 for piece in f"{word:5}S"]) for word in PIECES])
 
 
@@ -53,38 +53,38 @@ class Segment(NamedTuple):
 
 
 class Path(NamedTuple):
-    """What leads to the spot."""
+    """A path to the spot."""
 
     cost: float
-    """As estimated, in m."""
+    """Estimated cost, in m."""
     number: int
-    """Its place among all paths."""
+    """Index among all paths."""
     start: int
-    """The number of the start where it begins."""
+    """Index of its start."""
     word: int
-    """The place of its word among all words."""
+    """Index of its word in `PIECES`."""
     lengths: tuple[float, float, float, float, float, float]
     """Of the word's pieces and of the straight line at its end, in turning radii; negative if driven backwards."""
 
 
 class Target(NamedTuple):
-    """Where a path may lead the rear axle, as seen from where it begins."""
+    """A pose of the rear axle at the end of a path, relative to its start."""
 
     number: int
     start: int
     pose: tuple[float, float, float, float, float]
-    """Its x and y in turning radii, its heading, and the sine and cosine of that."""
+    """x and y in turning radii, heading, and the heading's sine and cosine."""
     speed: float
     """Of the car at the start, in m/s."""
     base: float
-    """What the path costs besides its pieces, in m."""
+    """Cost of the path besides its pieces, in m."""
     straight: float
     """The straight line at its end, in m."""
 
 
 @compiled
 def targets(ground: Ground, starts: list[Start], ends: tuple[End, ...]) -> list[Target]:
-    """Where paths from these starts may lead; only to every other end if actions come before."""
+    """The targets of paths from these starts; every other end only for starts after actions."""
     goal_x, goal_y, goal = ground.spot
     goal_cos, goal_sin = cos(goal), sin(goal)
     found: list[Target] = []
@@ -107,7 +107,7 @@ def targets(ground: Ground, starts: list[Start], ends: tuple[End, ...]) -> list[
 
 @compiled
 def cheapest(targets: list[Target]) -> list[Path]:
-    """The first of all paths by their cost, and by their number; nothing if there is none."""
+    """The first of all paths by cost and number, as a list; empty if there is none."""
     found: list[Path] = []
     most = inf
     for target in targets:
@@ -125,7 +125,7 @@ def cheapest(targets: list[Target]) -> list[Path]:
 
 @compiled
 def paths(targets: list[Target], most: float) -> list[Path]:
-    """All that cost no more than that, in the same order."""
+    """All paths with at most this cost, in the same order."""
     found: list[Path] = []
     for target in targets:
         for kind in range(len(_CUSPS)):
@@ -138,7 +138,7 @@ def paths(targets: list[Target], most: float) -> list[Path]:
 
 @compiled
 def _words(kind: int, target: Target, most: float) -> list[Word]:
-    """Words of a kind to a target, for paths that are to cost no more than that."""
+    """Words of a kind to a target, for paths with at most this cost."""
     x, y, turn, sine, cosine = target.pose
     left = (most - target.base - target.straight - _CUSPS[kind] * _CUSP) / _RADIUS
     if kind == 0:
@@ -177,18 +177,19 @@ def _cost(target: Target, lengths: tuple[float, float, float, float, float, floa
 
 @compiled
 def _reversal(speed: float) -> float:
-    """What it costs to begin against the speed."""
+    """Cost of a start against the speed, in m."""
     return speed * speed / 5 + abs(speed)
 
 
 @compiled
 def _bounds(target: Target, most: float) -> tuple[float, float, float, float, float]:
-    """What words of each kind cost at least; infinite if they all cost more than `most`.
+    """Lower bounds of the costs of words of each kind; infinite if they exceed `most`.
 
-    On a way of length L, in turning radii, that leads into some direction, the car is off that direction by at least
-    begin - s after s, and by end - s when s is left: it turns by 1 per length at most. So it gets no farther than the
-    integral of the cosine of these, which is L less begin - sin(begin) + end - sin(end). What is near may be reached
-    before these turns are complete, but not sooner than straight on. Backwards the angles are those of the car's back.
+    On a path of length L, in turning radii, the angle between the car and the direction of the target is at least
+    begin - s after s, and end - s when s is left, since it changes by at most 1 per length. So the distance covered is
+    at most the integral of the cosine of these, which is L minus begin - sin(begin) + end - sin(end). A near target may
+    be reached before these turns are complete, but not sooner than straight on. Backwards the angles are those of the
+    car's back.
     """
     _, _, (x, y, turn, _, _), speed, base, straight = target
     base += straight
@@ -221,7 +222,7 @@ def _bounds(target: Target, most: float) -> tuple[float, float, float, float, fl
 
 @compiled
 def trace(ground: Ground, car: Car, path: Path) -> list[Segment]:
-    """The points of a path; nothing if it comes too close to something."""
+    """The segments of a path; empty if it comes too close to an obstacle."""
     x, y, heading, _ = car
     cosine, sine = cos(heading), sin(heading)
     x, y = x - HALF * cosine, y - HALF * sine

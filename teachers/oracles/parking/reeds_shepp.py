@@ -1,9 +1,9 @@
-"""The shortest ways of a car that goes forwards and backwards and cannot turn tighter than its turning circle.
+"""Shortest paths of a car that goes forwards and backwards with a least turning radius.
 
 J. A. Reeds and L. A. Shepp, Optimal paths for a car that goes both forwards and backwards, Pacific Journal of
 Mathematics 145 (1990). A path is a word of at most five pieces, each a left arc, a right arc or a straight line; every
-word is one of eight formulas, mirrored, reversed in time or read from its end. Lengths are in turning radii; "left"
-is where headings grow.
+word follows one of eight formulas, possibly mirrored, reversed in time or read from its end. Lengths are in turning
+radii; left is the direction of increasing headings.
 """
 
 from collections.abc import Iterator
@@ -16,12 +16,12 @@ _TURN = 2 * pi
 _QUARTER = pi / 2
 _TINY = 1e-9
 _SLACK = 1e-8  # for angles that are 0 but for rounding
-_BELOW = -1e-6  # the first arc to what lies so far on the other side is negative: nothing is a thousand radii away
+_BELOW = -1e-6  # below it the first arc is negative, for targets less than a thousand radii away
 
 Lengths = tuple[float, float, float, float, float]
-"""Of the pieces of a word, negative if driven backwards; 0 where there is none."""
+"""Lengths of the pieces of a word, negative if driven backwards; 0 for missing pieces."""
 Word = tuple[int, Lengths]
-"""A path: its place among all words, which says its `PIECES`, and their lengths."""
+"""A path: its index in `PIECES`, and the lengths of its pieces."""
 
 
 def _pieces() -> Iterator[str]:
@@ -41,15 +41,15 @@ def _pieces() -> Iterator[str]:
 
 
 PIECES = tuple(_pieces())
-"""Of every word, each L, R or S: by formula, read from its end or not, reversed in time or not, mirrored or not."""
+"""The pieces of every word, each L, R or S: by formula, read from its end, reversed in time, mirrored."""
 _EITHER_WAY = ((0, 1.0), (2, -1.0))  # what reversal in time adds to the number, and the sign of lengths
 
 
-# Each of these gives words from the origin, where one looks along the x axis, to a point and heading; those that are
-# longer than `most` are left out. In the loops p and q lead from the middle of the first circle to that of the last,
-# seen as if the word began with an arc to the left: mirrored words have circles of their own, and words that are
-# reversed in time have the same with p the other way, so that they share a distance. How long the arcs are together, or
-# are at least, follows from the headings, before any of them is known.
+# Each of these functions returns words from the origin, with heading 0, to a point and heading, except those that are
+# longer than `most`. In the loops (p, q) is the vector from the middle of the first circle to that of the last, for a
+# word that begins with an arc to the left: mirrored words have other circles, and words reversed in time have the same
+# circles with p negated, so that they share a distance. The headings give the length of all arcs together, or a lower
+# bound, before the single arcs are computed.
 
 
 @compiled
@@ -148,12 +148,12 @@ def two_cusps(x: float, y: float, turn: float, sine: float, cosine: float, most:
 
 
 NEAR = 6.5
-"""Nothing that is farther away, in turning radii, is reached by those `nearby`."""
+"""Greatest distance, in turning radii, of targets that words of `nearby` reach."""
 
 
 @compiled
 def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: float) -> list[Word]:
-    """Arcs alone, with a change of direction at least."""
+    """Arcs only, with at least one change of direction."""
     found: list[Word] = []
     back_x, back_y = x * cosine + y * sine, x * sine - y * cosine
     for number, p, q, bend in (
@@ -201,13 +201,13 @@ def nearby(x: float, y: float, turn: float, sine: float, cosine: float, most: fl
 
 @compiled
 def wrapped(angle: float) -> float:
-    """The angle from -pi to pi."""
+    """The angle in the interval from -pi to pi."""
     return (angle + pi) % _TURN - pi
 
 
 @compiled
 def _word(number: int, back: bool, way: float, a: float, b: float, c: float, d: float) -> Word:
-    """One of four pieces, perhaps read from its end or reversed in time."""
+    """A word of four pieces, possibly read from its end or reversed in time."""
     if back:
         return number, (way * d, way * c, way * b, way * a, 0.0)
     return number, (way * a, way * b, way * c, way * d, 0.0)

@@ -1,4 +1,4 @@
-"""What is said about poems, each checked by offering poems to the world."""
+"""The claims about poems, each checked by offering poems to the lab."""
 
 from collections.abc import Sequence
 
@@ -17,13 +17,97 @@ from teachers.atoms import (
     opposed,
     slot,
 )
-from teachers.oracles.poem import checks
-from worlds.poem import HAIKU, TANKA, Poem, Truth, compose, lines_of
+from worlds.poem import HAIKU, MAX_LENGTH, TANKA, Poem, Truth, compose, lines_of
+
+PLACEHOLDER = "..."
+"""A line that is still to be written: it has no syllables, so it is wrong."""
+
+
+def filler(syllables: int) -> str:
+    """A line of so many syllables in which nothing else is likely to be wrong."""
+    return " ".join(["la"] * syllables) or PLACEHOLDER
+
+
+def pays(lab: Poem, truth: Truth, poem: str) -> float:
+    """The reward that the world gives for a poem."""
+    lab.restore(truth)
+    return lab.step(poem)[1]
+
+
+def solves(lab: Poem, truth: Truth, lines: Sequence[str]) -> bool:
+    """Whether these lines are a right poem in the world."""
+    lab.restore(truth)
+    return bool(lab.step("\n".join(lines))[4]["success"])
+
+
+def plays(lab: Poem, line: str, syllables: int) -> bool:
+    """Whether a line alone is right where one line of so many syllables is required."""
+    return solves(lab, Truth((syllables,), False, ""), (line,))
+
+
+def required_of(truth: Truth, line: int) -> int:
+    """Syllables that line `line` must have, counted from 1; 0 if there must be no such line."""
+    if truth.free:
+        return truth.pattern[0]
+    return truth.pattern[line - 1] if 1 <= line <= len(truth.pattern) else 0
+
+
+def line_of(moment: Moment[Truth], line: int) -> str:
+    """Line `line` of the last poem, counted from 1."""
+    return lines_of(moment.action)[line - 1]
+
+
+def judged(moment: Moment[Truth], line: int) -> bool:
+    """Whether the last poem has this line and the right number of lines, so that the line is right or wrong."""
+    if moment.before is None:
+        return False
+    lines = len(lines_of(moment.action))
+    return 1 <= line <= lines and (moment.before.free or lines == len(moment.before.pattern))
+
+
+def listing_of(items: tuple[int, ...]) -> str:
+    """Numbers in words, such as `5, 7 and 5`."""
+    return ", ".join(map(str, items[:-1])) + " and " * (len(items) > 1) + str(items[-1])
+
+
+def numbered_lines(numbers: tuple[int, ...]) -> str:
+    """The numbers of lines in words, such as `lines 1 and 3`."""
+    return ("lines " if len(numbers) > 1 else "line ") + listing_of(numbers)
+
+
+def near(number: int) -> tuple[int, ...]:
+    """Numbers that a wrong count might give."""
+    return tuple(n for n in (number - 1, number + 1, number - 2, number + 2) if n >= 0)
+
+
+def syllables_of(count: int) -> str:
+    """A number of syllables in words."""
+    return "1 syllable" if count == 1 else f"{count} syllables"
+
+
+def length_of(count: int) -> str:
+    """A number of lines in words."""
+    return "1 line" if count == 1 else f"{count} lines"
+
+
+def example_of(truth: Truth) -> tuple[str, ...]:
+    """The lines of a poem that is right."""
+    pattern = truth.pattern * _FREE_LINES if truth.free else truth.pattern
+    return tuple(compose(number, line) for line, number in enumerate(pattern, 1))
+
+
+def editable(lines: tuple[str, ...], truth: Truth) -> tuple[str, ...]:
+    """The lines of the last poem, if there is room to edit it; else those of a poem that is right."""
+    return lines if len(truth.draft) <= MAX_LENGTH - _ROOM else example_of(truth)
+
+
+_FREE_LINES = 3
+_ROOM = 500  # characters, more than any line that `compose` makes and the placeholders beside it take
 
 TITLES = {HAIKU: "haiku", TANKA: "tanka"}
-"""What poems of a form are called."""
-TOLD = 20
-"""A poem can have thousands of lines; feedback does not speak of more than these."""
+"""The names of poems by form."""
+MOST_LINES = 20
+"""The most lines that feedback names; a poem can have thousands."""
 
 
 @claim
@@ -33,16 +117,16 @@ class Goal(Claim[Truth, Poem]):
     form: str
     pattern: tuple[int, ...]
     lines = slot(len, "pattern")
-    listing = slot(checks.listing_of, "pattern")
+    listing = slot(listing_of, "pattern")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a poem of this pattern, and others with a syllable or a line too many, or a line too few."""
-        right = [checks.drum(number) for number in self.pattern]
-        wrong = [[checks.drum(n + (i == j)) for j, n in enumerate(self.pattern)] for i in range(len(self.pattern))]
+        right = [filler(number) for number in self.pattern]
+        wrong = [[filler(n + (i == j)) for j, n in enumerate(self.pattern)] for i in range(len(self.pattern))]
         return (
             self.form == TITLES.get(lab.form, "poem")
-            and checks.solves(lab, moment.after, right)
-            and not any(checks.solves(lab, moment.after, lines) for lines in (*wrong, [*right, right[-1]], right[:-1]))
+            and solves(lab, moment.after, right)
+            and not any(solves(lab, moment.after, lines) for lines in (*wrong, [*right, right[-1]], right[:-1]))
         )
 
 
@@ -54,9 +138,9 @@ class FreeGoal(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer poems of several lengths, and others with a syllable too many or without a line."""
-        right, wrong = checks.drum(self.syllables), checks.drum(self.syllables + 1)
-        return all(checks.solves(lab, moment.after, [right] * lines) for lines in (1, 2, 3, 30)) and not any(
-            checks.solves(lab, moment.after, lines) for lines in ([], [wrong], [right, wrong])
+        right, wrong = filler(self.syllables), filler(self.syllables + 1)
+        return all(solves(lab, moment.after, [right] * lines) for lines in (1, 2, 3, 30)) and not any(
+            solves(lab, moment.after, lines) for lines in ([], [wrong], [right, wrong])
         )
 
 
@@ -65,8 +149,8 @@ class Counting(Claim[Truth, Poem]):
     """True if a word may be read with any pronunciation of CMUdict, and is estimated where it is not listed."""
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Offer `fire`, which is listed with one and with two syllables, and a word that nobody listed."""
-        return checks.plays(lab, "fire", 1) and checks.plays(lab, "fire", 2) and checks.plays(lab, "glimmerfoam", 3)
+        """Offer `fire`, which is listed with one and with two syllables, and a word that is not listed."""
+        return plays(lab, "fire", 1) and plays(lab, "fire", 2) and plays(lab, "glimmerfoam", 3)
 
 
 @claim
@@ -79,9 +163,9 @@ class Answer(Claim[Truth, Poem]):
         """Offer two lines with and without a blank one between them, and as one; and texts about the limit."""
         two = Truth((1, 1), False, "")
         return (
-            checks.solves(lab, two, ["la", "la"])
-            and checks.solves(lab, two, ["la", " ", "la"])
-            and not checks.solves(lab, two, ["la la"])
+            solves(lab, two, ["la", "la"])
+            and solves(lab, two, ["la", " ", "la"])
+            and not solves(lab, two, ["la la"])
             and lab.action_space.contains("x" * self.limit)
             and not lab.action_space.contains("x" * (self.limit + 1))
         )
@@ -96,13 +180,11 @@ class _Tried(Verdict[Truth, Poem]):
 
     def applies(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the line as a poem of its own, where `counted` syllables are asked for."""
-        return checks.required_of(moment.after, self.line) == self.required and checks.plays(
-            lab, self.words, self.counted
-        )
+        return required_of(moment.after, self.line) == self.required and plays(lab, self.words, self.counted)
 
     def good(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer it where so many are asked for as are required."""
-        return checks.plays(lab, self.words, self.required)
+        return plays(lab, self.words, self.required)
 
 
 @claim
@@ -113,7 +195,7 @@ class TriedWell(_Tried):
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """The opposite verdict, by counting wrong."""
-        return tuple(self.opposing(counted=counted) for counted in checks.near(self.required))
+        return tuple(self.opposing(counted=counted) for counted in near(self.required))
 
 
 @claim
@@ -134,7 +216,7 @@ class Solution(ActionClaim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer it."""
-        return checks.solves(lab, moment.after, [self.action])
+        return solves(lab, moment.after, [self.action])
 
 
 @claim
@@ -145,7 +227,7 @@ class AllRight(Claim[Truth, Poem]):
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the poem again."""
-        return moment.before is not None and checks.solves(lab, moment.before, [moment.action])
+        return moment.before is not None and solves(lab, moment.before, [moment.action])
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Find fault with the first line."""
@@ -158,19 +240,18 @@ class LinesRight(Claim[Truth, Poem]):
 
     kind = HP
     lines: tuple[int, ...]
-    listing = slot(checks.numbered_lines, "lines")
+    listing = slot(numbered_lines, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer each line as a poem of its own."""
         return all(
-            checks.judged(moment, line)
-            and checks.plays(lab, checks.line_of(moment, line), checks.required_of(moment.past, line))
+            judged(moment, line) and plays(lab, line_of(moment, line), required_of(moment.past, line))
             for line in self.lines
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Praise the other lines, or find fault with these."""
-        others = tuple(i for i in range(1, len(lines_of(moment.action)) + 1) if i not in self.lines)[:TOLD]
+        others = tuple(i for i in range(1, len(lines_of(moment.action)) + 1) if i not in self.lines)[:MOST_LINES]
         praise = (LinesRight(lines=others),) if others else ()
         return (*praise, *_faults(moment, self.lines[0]))
 
@@ -183,18 +264,18 @@ class WrongLine(Claim[Truth, Poem]):
     line: int
     counted: int
     required: int
-    reading = slot(checks.syllables_of, "counted")
+    reading = slot(syllables_of, "counted")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the line as a poem of its own."""
-        if not checks.judged(moment, self.line) or self.required != checks.required_of(moment.past, self.line):
+        if not judged(moment, self.line) or self.required != required_of(moment.past, self.line):
             return False
-        words = checks.line_of(moment, self.line)
-        return checks.plays(lab, words, self.counted) and not checks.plays(lab, words, self.required)
+        words = line_of(moment, self.line)
+        return plays(lab, words, self.counted) and not plays(lab, words, self.required)
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Count wrong, or praise the line."""
-        counts = (n for n in checks.near(self.counted) if n != self.required)
+        counts = (n for n in near(self.counted) if n != self.required)
         wrong = (WrongLine(line=self.line, counted=n, required=self.required) for n in counts)
         return (*wrong, LinesRight(lines=(self.line,)))
 
@@ -206,7 +287,7 @@ class WrongNumber(Claim[Truth, Poem]):
     kind = HN
     lines: int
     required: int
-    length = slot(checks.length_of, "lines")
+    length = slot(length_of, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Count the lines that hold more than space, and ask for so many."""
@@ -219,7 +300,7 @@ class WrongNumber(Claim[Truth, Poem]):
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Count the lines wrong."""
-        counts = (n for n in checks.near(self.lines) if n and n != self.required)
+        counts = (n for n in near(self.lines) if n and n != self.required)
         return (*(WrongNumber(lines=n, required=self.required) for n in counts), AllRight())
 
 
@@ -248,7 +329,7 @@ class Write(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
     action: str
     line: int
     syllables: int
-    amount = slot(checks.syllables_of, "syllables")
+    amount = slot(syllables_of, "syllables")
 
     @property
     def words(self) -> str:  # type: ignore[override]  # they follow from the poem
@@ -259,9 +340,9 @@ class Write(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
         """Offer both poems, and the line as a poem of its own."""
         return (
             self.line >= 1
-            and checks.required_of(moment.after, self.line) == self.syllables
-            and checks.plays(lab, self.words, self.syllables)
-            and checks.pays(lab, moment.after, self.action) > checks.pays(lab, moment.after, moment.after.draft)
+            and required_of(moment.after, self.line) == self.syllables
+            and plays(lab, self.words, self.syllables)
+            and pays(lab, moment.after, self.action) > pays(lab, moment.after, moment.after.draft)
         )
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
@@ -281,7 +362,7 @@ class Work(Grounded[Truth, Poem]):
     line: int
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Offer the poem that the ground knows."""
+        """Offer the poem of the ground."""
         return self.line == self._ground.line and self.stands(moment, lab)
 
 
@@ -292,15 +373,15 @@ class Count(Claim[Truth, Poem]):
     kind = FP
     line: int
     syllables: int
-    amount = slot(checks.syllables_of, "syllables")
+    amount = slot(syllables_of, "syllables")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with so many syllables where a line like that is asked for."""
-        return checks.plays(lab, checks.drum(self.syllables), checks.required_of(moment.after, self.line))
+        return plays(lab, filler(self.syllables), required_of(moment.after, self.line))
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Another number."""
-        return tuple(Count(line=self.line, syllables=number) for number in checks.near(self.syllables) if number)
+        return tuple(Count(line=self.line, syllables=number) for number in near(self.syllables) if number)
 
 
 @claim
@@ -321,13 +402,13 @@ class Shorten(ActionClaim[Truth, Poem], EditClaim[Truth, Poem]):
         """Offer both poems."""
         draft = moment.after.draft
         kept = tuple(self.action.split("\n")) == lines_of(draft)[: self.line]
-        right, was_right = (checks.solves(lab, moment.after, [poem]) for poem in (self.action, draft))
+        right, was_right = (solves(lab, moment.after, [poem]) for poem in (self.action, draft))
         return kept and right and not was_right
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Cut it a line off the mark."""
         lines = lines_of(moment.after.draft)
-        return tuple(Shorten(action="\n".join(lines[:n])) for n in checks.near(self.line) if 1 <= n <= len(lines))
+        return tuple(Shorten(action="\n".join(lines[:n])) for n in near(self.line) if 1 <= n <= len(lines))
 
 
 @claim
@@ -343,8 +424,8 @@ class Repeat(Solution):
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Put a line in it that does not fit."""
-        lines = checks.editable(lines_of(self.action), moment.after)
-        return _miscounted(lines, 1, checks.required_of(moment.after, 1))
+        lines = editable(lines_of(self.action), moment.after)
+        return _miscounted(lines, 1, required_of(moment.after, 1))
 
 
 @claim
@@ -354,15 +435,15 @@ class AvoidCount(Claim[Truth, Poem]):
     kind = FN
     line: int
     counted: int
-    amount = slot(checks.syllables_of, "counted")
+    amount = slot(syllables_of, "counted")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer a line with the required number where a line of so many syllables is asked for."""
-        return not checks.plays(lab, checks.drum(checks.required_of(moment.after, self.line)), self.counted)
+        return not plays(lab, filler(required_of(moment.after, self.line)), self.counted)
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Warn of the required number."""
-        return (AvoidCount(line=self.line, counted=checks.required_of(moment.after, self.line)),)
+        return (AvoidCount(line=self.line, counted=required_of(moment.after, self.line)),)
 
 
 @claim
@@ -371,13 +452,13 @@ class AvoidLines(Claim[Truth, Poem]):
 
     kind = FN
     lines: int
-    length = slot(checks.length_of, "lines")
+    length = slot(length_of, "lines")
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer so many lines of one syllable where each line must have one: they must not earn anything."""
         truth = moment.after
         ones = Truth((1,) * len(truth.pattern), truth.free, "")
-        return self.lines >= 1 and checks.pays(lab, ones, "\n".join("a" * self.lines)) == -1.0
+        return self.lines >= 1 and pays(lab, ones, "\n".join("a" * self.lines)) == -1.0
 
     def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
         """Warn of the required number."""
@@ -385,15 +466,15 @@ class AvoidLines(Claim[Truth, Poem]):
 
 
 def _faults(moment: Moment[Truth], line: int) -> tuple[Claim, ...]:
-    required = checks.required_of(moment.past, line)
-    return tuple(WrongLine(line=line, counted=counted, required=required) for counted in checks.near(required))
+    required = required_of(moment.past, line)
+    return tuple(WrongLine(line=line, counted=counted, required=required) for counted in near(required))
 
 
 def _miscounted(lines: Sequence[str], line: int, syllables: int) -> tuple[Write, ...]:
-    return tuple(write_line(lines, line, syllables, wrong) for wrong in checks.near(syllables) if wrong)
+    return tuple(advise_line(lines, line, syllables, wrong) for wrong in near(syllables) if wrong)
 
 
-def write_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
+def advise_line(lines: Sequence[str], line: int, syllables: int, number: int) -> Write:
     """Advice to put a line of `number` syllables at a place where `syllables` are required."""
     action = "\n".join((*lines[: line - 1], compose(number, line), *lines[line:]))
     return Write(action=action, line=line, syllables=syllables)

@@ -1,7 +1,7 @@
-"""A catalogue of films and series: facts in SQLite, the same facts as tables in memory, and titles that are looked up.
+"""A catalogue of films and series: facts in SQLite, an index of them in memory, and a look-up of titles.
 
-The one that ships is built from `data/catalogue.csv`; larger ones are SQLite files, which
-`worlds.movies.catalogue.importing` makes.
+The shipped catalogue is built from `data/catalogue.csv`; larger ones are SQLite files made by
+`worlds.movies.catalogue.importing`.
 """
 
 import csv
@@ -9,6 +9,7 @@ import os
 import sqlite3
 import weakref
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
 from functools import cache, lru_cache, reduce
 from importlib import resources
 from operator import or_
@@ -40,17 +41,17 @@ __all__ = [
 ]
 
 SERIES = "series"
-"""A series' `type` in tables; that of a film is `film`."""
+"""The `type` of a series in tables; that of a film is `film`."""
 GENRES = (
     "Action", "Adventure", "Animation", "Biography", "Comedy", "Crime", "Documentary", "Drama", "Family", "Fantasy",
     "Film-Noir", "History", "Horror", "Music", "Musical", "Mystery", "Romance", "Sci-Fi", "Sport", "Superhero",
     "Thriller", "War", "Western",
 )  # fmt: skip
-"""The genres that count."""
+"""The genres of profiles; others are ignored."""
 CERTIFICATES = ("G", "PG", "PG-13", "R", "NC-17", "TV-Y", "TV-Y7", "TV-G", "TV-PG", "TV-14", "TV-MA")
 """The age ratings of films (MPA) and of series (TV Parental Guidelines) in the United States."""
 PERIODS = ((1980, 1989), (1990, 1999), (2000, 2009), (2010, 9999))
-"""First and last year of each period: the 80s, the 90s, the 2000s, and what is recent."""
+"""First and last year of each period: the 80s, the 90s, the 2000s, and the years since."""
 AGES = (
     ("G", "TV-Y", "TV-Y7", "TV-G"),
     ("G", "PG", "TV-Y", "TV-Y7", "TV-G", "TV-PG"),
@@ -69,7 +70,7 @@ CREATE INDEX genre_id ON genre (id);
 
 
 class Entry(NamedTuple):
-    """A film or a series, as a source states it."""
+    """A film or a series, as given by a source."""
 
     title: str
     series: bool
@@ -81,16 +82,16 @@ class Entry(NamedTuple):
     certificate: str | None
     """One of `CERTIFICATES`; None if it is unknown."""
     source: str
-    """Where the facts come from."""
+    """The source of the facts."""
 
 
 class Item(NamedTuple):
-    """A film or a series, as a world judges it."""
+    """A film or a series, as judged by the world."""
 
     label: str
-    """The title, with the year in brackets if there are several of this title."""
+    """The title, with the year in parentheses if several items have this title."""
     named: bool
-    """Whether the label names this item and no other."""
+    """Whether the label identifies this item."""
     title: str
     series: bool
     first: int
@@ -98,15 +99,11 @@ class Item(NamedTuple):
     genres: tuple[str, ...]
     certificate: str | None
     bits: int
-    """What it is: a bit for each type, period, genre, age group and certificate, as of `type_bit`."""
+    """Its attributes: a bit for each type, period, genre, age group and certificate; see `type_bit` and others."""
 
     def meets(self, wishes: Iterable[int]) -> bool:
         """Whether it has one of the bits of each wish."""
-        bits = self.bits
-        for wish in wishes:  # noqa: SIM110  # `all` takes three times as long
-            if not bits & wish:
-                return False
-        return True
+        return all(self.bits & wish for wish in wishes)
 
 
 def type_bit(series: bool) -> int:
@@ -138,18 +135,18 @@ _BITS = certificate_bit(CERTIFICATES[-1]).bit_length()
 
 
 class Catalogue:
-    """Films and series. It never changes: copies share it, and a pickle holds its path only.
+    """Films and series. A catalogue is immutable: deep copies share it, and a pickle holds its path only.
 
     Args:
-        path: an SQLite file; None for the catalogue that ships.
+        path: an SQLite file; None: the shipped catalogue.
 
     Raises:
-        ValueError: the file is no catalogue.
+        ValueError: the file is not a catalogue.
     """
 
     def __init__(self, path: str | None = None) -> None:
         self.path = path
-        # Worlds may be stepped in another thread than the one that made them; nothing is written any more.
+        # Worlds may be stepped in another thread than they were made in; the database is read-only from here on.
         self._database = sqlite3.connect(":memory:", check_same_thread=False)
         weakref.finalize(self, self._database.close)
         if path is None:
@@ -162,23 +159,23 @@ class Catalogue:
             raise _refusal(path, error) from None
         self._titles = Titles([(entry.title, entry.first) for entry in entries], aliases())
         self.items = tuple(_item(entry, *self._titles.label(i)) for i, entry in enumerate(entries))
-        """Every item, in the order of the source."""
+        """All items, in the order of the source."""
         bits = np.array([item.bits for item in self.items], np.int64)
         self.bits = int(np.bitwise_or.reduce(bits))
-        """The bits that any item has."""
+        """The union of the items' bits."""
         self._named = _set_of([item.named for item in self.items])
         self._having = tuple(_set_of(bits >> place & 1) for place in range(_BITS))
         self._having_any = cache(self._unite)
         self._by_label = {item.label: item for item in self.items if item.named}
         self.find: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=32_768)(self._titles.find)
-        """The items that a title stands for: none, one, or several if it is ambiguous."""
+        """The indices of the items with a title: none, one, or several if it is ambiguous."""
         self.near: Callable[[str], tuple[int, ...]] = lru_cache(maxsize=8192)(self._titles.near)
-        """The items that a title, which stands for none, is spelt like."""
+        """The indices of the items with a title of similar spelling."""
         self.look_up: Callable[[tuple[str, ...]], tuple[Item | None, ...]] = lru_cache(maxsize=1024)(self._look_up)
-        """Of each of some titles the one item that it stands for; None if there is none, or several."""
+        """For each title, its item; None if there is none, or several."""
 
     def item(self, title: str) -> Item | None:
-        """The one item that a title stands for; None if there is none, or several."""
+        """The item with a title; None if there is none, or several."""
         if item := self._by_label.get(title):
             return item
         found = self.find(title)
@@ -188,16 +185,16 @@ class Catalogue:
         return tuple(map(self.item, titles))
 
     def fitting(self, wishes: Iterable[int]) -> np.ndarray:
-        """Indices, in order, of the items that have one of the bits of each wish and that a label names."""
+        """Indices, in order, of the items with an unambiguous label that have one of the bits of each wish."""
         octets = self._fitting(wishes).to_bytes(len(self.items) // 8 + 1, "little")
         return np.flatnonzero(np.unpackbits(np.frombuffer(octets, np.uint8), bitorder="little").view(bool))
 
     def count(self, wishes: Iterable[int]) -> int:
-        """The number of items that fit, as `fitting` has them."""
+        """The number of items that `fitting` returns."""
         return self._fitting(wishes).bit_count()
 
     def bits_of(self, wishes: Iterable[int]) -> int:
-        """The bits that any item has that fits, as `fitting` has them."""
+        """The union of the bits of the items that `fitting` returns."""
         fits = self._fitting(wishes)
         return sum([1 << place for place, having in enumerate(self._having) if having & fits])
 
@@ -208,16 +205,16 @@ class Catalogue:
         return fits
 
     def _unite(self, wish: int) -> int:
-        """The items that have one of some bits."""
+        """The items that have any of some bits, as a bit set."""
         return reduce(or_, (having for place, having in enumerate(self._having) if wish >> place & 1), 0)
 
     def meets(self, title: str, wishes: Iterable[int]) -> bool:
-        """Whether a title stands for one item, which has one of the bits of each wish."""
+        """Whether a title identifies an item that has one of the bits of each wish."""
         item = self.item(title)
         return item is not None and item.meets(wishes)
 
     def query(self, sql: str, *parameters: Any, **named: Any) -> list[tuple[Any, ...]]:
-        """Rows of the tables `title` (id, title, series, first, last, certificate, source) and `genre` (id, genre)."""
+        """Query the tables `title` (id, title, series, first, last, certificate, source) and `genre` (id, genre)."""
         return self._database.execute(sql, named or parameters).fetchall()
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "Catalogue":
@@ -228,10 +225,10 @@ class Catalogue:
 
 
 def load_catalogue(path: str | os.PathLike[str] | None = None) -> Catalogue:
-    """The catalogue in a file, or the one that ships; read once a process, and again if the file has changed.
+    """The catalogue in a file, or the shipped one; cached per process until the file changes.
 
     Raises:
-        ValueError: there is no such file, or it is no catalogue.
+        ValueError: there is no such file, or it is not a catalogue.
     """
     if path is None:
         return _load(None, 0, 0)
@@ -248,7 +245,7 @@ def _load(path: str | None, modified: int, size: int) -> Catalogue:
 
 
 def shipped() -> Iterable[Entry]:
-    """The rows of the catalogue that ships."""
+    """The entries of the shipped catalogue."""
     for row in _rows("catalogue.csv"):
         yield Entry(
             title=row["title"],
@@ -263,7 +260,7 @@ def shipped() -> Iterable[Entry]:
 
 @lru_cache(maxsize=1)
 def aliases() -> tuple[tuple[str, str, int], ...]:
-    """Names that stand for one work and for no other, such as `Star Wars`: with its title and first year."""
+    """Other names of works, such as `Star Wars`: each with the title and first year of its work."""
     return tuple((row["alias"], row["title"], int(row["year"])) for row in _rows("aliases.csv"))
 
 
@@ -273,7 +270,7 @@ def _rows(name: str) -> Iterator[dict[str, str]]:
 
 
 def write(database: sqlite3.Connection, entries: Iterable[Entry]) -> int:
-    """Make the tables and fill them; the number of entries."""
+    """Create and fill the tables; returns the number of entries."""
     database.executescript(_SCHEMA)
     count = 0
     for count, (title, series, first, last, genres, certificate, source) in enumerate(entries, 1):
@@ -286,23 +283,20 @@ def write(database: sqlite3.Connection, entries: Iterable[Entry]) -> int:
 
 def _copy(path: str, database: sqlite3.Connection) -> None:
     try:
-        file = sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)
-        try:
+        with closing(sqlite3.connect(f"{Path(path).absolute().as_uri()}?mode=ro", uri=True)) as file:
             file.backup(database)
-        finally:
-            file.close()
     except sqlite3.Error as error:
         raise _refusal(path, error) from None
 
 
 def _refusal(path: str | None, error: Exception) -> ValueError:
     maker = f"{__name__}.importing.import_catalogue"
-    return ValueError(f"{path} is no catalogue ({error}); `{maker}` makes one")
+    return ValueError(f"{path} is not a catalogue ({error}); make one with `{maker}`")
 
 
 def _entries(database: sqlite3.Connection) -> Iterable[Entry]:
     genres: dict[int, tuple[str, ...]] = {}
-    one: dict[Any, Any] = {}  # object for equal values: a few are at hand where thousands would have to be fetched
+    one: dict[Any, Any] = {}  # a shared object for equal values, which saves memory
     for id, genre in database.execute("SELECT id, genre FROM genre ORDER BY rowid"):
         several = (*genres.get(id, ()), one.setdefault(genre, genre))
         genres[id] = one.setdefault(several, several)
@@ -330,5 +324,5 @@ def _item(entry: Entry, label: str, named: bool) -> Item:
 
 
 def _set_of(members: Any) -> int:
-    """A set of items as a number whose bit `i` is set if item `i` is a member: sets of thousands meet in no time."""
+    """A set of items as an integer whose bit `i` is set if item `i` is a member, for fast intersections."""
     return int.from_bytes(np.packbits(np.asarray(members, bool), bitorder="little").tobytes(), "little")

@@ -1,11 +1,11 @@
-"""Importing catalogues from the public files of IMDb and MovieLens, row by row.
+"""Import of catalogues from the public files of IMDb and MovieLens, row by row.
 
-- IMDb (its non-commercial datasets): `title.basics.tsv`, packed with gzip or not, and perhaps `title.ratings.tsv` to
-  leave out what few people have rated. Films and series are taken, nothing for adults.
+- IMDb (its non-commercial datasets): `title.basics.tsv`, gzipped or not, and optionally `title.ratings.tsv` to
+  leave out titles with few votes. Films and series are imported, except for adult titles.
 - MovieLens: the table with the columns `movieId`, `title` and `genres`, whose titles end with a year. All are films.
 
-Neither tells a certificate, so that an imported item's age rating is unknown: it meets no age wish, and a world
-with such a catalogue draws none. Nothing is guessed.
+Neither has certificates, so that the age rating of imported items is unknown: they meet no age wish, and a world
+with such a catalogue draws none.
 """
 
 import csv
@@ -34,40 +34,40 @@ RATINGS = ("tconst", "averageRating", "numVotes")
 """The columns of IMDb's `title.ratings.tsv`."""
 _MOVIELENS = ("movieId", "title", "genres")  # the columns of MovieLens's table of titles
 LONGEST = 180
-"""Greatest number of characters of a title; longer ones are left out."""
+"""Greatest number of characters of a title; items with longer ones are left out."""
 _YEARS = range(1870, 2200)
 _NONE = "\\N"
-_ALIASES = {"Children": "Family", "Children's": "Family"}  # MovieLens's names for one of ours
+_ALIASES = {"Children": "Family", "Children's": "Family"}  # MovieLens's names of `GENRES`
 _DATED = re.compile(r"(.+?)\s*\((\d{4})\)\s*")
 _ARTICLE_LAST = re.compile(r"(.+), (The|An?)((?: \(.*\))?)")
 
 
 class Imported(NamedTuple):
-    """What an import did."""
+    """The result of an import."""
 
     taken: int
-    """Items in the new catalogue."""
+    """Number of items in the new catalogue."""
     left_out: int
-    """Rows that are of another type, lack a year, or are not rated often enough."""
+    """Number of rows of another type, without a year, or with too few votes."""
 
 
 Progress = Callable[[int, int], None]
-"""Told the bytes read so far, and the bytes in all."""
+"""A callback that takes the bytes read so far and the total bytes."""
 
 
 def import_catalogue(
     source: Path, target: Path, ratings: Path | None = None, least_votes: int = 0, progress: Progress | None = None
 ) -> Imported:
-    """Make a catalogue of IMDb's or MovieLens's file; which one it is, its first line tells.
+    """Make a catalogue of a file of IMDb or MovieLens, which its first line identifies.
 
-    The target is replaced at the end, in one step: if anything fails, it stays as it was.
+    The target is replaced in one step at the end: after an error it is unchanged.
 
     Args:
-        source: the file, also packed with gzip.
+        source: the file, gzipped or not.
         target: the SQLite file to write.
-        ratings: IMDb's `title.ratings.tsv`, also packed.
-        least_votes: items with fewer votes are left out; at least 0. It needs `ratings`.
-        progress: told of the bytes read, about every thousand rows.
+        ratings: IMDb's `title.ratings.tsv`, gzipped or not.
+        least_votes: least number of votes of an item, at least 0; more than 0 requires `ratings`.
+        progress: called about every thousand rows.
 
     Raises:
         ValueError: a file cannot be read or written, or is damaged; the message names the file and the line.
@@ -75,7 +75,7 @@ def import_catalogue(
     if least_votes < 0:
         raise ValueError(f"least_votes must be at least 0, got {least_votes}")
     if least_votes and ratings is None:
-        raise ValueError("to leave out what has few votes, IMDb's title.ratings.tsv is needed; give it as ratings")
+        raise ValueError(f"least_votes={least_votes} requires ratings, the path of IMDb's title.ratings.tsv, got None")
     try:
         votes = _votes(ratings, least_votes) if ratings else None
         file = target.with_name(f".{target.name}.{os.getpid()}")
@@ -89,24 +89,21 @@ def import_catalogue(
 
 def _fill(file: Path, source: Path, target: Path, votes: set[str] | None, progress: Progress | None) -> Imported:
     rows = _Rows(source, progress)
-    database = sqlite3.connect(file)
-    try:
+    with closing(sqlite3.connect(file)) as database:
         taken = write(database, (entry for entry in _entries(rows, votes) if entry))
-    finally:
-        database.close()
     if not taken:
-        raise ValueError(f"{source}: not one of {rows.count} rows is a film or a series with a year")
+        raise ValueError(f"{source}: none of {rows.count} rows is a film or a series with a year")
     Catalogue(str(file))  # it must open again
     os.replace(file, target)
     return Imported(taken, rows.count - taken)
 
 
 class _Rows:
-    """The lines of a file, unpacked and counted.
+    """The lines of a file, decompressed and counted.
 
     Args:
         path: the file.
-        progress: told of the bytes read.
+        progress: called about every thousand lines.
     """
 
     def __init__(self, path: Path, progress: Progress | None = None) -> None:
@@ -115,7 +112,7 @@ class _Rows:
         self._progress = progress
 
     def lines(self) -> Generator[str, None, None]:
-        """Every line, without its end.
+        """The lines, without line ends.
 
         Raises:
             ValueError: the file is damaged.
@@ -139,7 +136,7 @@ class _Rows:
             self._progress(size, size)
 
     def damaged(self, line: int, what: str) -> ValueError:
-        """The error for a line that is not as it should be."""
+        """The error for a malformed line."""
         return ValueError(f"{self.path}, line {line}: {what}")
 
 
@@ -155,7 +152,7 @@ def _read(rows: _Rows, lines: Iterator[str], votes: set[str] | None) -> Iterator
         yield from _imdb(rows, lines, votes)
     elif tuple(header.split(",")) == _MOVIELENS:
         if votes is not None:
-            raise ValueError(f"{rows.path}: votes of IMDb tell nothing of MovieLens's titles; leave the ratings out")
+            raise ValueError(f"{rows.path}: ratings apply to IMDb's titles only, got MovieLens's; allowed: None")
         yield from _movielens(rows, lines)
     else:
         raise rows.damaged(
@@ -206,7 +203,7 @@ def _movielens(rows: _Rows, lines: Iterator[str]) -> Iterator[Entry | None]:
 
 
 def _votes(path: Path, least: int) -> set[str]:
-    """The ids that have so many votes."""
+    """The ids with at least this number of votes."""
     rows, ids = _Rows(path), set()
     with closing(rows.lines()) as lines:
         header = next(lines, "")
@@ -223,7 +220,7 @@ def _votes(path: Path, least: int) -> set[str]:
 
 
 def _title_types() -> dict[str, bool]:
-    """Whether IMDb's types of titles are series, of those that are wanted."""
+    """For each of IMDb's title types to import, whether it is a series."""
     text = resources.files("worlds.movies.catalogue").joinpath("data/imdb_title_types.csv").read_text(encoding="utf-8")
     return {row["title_type"]: row["type"] == SERIES for row in csv.DictReader(text.splitlines())}
 

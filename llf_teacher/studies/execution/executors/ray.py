@@ -42,7 +42,8 @@ def _reach(address: str) -> None:
     if not (at := re.fullmatch(r"(?:ray://)?\[?(.+?)\]?:(\d+)", address)):
         return  # `auto`, or what Ray refuses at once
     try:
-        socket.create_connection((at[1], int(at[2])), _ANSWER).close()
+        with socket.create_connection((at[1], int(at[2])), _ANSWER):
+            pass
     except (OSError, OverflowError) as error:
         raise ConnectionError(
             f"no Ray cluster can be reached at {address}: {error}; expected the address that `ray start --head` "

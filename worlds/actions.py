@@ -1,6 +1,6 @@
-"""Actions of any Gymnasium space in a canonical form: hashable values that JSON can hold.
+"""Actions of any Gymnasium space in a canonical form: hashable values that JSON can represent.
 
-Numbers are Python's, arrays are tuples, dicts are tuples of pairs. Each function goes by the type of the space.
+Numbers are Python's, arrays are tuples, dicts are tuples of pairs. Each function dispatches on the type of the space.
 """
 
 from collections.abc import Mapping
@@ -10,28 +10,28 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-__all__ = ["canonical", "is_element", "native", "syntax", "tell"]
+__all__ = ["canonical", "format_value", "is_element", "native", "syntax"]
 
 
 @singledispatch
 def canonical(space: spaces.Space[Any], action: Any) -> Any:
-    """The action in canonical form.
+    """Convert an action to canonical form.
 
     Raises:
-        ValueError, TypeError: it is not in the space.
+        ValueError, TypeError: the action is not in the space.
     """
     return _member(space, action)
 
 
 @singledispatch
 def native(space: spaces.Space[Any], action: Any) -> Any:
-    """A canonical action in the form that the environment takes."""
+    """Convert an action from canonical form to the form that the environment takes."""
     return action
 
 
 @singledispatch
 def syntax(space: spaces.Space[Any]) -> str:
-    """What an action looks like in text, to complete "the answer must be ...".
+    """Describe the text form of an action, to complete "the answer must be ...".
 
     Raises:
         ValueError: actions of this space cannot be written as text.
@@ -40,7 +40,7 @@ def syntax(space: spaces.Space[Any]) -> str:
 
 
 def is_element(space: spaces.Space[Any], action: Any) -> bool:
-    """Whether the action is in the space; a truth value, which Gymnasium takes for 0 or 1, is not."""
+    """Whether the action is in the space; a bool, which Gymnasium takes for 0 or 1, is not."""
     return not isinstance(action, bool) and space.contains(action)
 
 
@@ -67,7 +67,7 @@ def _(space: Any, action: Any) -> Any:
     given = np.asarray(action)
     if given.dtype.kind not in "iuf":
         raise ValueError(f"{action!r} is not made of numbers")
-    with np.errstate(all="ignore"):  # what does not fit becomes infinite, or another number, and is refused
+    with np.errstate(all="ignore"):  # out of range becomes infinite or another number, refused below
         array = given.astype(space.dtype)
     if not np.isfinite(array).all():
         raise ValueError(f"{action!r} is not finite")
@@ -109,7 +109,7 @@ def _(space: spaces.MultiDiscrete) -> str:
 @canonical.register(spaces.Tuple)
 def _(space: Any, action: Any) -> tuple[Any, ...]:
     if not isinstance(action, list | tuple):
-        raise TypeError(f"{action!r} is no tuple")
+        raise TypeError(f"{action!r} is not a list or tuple")
     return tuple(canonical(part, item) for part, item in zip(space.spaces, action, strict=True))
 
 
@@ -139,7 +139,9 @@ def _(space: spaces.Dict, action: Any) -> dict[str, Any]:
 @syntax.register
 def _(space: spaces.Dict) -> str:
     if not all(isinstance(key, str) for key in space.spaces):
-        raise ValueError(f"actions of {space} cannot be written as text: a key is no string; allowed: keys that are")
+        raise ValueError(
+            f"actions of {space} cannot be written as text: a key is not a string; allowed: keys that are strings"
+        )
     parts = (f'"{key}": {syntax(part)}' for key, part in space.spaces.items())
     return f"a JSON object with {'; '.join(parts)}"
 
@@ -147,7 +149,7 @@ def _(space: spaces.Dict) -> str:
 @canonical.register(spaces.Sequence)
 def _(space: Any, action: Any) -> tuple[Any, ...]:
     if not isinstance(action, list | tuple):
-        raise TypeError(f"{action!r} is no tuple")
+        raise TypeError(f"{action!r} is not a list or tuple")
     return tuple(canonical(space.feature_space, item) for item in action)
 
 
@@ -184,7 +186,7 @@ def _(space: Any) -> str:
 
 @syntax.register
 def _(space: spaces.Graph) -> str:
-    raise ValueError(f"actions of {space} cannot be written as text; allowed: environments whose actions are no graphs")
+    raise ValueError(f"actions of {space} cannot be written as text; allowed: spaces other than Graph")
 
 
 @syntax.register
@@ -192,18 +194,21 @@ def _(space: spaces.Text) -> str:
     return f"a text of at most {space.max_length} characters"
 
 
-def tell(value: Any, whole: int = 200) -> str:
-    """An observation as text: numbers to 4 decimals, arrays as lists (large ones shortened), dicts a line a key."""
+def format_value(value: Any, whole: int = 200) -> str:
+    """Format an observation as text: numbers with 4 decimals, arrays as lists, dicts with a line per key.
+
+    Arrays of more than `whole` numbers are shortened.
+    """
     if isinstance(value, str):
         return value
     if isinstance(value, Mapping):
-        return "\n".join(f"{key}: {tell(item, whole)}" for key, item in value.items())
+        return "\n".join(f"{key}: {format_value(item, whole)}" for key, item in value.items())
     if isinstance(value, np.ndarray) and value.size > whole:
         return np.array2string(value, precision=4, threshold=whole, separator=", ")
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return f"[{', '.join(tell(item, whole) for item in value)}]"
+        return f"[{', '.join(format_value(item, whole) for item in value)}]"
     return f"{round(value, 4) + 0.0!r}" if isinstance(value, float) else f"{value}"
 
 

@@ -1,42 +1,45 @@
-"""`llf same`: whether another revision says and does the same."""
+"""`llf dev compare`: compare the behaviour of this installation with that of another."""
 
 from importlib.util import find_spec
 from typing import Annotated
 
 import typer
 
-from llf_teacher.cli import say_missing
+from llf_teacher.cli import print_missing
 
 
 def add_to(app: typer.Typer) -> None:
     """Add the command."""
-    app.command("same")(same)
+    app.command("compare")(compare)
 
 
-def same(
-    other: Annotated[str, typer.Argument(help="A revision, or a folder of an installation.")],
+def compare(
+    other: Annotated[str, typer.Argument(help="A revision of this repository, or a folder with the packages.")],
     id: Annotated[list[str] | None, typer.Argument(help="Environments; by default the first of each family.")] = None,
-    teacher: Annotated[list[str] | None, typer.Option(help="Personality spec; repeat it for several.")] = None,
+    teacher: Annotated[
+        list[str] | None, typer.Option(help="Spec of a personality; repeat it for several. By default oracle.")
+    ] = None,
     episodes: Annotated[int, typer.Option(min=1, help="Episodes of each environment and teacher.")] = 100,
-    turns: Annotated[int, typer.Option(min=1, help="Turns that an episode has at most.")] = 20,
-    fast: Annotated[bool, typer.Option("--fast", help="Play here with the extra `fast`.")] = False,
+    turns: Annotated[int, typer.Option(min=1, help="Most turns of an episode.")] = 20,
+    fast: Annotated[bool, typer.Option("--fast", help="Use the extra `fast` here; the other is without it.")] = False,
 ) -> None:
-    """Play the same fresh episodes here and there, and compare all that is said and done, floats to the last bit.
+    """Play the same fresh episodes here and in another installation, and compare all that is said and done.
 
-    Half of the episodes are of random actions, half of advised ones. Exit status 1 if an episode differs.
+    Half of the episodes have random actions, half advised ones. Floats are compared to the last bit. The exit status
+    is 1 if an episode differs.
     """
     from rich.console import Console
     from rich.table import Table
 
     from llf_teacher.registry import PREFIX, entry
-    from llf_teacher.tools.benchmark import sameness
+    from llf_teacher.tools.benchmark import equality
     from pz_envs.family import all_families
     from teachers.personality import parse_personality
 
     if fast and not find_spec("numba"):
-        raise typer.BadParameter("--fast needs numba, which is not installed; try pip install 'llf-teacher[fast]'")
+        raise typer.BadParameter("--fast needs numba, which is not installed; run: pip install 'llf-teacher[fast]'")
     if not id:
-        say_missing()
+        print_missing()
     ids = [entry(name).id for name in id or ()] or [
         PREFIX + family.showcase[0] for family in all_families() if not family.missing()
     ]
@@ -46,7 +49,7 @@ def same(
     status = Console(stderr=True).status("")
     with status:
         try:
-            for each in sameness.same(ids, teachers, other, episodes, turns, status.update, fast):
+            for each in equality.compare(ids, teachers, other, episodes, turns, status.update, fast):
                 found.append(each)
                 table.add_row(each.id, each.teacher, *(f"{n:,}" for n in (each.episodes, each.turns, each.differing)))
         except ValueError as error:

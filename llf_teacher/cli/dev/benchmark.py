@@ -1,13 +1,13 @@
-"""`llf benchmark`: what a step costs, beside what it costs elsewhere."""
+"""`llf dev benchmark`: measure the time of steps, worlds and seats."""
 
 from typing import Annotated
 
 import typer
 
-from llf_teacher.cli import say_missing
+from llf_teacher.cli import print_missing
 
 _WIDTH = 160
-"""Characters that the widest table needs."""
+"""Width of the widest table, in characters."""
 
 
 def add_to(app: typer.Typer) -> None:
@@ -17,16 +17,19 @@ def add_to(app: typer.Typer) -> None:
 
 def benchmark(
     families: Annotated[
-        list[str] | None, typer.Argument(metavar="FAMILY", help="Families; all that are installed by default.")
+        list[str] | None, typer.Argument(metavar="FAMILY", help="Families; by default all that are installed.")
     ] = None,
     against: Annotated[
-        str | None, typer.Option(help="Compare with a revision, or a folder of an installation, and nothing else.")
+        str | None, typer.Option(help="Only compare with a revision of this repository, or a folder with the packages.")
     ] = None,
-    batch: Annotated[bool, typer.Option("--batch", help="Time lessons in arrays, and nothing else.")] = False,
+    everything: Annotated[
+        bool, typer.Option("--all", help="With --against, compare raw_env, TeacherEnv and a study, too.")
+    ] = False,
+    batch: Annotated[bool, typer.Option("--batch", help="Only measure lessons in arrays.")] = False,
 ) -> None:
-    """Time fresh work: steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe.
+    """Measure steps beside FrozenLake's, worlds beside the originals, seats beside tictactoe, all on fresh episodes.
 
-    With --against, exit status 1 where the lower end of a ratio's 95 % interval is above 1.25, twice in succession.
+    With --against, the exit status is 1 if the lower end of a ratio's 95 % interval is above 1.25 in two runs.
     """
     from rich.console import Console
     from rich.table import Table
@@ -34,11 +37,13 @@ def benchmark(
     from llf_teacher.tools import benchmark
     from pz_envs.family import all_families
 
+    if everything and against is None:
+        raise typer.BadParameter("--all needs --against; add it, or leave out --all")
     known = {family.name: family for family in all_families()}
     if unknown := [name for name in families or () if name not in known]:
         raise typer.BadParameter(f"there is no family {', '.join(unknown)}; allowed: {', '.join(known)}")
     if not families:
-        say_missing()
+        print_missing()
     chosen = [known[name] for name in families or known if not known[name].missing()]
     console = Console(width=max(Console().width, _WIDTH))
     status = Console(stderr=True).status("")
@@ -46,7 +51,7 @@ def benchmark(
         if batch:
             from llf_teacher.tools.throughput import throughput
 
-            console.print(throughput(progress=status.update))
+            console.print(throughput(status.update))
             return
         if against is None:
             tables = [
@@ -60,7 +65,7 @@ def benchmark(
                 console.print(table)
             return
         try:
-            found = list(benchmark.compare(chosen, against, status.update))
+            found = list(benchmark.compare_speed(chosen, against, status.update, everything))
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
     table = Table("environment", "work", "this / other", "95 % interval", box=None, padding=(0, 2, 0, 0))

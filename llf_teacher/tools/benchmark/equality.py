@@ -1,19 +1,19 @@
-"""Whether another installation says and does the same: both play the same fresh episodes."""
+"""Compare the behaviour of this installation with another: both play the same fresh episodes."""
 
 from collections.abc import Iterator
 from contextlib import closing
 from typing import NamedTuple
 
-from llf_teacher.tools.benchmark.against import tree_of
 from llf_teacher.tools.benchmark.measuring import Call, Player, Writer
-from llf_teacher.tools.benchmark.tables import STUDENTS, Progress
+from llf_teacher.tools.benchmark.speed import tree_of
+from llf_teacher.tools.benchmark.timings import STUDENTS, Progress
 
 _CHUNK = 25
-"""Episodes that are played at a time."""
+"""Episodes in one call of a player."""
 
 
-class Parting(NamedTuple):
-    """The first turn at which two installations part."""
+class Mismatch(NamedTuple):
+    """The first turn in which two installations differ, with the text of each from shortly before the difference."""
 
     seed: int
     turn: int
@@ -21,38 +21,38 @@ class Parting(NamedTuple):
     there: str
 
 
-class Sameness(NamedTuple):
-    """What was compared of one environment and one teacher."""
+class Equality(NamedTuple):
+    """The comparison of one environment with one teacher."""
 
     id: str
     teacher: str
     episodes: int
     turns: int
-    """Resets are counted."""
+    """Number of turns, resets included."""
     differing: int
-    """Episodes."""
-    first: Parting | None
+    """Number of episodes that differ."""
+    first: Mismatch | None
 
 
-def same(
+def compare(
     ids: list[str], teachers: list[str], other: str, episodes: int, turns: int, progress: Progress, fast: bool = False
-) -> Iterator[Sameness]:
-    """Fresh episodes of each environment and teacher, of random actions and of advised ones in turns, here and there.
+) -> Iterator[Equality]:
+    """Play fresh episodes of each environment and teacher here and in another installation.
 
-    Compared are observations with every word, rewards, ends, success and atoms: their claims, their number, their order
-    and every value in them, floats to the last bit.
+    Every other episode has random actions, the others have advised ones. Observations with every word, rewards, ends,
+    success and atoms (claims, number, order, and every value in them) are compared, floats to the last bit.
 
     Args:
-        ids: of environments.
+        ids: ids of environments.
         teachers: specs of personalities.
-        other: a folder that holds the packages, or a revision of the repository in which they lie.
-        episodes: of each environment and teacher.
-        turns: that an episode has at most.
-        progress: is told what comes next.
-        fast: whether what is here is played with the extra `fast`.
+        other: a folder with the packages, or a revision of this repository.
+        episodes: number of episodes of each environment and teacher.
+        turns: most turns of an episode.
+        progress: called with a line about the work that comes next.
+        fast: whether this installation uses the extra `fast`; the other never does.
 
     Raises:
-        ValueError: `other` is neither.
+        ValueError: `other` is neither a folder with the packages nor a revision.
     """
     with tree_of(other) as tree:
         for id in ids:
@@ -70,7 +70,7 @@ def _compared(
     names: tuple[str, str],
     most: tuple[int, int],
     progress: Progress,
-) -> Sameness:
+) -> Equality:
     episodes, turns = most
     played, differing, first = 0, 0, None
     for begun in range(0, episodes, _CHUNK):
@@ -81,15 +81,15 @@ def _compared(
             played += len(mine)
             if mine != theirs:
                 differing += 1
-                first = first or _parting(seed, mine, theirs)
-    return Sameness(*names, episodes, played, differing, first)
+                first = first or _mismatch(seed, mine, theirs)
+    return Equality(*names, episodes, played, differing, first)
 
 
-def _parting(seed: int, mine: list[str], theirs: list[str]) -> Parting:
+def _mismatch(seed: int, mine: list[str], theirs: list[str]) -> Mismatch:
     ended = "(over)"
     turn = next(
         (turn for turn, (a, b) in enumerate(zip(mine, theirs, strict=False)) if a != b), min(len(mine), len(theirs))
     )
     a, b = (texts[turn] if turn < len(texts) else ended for texts in (mine, theirs))
     begin = max(next((i for i, (x, y) in enumerate(zip(a, b, strict=False)) if x != y), 0) - 100, 0)
-    return Parting(seed, turn, a[begin:][:300], b[begin:][:300])
+    return Mismatch(seed, turn, a[begin:][:300], b[begin:][:300])

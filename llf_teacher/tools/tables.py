@@ -1,4 +1,4 @@
-"""Families and personalities as tables for documents, made of the code."""
+"""Tables of families and personalities for the documents, made from the code."""
 
 import dataclasses
 import inspect
@@ -11,11 +11,11 @@ from llf_teacher.tools.markdown import table
 from pz_envs.family import Family, all_families
 from teachers.personality import PERSONALITIES
 
-_PLACE = re.compile(r"(<!-- llf shelf: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_MARKED = re.compile(r"(<!-- llf dev tables: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def families() -> str:
-    """A Markdown table of every family: environments, what is taught, turns, and by what it is judged."""
+    """A Markdown table of the families: environments, task, turns, oracle."""
     rows: list[tuple[str, ...]] = []
     for family in _own_families():
         names = [f"`llf-{name}`" for name in family.showcase[:1]]
@@ -27,8 +27,8 @@ def families() -> str:
     return table(("family", "environments", "task", "turns", "oracle"), rows)
 
 
-def shelf() -> str:
-    """A Markdown table of every personality: parameters, definition, source, honesty."""
+def personalities() -> str:
+    """A Markdown table of the personalities: parameters, definition, source, honesty."""
     rows: list[tuple[str, ...]] = []
     for name in PERSONALITIES.names:
         cls: Any = PERSONALITIES[name]
@@ -40,7 +40,7 @@ def shelf() -> str:
 
 
 def matrix() -> str:
-    """A Markdown table of which family serves which personality, with what the personality needs of an oracle."""
+    """A Markdown table of the families that each personality can teach, with what it needs of an oracle."""
     families = _own_families()
     rows = []
     for name in PERSONALITIES.names:
@@ -50,36 +50,36 @@ def matrix() -> str:
 
 
 def _own_families() -> list[Family]:
-    """Those of this distribution that are installed."""
+    """The installed families of this distribution."""
     return [family for family in all_families() if not family.version and not family.missing()]
 
 
-TABLES = {"families": families, "shelf": shelf, "matrix": matrix}
+TABLES = {"families": families, "personalities": personalities, "matrix": matrix}
 
 
 def update(text: str) -> str:
-    """A document with its tables made anew: what stands between `<!-- llf shelf: NAME -->` and `<!-- end -->`.
+    """The text with new tables between the markers `<!-- llf dev tables: NAME -->` and `<!-- end -->`.
 
     Raises:
-        ValueError: there is no such place, or no such table.
+        ValueError: there are no markers, or a name is not in `TABLES`.
     """
-    names = [match.group(2) for match in _PLACE.finditer(text)]
+    names = [match.group(2) for match in _MARKED.finditer(text)]
     if not names or set(names) - set(TABLES):
         raise ValueError(
-            f"the document must have places for tables, `<!-- llf shelf: NAME -->` to `<!-- end -->` with NAME among "
-            f"{', '.join(TABLES)}; got: {', '.join(names) or 'none'}"
+            "the document must have markers for tables, `<!-- llf dev tables: NAME -->` and `<!-- end -->`, "
+            f"got: {', '.join(names) or 'none'}; allowed names: {', '.join(TABLES)}"
         )
-    return _PLACE.sub(lambda match: f"{match.group(1)}{TABLES[match.group(2)]()}{match.group(3)}", text)
+    return _MARKED.sub(lambda match: f"{match.group(1)}{TABLES[match.group(2)]()}{match.group(3)}", text)
 
 
 def documents(folder: Path) -> list[Path]:
-    """The documents in a folder, `*.md` and `docs/*.md`, that have places for tables."""
+    """The documents in a folder, `*.md` and `docs/*.md`, that have markers for tables."""
     paths = sorted([*folder.glob("*.md"), *folder.glob("docs/*.md")])
-    return [path for path in paths if _PLACE.search(path.read_text(encoding="utf-8"))]
+    return [path for path in paths if _MARKED.search(path.read_text(encoding="utf-8"))]
 
 
 def write(path: Path) -> None:
-    """Update a file.
+    """Write the tables of a file anew.
 
     Raises:
         ValueError: as in `update`, or the file cannot be read.
@@ -87,5 +87,5 @@ def write(path: Path) -> None:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"cannot read {path}: {error}; give a Markdown file that has places for tables") from None
+        raise ValueError(f"cannot read {path}: {error}; give a Markdown file with markers for tables") from None
     path.write_text(update(text), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The tables of `llf benchmark`: each row is fresh work, beside what it is compared with, in one run."""
+"""The tables of `llf dev benchmark`: in each row fresh work and what it is compared with, measured in one run."""
 
 import os
 import resource
@@ -20,7 +20,7 @@ from llf_teacher.tools.benchmark.player import Script
 from pz_envs.family import Family, all_families
 
 STUDENTS = {"random": "random", "advised": "obedient"}
-"""Whose actions are played: as the table calls them, and the student's spec."""
+"""Name in the tables -> spec of the student whose actions are played."""
 _STEPS = 300
 _STEPS_OF_SLOW = 30
 _STEPS_OF_ORIGINALS = 100
@@ -28,24 +28,24 @@ _CLASSES = (1, 8, 64)
 _BASE = "gymnasium, pettingzoo"
 _TIMES = "CPU us", "wall us", "median", "99 %"
 Progress = Callable[[str], None]
-"""Is told what comes next."""
+"""Called with the name of the work that comes next."""
 
 
 def steps_of(family: Family, most: int = _STEPS) -> int:
-    """How many steps a block has."""
+    """Number of steps in a block."""
     return min(most, _STEPS_OF_SLOW) if family.slow else most
 
 
 def blocks_of(id: str, student: str, steps: int) -> list[list[Script]]:
-    """Blocks of scripts, one more than are counted."""
+    """Blocks of scripts, one of them for the warm-up."""
     writer = Writer(id, student)
     return [writer.write(steps) for _ in range(BLOCKS + 1)]
 
 
 def _tries(steps: int) -> list[list[Script]]:
-    """Random actions for FrozenLake, and seeds for tictactoe."""
+    """Scripts of random actions for FrozenLake, whose seeds serve tictactoe."""
     rng = np.random.default_rng(0)
-    episodes = max(steps // 8, 1)  # that is how long they are
+    episodes = max(steps // 8, 1)  # an episode has about 8 steps
     return [
         [(int(rng.integers(2**31)), rng.integers(4, size=100).tolist()) for _ in range(episodes)]
         for _ in range(BLOCKS + 1)
@@ -53,10 +53,10 @@ def _tries(steps: int) -> list[list[Script]]:
 
 
 def steps(families: Sequence[Family], progress: Progress) -> Table:
-    """Steps of `make(...)` with all feedback and with none, beside FrozenLake's; ratios are of time on the processor.
+    """Steps of `make(...)` with all feedback and with none, beside FrozenLake's; ratios are of CPU time.
 
-    `teaching` is the share of a step with all feedback that one without does not take. `fast` is a step with all
-    feedback and the extra `fast`, beside FrozenLake's, where it is installed and there is something that it compiles.
+    `teaching` is the share of a step that goes into feedback. `fast` is the ratio of a step with all feedback and the
+    extra `fast`; it is empty if numba is not installed or the family has nothing to compile.
     """
     table = _table(
         "Steps, all feedback",
@@ -89,7 +89,7 @@ def steps(families: Sequence[Family], progress: Progress) -> Table:
 
 
 def worlds(families: Sequence[Family], progress: Progress) -> Table:
-    """Bare worlds, beside the environments of other packages whose work they do."""
+    """Steps of bare worlds, beside the environments of other packages that they reimplement."""
     table = _table("Worlds, random actions", ("environment",), "CPU, us", "the original's, us", "ratio")
     for family in families:
         id = PREFIX + family.showcase[0]
@@ -105,7 +105,7 @@ def worlds(families: Sequence[Family], progress: Progress) -> Table:
 
 
 def seats(families: Sequence[Family], progress: Progress) -> Table:
-    """Turns of the bare AEC environments, where everything is said, each beside PettingZoo's tictactoe."""
+    """Turns of the bare AEC environments with all feedback, beside PettingZoo's tictactoe."""
     table = _table(
         'Seats, speech="kinds"', ("raw_env", "actions"), *_TIMES, "tictactoe / this", "teaching", "reset us", "peak MB"
     )
@@ -134,17 +134,17 @@ def seats(families: Sequence[Family], progress: Progress) -> Table:
 
 
 def simple_families() -> list[Family]:
-    """Families whose first environment has finitely many actions."""
+    """The families whose first environment has finitely many actions."""
     spaces = ((f, f.make_world(**f.environments[f.showcase[0]]).action_space) for f in all_families() if not f.slow)
     return [family for family, space in spaces if isinstance(space, Discrete)]
 
 
 def forms(progress: Progress) -> Table:
-    """Turns of every form of the seats, where the worlds cost least: in families with finitely many actions.
+    """Turns of every form of the seats, in families with finitely many actions, whose worlds cost least.
 
-    A turn is one of a teacher or of a student; a step of a Gymnasium environment is one of each. In a classroom the
-    teacher speaks to every student in every round, and `per student` is what a student's turn and the words to it cost
-    together, relative to a class of one. Of the clock is what one calls: a turn, or a step.
+    A turn is one of a teacher or of a student; a step of a Gymnasium environment has one of each. In a classroom the
+    teacher speaks to every student in every round; `per student` is the cost of a student's turn and of the feedback
+    to it, relative to a class of one. CPU times are of a turn; wall times are of a call, that is a turn or a step.
     """
     table = _table(
         'Forms of the seats, speech="kinds"',
@@ -182,14 +182,14 @@ def forms(progress: Progress) -> Table:
 
 
 def _turn(form: str, measured: Measured) -> float:
-    """CPU seconds of a turn: a step of a Gymnasium environment is two."""
+    """CPU seconds of a turn; a step of a Gymnasium environment has two."""
     return measured.cpu / (2 if form in ("StudentEnv", "TeacherEnv") else 1)
 
 
 def imports(progress: Progress) -> Table:
-    """Time on the processor to import this package in a fresh interpreter, beside what it is built on.
+    """CPU time to import this package in a fresh interpreter, beside that of Gymnasium and PettingZoo.
 
-    Both have bytecode, as after installation: it is written by a first import that does not count.
+    A first import, which does not count, writes the bytecode.
     """
     progress("imports")
     programs = {_BASE: f"import {_BASE}", "llf_teacher": "import llf_teacher"}
@@ -214,7 +214,7 @@ def _cpu_of_children() -> float:
 
 
 def _times(found: Measured) -> tuple[str, str, str, str]:
-    """Means of a step on the processor and on the clock, then its median and 99th percentile on the clock."""
+    """Cells: mean CPU time of a step, then its mean, median and 99th percentile of wall time."""
     return (
         _us(found.cpu),
         _us(float(np.mean(found.steps))),

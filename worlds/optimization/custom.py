@@ -1,4 +1,4 @@
-"""Losses of the user's own: derivatives are estimated, and the least value is looked for, unless they are given."""
+"""Custom losses: derivatives and minimiser are estimated unless they are given."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,19 +10,19 @@ import numpy as np
 
 from worlds.optimization.loss import Gradient, Loss, Point, Value
 
-_GRID = 41  # points a side, for a first look at a user's loss
-_POLISHED = 8  # of these, how many the search for a minimum starts from
+_GRID = 41  # points along each axis at which a loss is evaluated first
+_STARTS = 8  # the best of these points, from which the search for the minimum starts
 
 
-def own_loss(function: Value, choice: int, gradient: Gradient | None, domain: Any, minimiser: Any) -> Loss:
-    """The loss that a user's function is.
+def custom_loss(function: Value, choice: int, gradient: Gradient | None, domain: Any, minimiser: Any) -> Loss:
+    """Make a loss of a function.
 
     Raises:
-        ValueError: an argument is not allowed, or the function is not finite on its domain, or not least where
-            it is said to be.
+        ValueError: an argument is not allowed, the function is not finite on its domain, or a point of it has a lower
+            value than the given minimiser.
     """
     if choice != 1:
-        raise ValueError(f"func_choice is for Bohachevsky, got {choice!r} for a function of your own; allowed: 1")
+        raise ValueError(f"func_choice applies to Bohachevsky only, got {choice!r} for a custom function; allowed: 1")
     try:
         first, second = domain
         bounds = (first, second) if isinstance(first, Sequence) else ((first, second), (first, second))
@@ -31,41 +31,42 @@ def own_loss(function: Value, choice: int, gradient: Gradient | None, domain: An
             raise ValueError
     except (TypeError, ValueError):
         raise ValueError(
-            f"domain must be (low, high) or ((low, high), (low, high)) with low < high for a function of your own, "
+            f"domain of a custom function must be (low, high) or ((low, high), (low, high)) with low < high, "
             f"got {domain!r}"
         ) from None
-    return _look_at(function, gradient, lows, highs, None if minimiser is None else tuple(map(float, minimiser)))
+    return _loss_of(function, gradient, lows, highs, None if minimiser is None else tuple(map(float, minimiser)))
 
 
-@lru_cache(maxsize=64)
-def _look_at(function: Value, gradient: Gradient | None, lows: Point, highs: Point, minimiser: Point | None) -> Loss:
-    """The loss that a user's function is; looked at once, since every scratch world needs it."""
+@lru_cache(maxsize=64)  # scratch worlds share it
+def _loss_of(function: Value, gradient: Gradient | None, lows: Point, highs: Point, minimiser: Point | None) -> Loss:
     value = partial(_number, function)
     slope = gradient or partial(_differences, value, lows, highs)
     hessian = partial(_curvature, slope, lows, highs)
     grid = product(*(np.linspace(low, high, _GRID).tolist() for low, high in zip(lows, highs, strict=True)))
     seen = sorted((value(*point), point) for point in grid)
     if minimiser is None:
-        minimisers = _search(value, slope, lows, highs, [point for _, point in seen[:_POLISHED]])
+        minimisers = _search(value, slope, lows, highs, [point for _, point in seen[:_STARTS]])
     elif len(minimiser) != 2 or not all(lows[i] <= minimiser[i] <= highs[i] for i in (0, 1)):
         raise ValueError(f"minimiser must be a point of the domain, got {minimiser!r}")
     elif seen[0][0] < value(*minimiser):
-        raise ValueError(f"the function is not least at {minimiser}, it is less at {seen[0][1]}")
+        raise ValueError(
+            f"minimiser must be the point of least loss, got {minimiser}; the loss is less at {seen[0][1]}"
+        )
     else:
         minimisers = (minimiser,)
     return Loss(value, slope, hessian, lows, highs, minimisers)
 
 
 def _number(function: Value, x1: float, x2: float) -> float:
-    """The value of a user's function as a Python float."""
+    """The value of a function as a Python float."""
     value = float(function(x1, x2))
     if not math.isfinite(value):
-        raise ValueError(f"the loss must be finite on its domain; at [{x1}, {x2}] it is {value}")
+        raise ValueError(f"the loss must be finite on its domain, got {value} at [{x1}, {x2}]")
     return value
 
 
 def _differences(function: Callable[..., Any], lows: Point, highs: Point, x1: float, x2: float) -> tuple[Any, ...]:
-    """Derivatives of a function of two numbers, estimated by central differences within the domain."""
+    """First derivatives of a function of two numbers, estimated by central differences within the domain."""
     slopes = []
     for i in range(2):
         x = (x1, x2)[i]
@@ -77,7 +78,7 @@ def _differences(function: Callable[..., Any], lows: Point, highs: Point, x1: fl
 
 
 def _curvature(gradient: Gradient, lows: Point, highs: Point, x1: float, x2: float) -> tuple[float, float, float]:
-    """Second derivatives, estimated from first ones; a wider step, since these may be estimates themselves."""
+    """Second derivatives, estimated from first ones, with a wider step since these may be estimates, too."""
     rows = []
     for i in range(2):
         x = (x1, x2)[i]
@@ -90,7 +91,7 @@ def _curvature(gradient: Gradient, lows: Point, highs: Point, x1: float, x2: flo
 
 
 def _search(value: Value, gradient: Gradient, lows: Point, highs: Point, starts: list[Point]) -> tuple[Point, ...]:
-    """The points of least loss that scipy finds from these starts."""
+    """The points of least loss that scipy finds from these starting points."""
     from scipy.optimize import minimize
 
     found = []

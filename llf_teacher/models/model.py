@@ -1,0 +1,176 @@
+"""Language models by their settings: which model is asked, where and how, in one value that checks all of it."""
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+
+from llf_teacher.models import settings
+from llf_teacher.models.cache import Cache
+from llf_teacher.models.client import check_extra, connect
+from llf_teacher.models.endpoints import Address, check_name, checked_url, place_of
+from llf_teacher.models.replies import Answer, Prices
+from llf_teacher.models.settings import ClientSettings
+from teachers.spec import Spec, check_range
+
+_RESERVED = ("model", "messages", "stream", "n", "tools", "tool_choice", "response_format")
+_RESOLVED = ("model", "base_url", "endpoint")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelSettings:
+    """The parameters of every spec that asks a model of an OpenAI-compatible endpoint.
+
+    Model and endpoint come from the environment if they are not given. See docs/bring-your-agent.md for costs, cache
+    and key.
+
+    Raises:
+        ValueError: a value is not allowed.
+    """
+
+    model: str = ""
+    """Name of the model; by default `LLF_LLM_MODEL`, else `OPENAI_MODEL`."""
+    base_url: str = ""
+    """Its endpoint's address, without `endpoint`; by default `LLF_LLM_BASE_URL`, `OPENAI_BASE_URL` or OpenAI's."""
+    temperature: float | None = 0.0
+    """Sampling temperature, 0 to 10; None: the endpoint's default."""
+    max_tokens: int | None = 1000
+    """Maximum length of an answer, in tokens; None: the endpoint's default."""
+    seed: bool = True
+    """Whether requests have a sampling seed, which depends on the episode's seed only."""
+    input_price: float | None = None
+    """USD per million tokens of input; None: unknown."""
+    output_price: float | None = None
+    """USD per million tokens of output; None: unknown."""
+    cached_price: float | None = None
+    """USD per million tokens of input that the endpoint had in its cache; None: as other input."""
+    endpoint: str = ""
+    """Name of an endpoint, see `llf_teacher.models.endpoints`, without `base_url`; by default `LLF_LLM_ENDPOINT`."""
+    extra: dict[str, Any] | None = None
+    """More of the request's body, such as `{'reasoning_effort': 'low'}`."""
+
+    def __post_init__(self) -> None:
+        endpoint = self.endpoint or ("" if self.base_url else os.environ.get(settings.ENDPOINT, ""))
+        if endpoint and self.base_url:
+            raise ValueError(f"give base_url or endpoint, not both, got base_url and endpoint={endpoint!r}")
+        object.__setattr__(self, "endpoint", endpoint and check_name(endpoint))
+        object.__setattr__(self, "model", self.model or settings.default(settings.MODEL))
+        if not isinstance(self.model, str) or not self.model:
+            raise ValueError(f"model must be the name of a model, got {self.model!r}; or set {settings.MODEL}")
+        if not endpoint:
+            base_url = self.base_url or settings.default(settings.BASE_URL) or settings.OPENAI
+            object.__setattr__(self, "base_url", checked_url(base_url))
+        if self.temperature is not None:
+            check_range("temperature", self.temperature, 0, 10)
+        if self.max_tokens is not None:
+            check_range("max_tokens", self.max_tokens, 1, 1_000_000, int)
+        if not isinstance(self.seed, bool):
+            raise ValueError(f"seed must be True or False, got {self.seed!r}")
+        for name in ("input_price", "output_price", "cached_price"):
+            if (price := getattr(self, name)) is not None:
+                check_range(name, price, 0, 1_000_000)
+        if self.extra is not None:
+            _check_extra_body(self.extra)
+
+    @property
+    def prices(self) -> Prices | None:
+        """USD per million tokens; None unless the prices of input and of output are known."""
+        if self.input_price is None or self.output_price is None:
+            return None
+        return Prices(self.input_price, self.output_price, self.cached_price)
+
+    def address(self, environment: Mapping[str, str] = os.environ) -> Address:
+        """The address of the endpoint.
+
+        Raises:
+            ValueError: the endpoint's name has no address, or none that is allowed.
+        """
+        return place_of(self.endpoint, environment) if self.endpoint else Address(self.base_url)
+
+    def sampling(self, rng: np.random.Generator | None) -> dict[str, Any]:
+        """The part of a request's body that says how an episode's answers are sampled.
+
+        Args:
+            rng: draws the seed, if there is one.
+        """
+        sampling = {
+            "temperature": self.temperature,
+            "max_tokens": self.max_tokens,
+            "seed": int(rng.integers(2**31)) if self.seed and rng is not None else None,
+        }
+        return {name: value for name, value in sampling.items() if value is not None}
+
+
+class Model:
+    """A model that is asked through its endpoint, for one episode.
+
+    Args:
+        settings: which model, where and how.
+        rng: draws the sampling seed, if the settings want one.
+    """
+
+    def __init__(self, settings: ModelSettings, rng: np.random.Generator | None = None) -> None:
+        address = settings.address()
+        client = ClientSettings.read(address.base_url, key_in=address.key)
+        self._settings, self._endpoint = settings, connect(address.base_url, client, settings.endpoint)
+        self._sampling = settings.sampling(rng)
+
+    def answer(self, messages: list[dict[str, Any]], form: Mapping[str, Any] | None = None) -> Answer:
+        """The model's answer to messages; see `Endpoint.answer` for the errors.
+
+        Args:
+            messages: of a chat completion.
+            form: the part of the request's body that says which form the answer has; None: a text.
+        """
+        asked = self._settings
+        body = {**(form or {}), **self._sampling, **(asked.extra or {})}
+        return self._endpoint.answer({"model": asked.model, "messages": messages, **body}, asked.prices)
+
+
+class AsksModel(Spec):
+    """Base of specs that ask a model: their fields have the names and the meaning of fields of `ModelSettings`."""
+
+    price_fields: ClassVar[str] = "input_price=..., output_price=..."
+    """How prices are given, for a message."""
+
+    @property
+    def settings(self) -> ModelSettings:
+        """The settings among the fields."""
+        names = {field.name for field in fields(ModelSettings)}
+        return ModelSettings(**{name: value for name, value in vars(self).items() if name in names})
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checked = self.settings
+        for name in _RESOLVED:
+            object.__setattr__(self, name, getattr(checked, name))
+
+    def check(self, environment: Mapping[str, str]) -> None:
+        """Check that the client is installed, that its settings are allowed and that a spending limit can be kept.
+
+        Raises:
+            ValueError: a setting is missing or not allowed.
+            ModuleNotFoundError: the client is not installed.
+        """
+        check_extra()
+        asked = self.settings
+        address = asked.address(environment)
+        client = ClientSettings.read(address.base_url, environment, address.key)
+        if client.budget is not None and asked.prices is None:
+            raise ValueError(f"a spending limit needs prices: add {self.price_fields} to {str(self)!r}")
+        if client.budget is not None and asked.max_tokens is None:
+            raise ValueError(f"a spending limit needs a maximum length: give a number as max_tokens in {str(self)!r}")
+        Cache(client.cache).close()
+
+
+def _check_extra_body(extra: Any) -> None:
+    try:
+        json.dumps(extra, allow_nan=False)
+        fits = isinstance(extra, dict) and not set(extra) & set(_RESERVED)
+    except (TypeError, ValueError):
+        fits = False
+    if not fits:
+        raise ValueError(f"extra must be a dict of JSON values without the keys {', '.join(_RESERVED)}, got {extra!r}")
