@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 import llf_teacher
-from llf_teacher.episodes.play import play as turns_of
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import entries
@@ -64,7 +64,7 @@ def test_every_distorted_atom_is_found(entry, spec):
             break
         env = llf_teacher.make(entry.id, teacher=spec, text=student.text)
         recorder = Recorder(env.family.name, env.student_view)
-        for turn in turns_of(env, student.seat(env.family, env.session.world), turns):
+        for turn in play_turns(env, student.seat(env.family, env.session.world), turns):
             turns += turn.moment.turn > 0
             for atom, label in recorder.check(turn):
                 if atom.kind is not None and atom.claim not in env.teacher.offered:

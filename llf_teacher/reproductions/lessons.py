@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from llf_teacher.episodes.play import play
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
 
@@ -25,7 +25,7 @@ def regrets(
     env = make(id, teacher=teacher, max_turns=turns, text=player.text, **options)
     oracle = env.session.teacher.oracle
     policy = player.seat(env.family, env.session.world)
-    played = [turn.moment for turn in play(env, policy, seed)][1:]
+    played = [turn.moment for turn in play_turns(env, policy, seed)][1:]
     env.close()
     return [oracle.regret(moment) for moment in played], [moment.success for moment in played]
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from llf_teacher.episodes.play import play
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
@@ -215,7 +215,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     said: Counter[tuple[Claim[Any], int]] = Counter()
     found.episodes += 1
     recorder = Recorder(env.family.name, env.student_view)
-    for turn in itertools.islice(play(env, student, episode.seed, episode.reset), episode.turns + 1):
+    for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
         moment, atoms = turn.moment, recorder.check(turn)
         found.turns += moment.turn > 0
         found.words += len(turn.feedback.split())

@@ -7,7 +7,7 @@ from typing import Any
 
 from PIL import Image
 
-from llf_teacher.episodes.play import play
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv
 from llf_teacher.students.parsing import parse_student
 from worlds.pictures.canvas import Frame
@@ -31,7 +31,7 @@ def film(id: str, *, student: str, seed: int, **settings: Any) -> list[Frame]:
     """
     player = parse_student(student)
     env = StudentEnv(id, text=player.text, render_mode="rgb_array", **settings)
-    frames = [env.render() for _ in play(env, player.seat(env.family, env.session.world), seed)]
+    frames = [env.render() for _ in play_turns(env, player.seat(env.family, env.session.world), seed)]
     env.close()
     return frames
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.episodes.play import play
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.registry import entries
 from llf_teacher.serialization import to_json
@@ -26,7 +26,7 @@ def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
     moments: list[Moment[Any]] = []
     lab = session.world.scratch()
     lines = [f"environment: {id}", f"seed: {seed}"]
-    for turn in play(env, _Follower(env), seed):
+    for turn in play_turns(env, _Follower(env), seed):
         moments.append(turn.moment)
         lines.append("")
         if turn.moment.turn:

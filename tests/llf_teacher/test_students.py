@@ -14,7 +14,7 @@ from sampling import IDS, fewer, practice
 from shelf import is_complete
 
 import llf_teacher
-from llf_teacher.episodes.play import play as turns_of
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entries, entry
 from llf_teacher.students.parsing import STUDENTS, parse_student, student_for
@@ -221,7 +221,7 @@ def test_every_paraphrase_of_every_voice_is_read_as_the_claim_that_it_words(id):
         for type_ in family.oracle_class().instruction_types:
             env = llf_teacher.make(id, teacher=spec, instruction_type=type_)
             student = parse_student("random").seat(family, env.session.world)
-            for turn in islice(turns_of(env, student, seed=0), 10):
+            for turn in islice(play_turns(env, student, seed=0), 10):
                 for atom in turn.atoms:
                     said.setdefault(type(atom.claim), set()).add(atom.claim)
     assert len(said) > (15 if is_complete(family) else len(family.oracle_class().claims()))
@@ -246,7 +246,7 @@ def test_a_reader_of_words_understands_every_voice(id, voice):
 
     def rewards(voice):
         env = llf_teacher.make(id, voice=voice)
-        return [turn.moment.reward for turn in turns_of(env, policy, seed=3)]
+        return [turn.moment.reward for turn in play_turns(env, policy, seed=3)]
 
     assert rewards("plain") == rewards(voice)
 
@@ -258,7 +258,7 @@ def skill(id, teacher, seed, field):
     """What the Bayesian student thinks of a teacher after an episode."""
     env = llf_teacher.make(id, teacher=teacher)
     policy = parse_student("bayesian").seat(env.family, env.session.world)
-    for _ in turns_of(env, policy, seed):
+    for _ in play_turns(env, policy, seed):
         pass
     return policy.skill[field]
 

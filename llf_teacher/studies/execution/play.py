@@ -2,8 +2,7 @@
 
 from collections.abc import Callable
 
-from llf_teacher.episodes.play import play as episode
-from llf_teacher.episodes.play import play_on
+from llf_teacher.episodes.loop import play_remaining_turns, play_turns
 from llf_teacher.episodes.record import EpisodeSpec, Record
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import make
@@ -36,7 +35,7 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
     if spec.lessons:
         attend(spec, player, student)
     recorder = Recorder(env.family.name, env.student_view, env.teacher)
-    for turn in episode(env, student, spec.seed, sample=spec.sample):
+    for turn in play_turns(env, student, spec.seed, sample=spec.sample):
         recorder.note(**(student.record() if turn.moment.turn else {}))
         if begins:
             begins(turn.moment.turn + 1)
@@ -67,7 +66,7 @@ def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
         if spec.worlds == SAME:
             env.resume_from(opening)
         policy.reset(session.seeds.stream("student"))
-        for _ in play_on(env, policy):
+        for _ in play_remaining_turns(env, policy):
             pass
         policy.finish(view.observe(), view.info_for(policy), session.terminated)
     env.close()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from llf_teacher.episodes.play import play
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.studies.definition.custom_specs import parse_teacher
 from llf_teacher.studies.definition.options import read_options
@@ -103,7 +103,7 @@ def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) 
         for turn in stored[1:]
     ]
     seen, rewards, ends = [], [], []
-    for turn, played in zip(stored, play(env, _Replay(did), row["seed"]), strict=True):
+    for turn, played in zip(stored, play_turns(env, _Replay(did), row["seed"]), strict=True):
         seen.append(env.observe())
         if not played.moment.turn:
             continue

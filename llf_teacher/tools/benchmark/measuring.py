@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
-from llf_teacher.episodes.play import play
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import make
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.tools.benchmark import player
@@ -90,7 +90,7 @@ class Writer:
         return seed, self._actions(seed, most)
 
     def _actions(self, seed: int, most: int) -> list[Any]:
-        played = play(self._env, self._student, seed)
+        played = play_turns(self._env, self._student, seed)
         return [turn.moment.action for turn in islice(played, most + 1)][1:]
 
 

@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.episodes.play import play
+from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
@@ -94,7 +94,7 @@ def examples(family: Family) -> dict[type[Claim[Any]], str]:
                     max_turns=_TURNS,
                     privileged_info=True,
                 )
-                for turn in play(env, student.seat(env.family, env.session.world), seed):
+                for turn in play_turns(env, student.seat(env.family, env.session.world), seed):
                     for atom in turn.atoms:
                         found.setdefault(type(atom.claim), atom.text)
                 env.close()

@@ -7,10 +7,10 @@ from llf_teacher.gym import StudentEnv
 from teachers.seeds import Seeds
 from teachers.session import Turn
 
-__all__ = ["play", "play_on"]
+__all__ = ["play_remaining_turns", "play_turns"]
 
 
-def play(
+def play_turns(
     env: StudentEnv, policy: Any, seed: int, options: dict[str, Any] | None = None, sample: int = 0
 ) -> Iterator[Turn]:
     """Play an episode, which stops at success, as LLF-Bench's evaluation does, unless the task is asked repeatedly.
@@ -27,10 +27,10 @@ def play(
     """
     policy.reset(Seeds(seed).stream("student", sample))
     env.reset(seed=seed, options=options)
-    yield from play_on(env, policy)
+    yield from play_remaining_turns(env, policy)
 
 
-def play_on(env: StudentEnv, policy: Any) -> Iterator[Turn]:
+def play_remaining_turns(env: StudentEnv, policy: Any) -> Iterator[Turn]:
     """Play the rest of an episode; the record of each turn, the last one that is over first."""
     session, view = env.session, env.student_view
     yield session.turn
