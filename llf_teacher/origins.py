@@ -1,4 +1,4 @@
-"""That the packages of this distribution are its own: a folder or file of the same name elsewhere would go first."""
+"""A check that Python imports this distribution's packages, and no folders or files of the same names elsewhere."""
 
 import sys
 from importlib.util import find_spec
@@ -12,7 +12,7 @@ def check_origins() -> None:
     """Check where the packages beside this one come from, before they are imported.
 
     Raises:
-        ImportError: one is hidden by something of the user's; the message names the file.
+        ImportError: another file or folder hides one; the message names it.
     """
     for name in _PACKAGES:
         if name in sys.modules:
@@ -21,10 +21,10 @@ def check_origins() -> None:
             spec = find_spec(name)
             file = spec and spec.origin
         if file is None or Path(file).resolve().parent.parent != _HOME:
-            where = file or f"a folder {name!r}"  # which goes before a package of an editable installation
+            where = file or f"a folder {name!r}"  # which precedes a package of an editable installation
             raise ImportError(
                 f"llf_teacher needs its own package {name!r} in {_HOME}, but Python finds {where} first; "
-                "rename that, or start Python in another folder",
+                "rename it, or start Python in another folder",
                 name=name,
                 path=file,
             )

@@ -1,4 +1,4 @@
-"""People in seats, as studies name them: who sat there in the browser.
+"""Specs of people in the seats of an episode that was played in the browser.
 
 `llf_teacher.people:PersonLearning(code='p07')` is a student, `llf_teacher.people:PersonTeaching(code='p07')` a teacher.
 No program can play them: `llf serve --store` writes their episodes, which studies and reports read like all others.
@@ -14,11 +14,11 @@ from teachers.personality import Claims, Personality, Stage, View, parse_persona
 
 __all__ = ["PersonLearning", "PersonTeaching"]
 
-_ABSENT = "sits at a page in the browser, where no program can stand in; `llf serve --store` writes such episodes"
+_ABSENT = "is a person in the browser, whom no program can play; `llf serve --store` writes such episodes"
 
 
 class _Stage(Stage["PersonTeaching"]):
-    """Cannot speak here."""
+    """Refuses to speak."""
 
     def speak(self, claims: Claims, view: View) -> Claims:
         raise ValueError(f"{self.spec} {_ABSENT}")
@@ -29,15 +29,15 @@ class PersonTeaching(Personality):
     """A person in the teacher's seat.
 
     Raises:
-        ValueError: there is no such speech or personality.
+        ValueError: an unknown speech or personality.
     """
 
     code: str = ""
-    """The participant's code; empty if there are none."""
+    """The participant's code; empty without codes."""
     speech: str = "claims"
-    """How it spoke: `claims`, chosen among those that there were to say, or `message`, words of its own."""
+    """The form of speech: `claims`, chosen from those on offer, or `message`, free text."""
     offers: str = "oracle"
-    """The personality that said which claims there were, or made suggestions."""
+    """The personality that offered claims or made suggestions."""
 
     source = "a person"
     honest = False
@@ -51,10 +51,10 @@ class PersonTeaching(Personality):
 
 
 class PersonLearning:
-    """A person in the student's seat, by the protocol of agents.
+    """A person in the student's seat, with the interface of agents.
 
     Args:
-        code: the participant's; empty if there are none.
+        code: the participant's; empty without codes.
     """
 
     reads: ClassVar[str] = "words"
@@ -72,5 +72,9 @@ class PersonLearning:
         raise ValueError(f"the student of code {self.code!r} {_ABSENT}")
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> NoReturn:
-        """As `reset`."""
+        """Refuse to play.
+
+        Raises:
+            ValueError: always.
+        """
         raise ValueError(f"the student of code {self.code!r} {_ABSENT}")

@@ -1,4 +1,4 @@
-"""The environments by their ids, and their registration with Gymnasium."""
+"""The registry of environments by their ids, and their registration with Gymnasium."""
 
 import warnings
 from collections.abc import Callable
@@ -22,9 +22,9 @@ class Entry(NamedTuple):
     """Gymnasium id, as LLF-Bench names it."""
     family: Family
     options: dict[str, Any]
-    """The world's options."""
+    """Options of the world."""
     sampled: bool
-    """Whether there is a golden transcript of it, and the default tests play it."""
+    """Whether it has a golden transcript and is part of the default tests."""
 
 
 class _Table(NamedTuple):
@@ -34,7 +34,7 @@ class _Table(NamedTuple):
 
 @cache
 def _table(search: Callable[[], tuple[Family, ...]]) -> _Table:
-    """The environments of the families that a search finds."""
+    """The environments of the families that `search` finds."""
     families = search()
     found = [
         Entry(f"{PREFIX}{name}", family, dict(options), name in (family.sampled or family.environments))
@@ -59,15 +59,15 @@ def ids() -> tuple[str, ...]:
 
 
 def entry(id: str) -> Entry:
-    """The environment of an id, of its alias `verbal-...`, or of another alias, which is warned of once a process.
+    """The environment of an id, of its alias `verbal-...`, or of another alias, with one warning per process.
 
     Raises:
-        ValueError: there is none; the message names the nearest ids.
+        ValueError: an unknown id; the message names the nearest ones.
     """
     if not isinstance(id, str):
         raise ValueError(f"an id must be a string such as {ids()[0]!r}, got {id!r}; `llf list` shows them all")
     name = PREFIX + id.removeprefix(ALIAS) if id.startswith(ALIAS) else id
-    for search in (own_families, all_families):  # those of other distributions are looked for where need be
+    for search in (own_families, all_families):  # other distributions are searched only if necessary
         entries, aliases = _table(search)
         if name in aliases:
             found = aliases[name]
@@ -84,19 +84,19 @@ _SHOWN: set[str] = set()
 
 
 def _warn(message: str) -> None:
-    """Warn once a process; whoever filters warnings so as to see all of them, or none, gets that."""
+    """Warn once per process, unless the filters of warnings show every warning or none."""
     if message not in _SHOWN:
         kept: dict[Any, Any] = {}
         warnings.warn_explicit(message, UserWarning, "llf_teacher", 1, module=__name__, registry=kept)
-        if any(type(key) is tuple for key in kept):  # a filter that shows things once has shown it
+        if any(type(key) is tuple for key in kept):  # a filter that shows a warning once has shown it
             _SHOWN.add(message)
 
 
 def family(name: str) -> Family:
-    """The family of a name.
+    """The family with a name.
 
     Raises:
-        ValueError: there is none; the message names the nearest families.
+        ValueError: an unknown name; the message names the nearest families.
     """
     families = {each.name: each for each in all_families()}
     if name not in families:
@@ -107,7 +107,7 @@ def family(name: str) -> Family:
 
 
 def register_all() -> None:
-    """Enter every environment, its alias and its teacher's side into Gymnasium's registry.
+    """Register every environment, its alias and its teacher's seat with Gymnasium.
 
     The environments check the order of calls themselves, so that no wrapper hides their attributes.
     """
@@ -117,14 +117,14 @@ def register_all() -> None:
         for name in (id, ALIAS + id.removeprefix(PREFIX)):
             _register(name, "Student", arrays, env_id=id)
     for id, each in entries.items():
-        tables = isinstance(each.family.learning, ActionValues | StateValues)  # which students in arrays have
+        tables = isinstance(each.family.learning, ActionValues | StateValues)  # which students in arrays need
         arrays = bool(each.family.world_batch) and tables
         _register(TEACHER + id.removeprefix(PREFIX), "Teacher", arrays, env_id=id, actions="compact")
 
 
 def _register(name: str, seat: str, arrays: bool, **settings: Any) -> None:
-    """Enter a seat, which can be played in arrays or not."""
-    # `gymnasium.register` looks through all that is registered, twice, for each that is added.
+    """Register a seat; `arrays` says whether it has a vector environment."""
+    # `gymnasium.register` searches the whole registry twice per call.
     gymnasium.registry[name] = EnvSpec(
         name,
         entry_point=f"llf_teacher.gym:{seat}Env",

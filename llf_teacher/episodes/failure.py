@@ -1,24 +1,24 @@
-"""Why there is nothing of an episode, as text that can be stored."""
+"""Why an episode failed, as text that can be stored."""
 
 from typing import NamedTuple
 
 REASONS = ("raised", "time", "memory", "died")
-"""Why episodes fail: the agent raised, took too long, took too much memory, or its process is gone."""
+"""The agent raised an error, took too long, took too much memory, or its process ended."""
 _LONGEST = 2_000, 20_000  # characters of a failure's message and traceback
 
 
 class Failure(NamedTuple):
-    """Why there is nothing of an episode, as text: not every exception survives the way between processes."""
+    """Why an episode failed, as text, since not every exception can be pickled."""
 
     reason: str
     """One of `REASONS`."""
     error: str
     trace: str = ""
-    """The traceback in the process that played, where the error is not plain from its message."""
+    """The traceback in the process that played; empty if the message is enough."""
 
 
 def failure(reason: str, error: str, trace: str = "") -> Failure:
-    """A failure with texts that can be stored: of bounded length, without halves of characters."""
+    """A failure whose texts can be stored: of bounded length, without lone surrogates."""
     longest, longest_trace = _LONGEST
     error, trace = (text.encode("utf-8", "replace").decode() for text in (error, trace))
     return Failure(

@@ -1,4 +1,4 @@
-"""The record of an episode: what determines it, its turns, what they sum up to, and both as JSON and as bytes."""
+"""The record of an episode: what determines it, its turns, their sums, and their forms as JSON and as bytes."""
 
 import dataclasses
 import hashlib
@@ -19,7 +19,7 @@ from teachers.atoms import FP, KINDS, Atom, Label, action_of
 
 
 class EpisodeSpec(NamedTuple):
-    """All that determines an episode."""
+    """Everything that determines an episode."""
 
     id: str
     teacher: str
@@ -29,31 +29,31 @@ class EpisodeSpec(NamedTuple):
     max_turns: int
     seed: int
     version: str
-    """Version of this package, and of the one that brings the family along: another version may play otherwise."""
+    """Version of this package, and of the distribution of the family; another version may play differently."""
     rules: str = ""
-    """Versions of the tree of seeds and of the family's rules, as in `2.1`: what differs in it is not comparable."""
+    """Versions of the tree of seeds and of the family's rules, as in `2.1`; only equal ones are comparable."""
     lessons: int = 0
-    """Episodes that the teacher taught before this one, which then is a test: nobody teaches, no feedback is given."""
+    """Number of lessons before this episode, which is then a test without a teacher and without feedback."""
     taught: str = ""
     """Id of the environment of the lessons; empty without lessons."""
     worlds: str = ""
-    """Whose worlds the lessons have, of `llf_teacher.studies.execution.play.WORLDS`; empty without lessons."""
+    """Worlds of the lessons, one of `llf_teacher.studies.definition.design.WORLDS`; empty without lessons."""
     sample: int = 0
-    """Which of the episodes that differ in what the student draws only."""
+    """Number of the sample; samples differ only in the student's random stream."""
     options: str = ""
-    """Options of the environment, JSON, beside those that its id stands for; empty: none."""
+    """Options of the environment, as JSON, beside those of its id; empty: none."""
 
     @property
     def key(self) -> str:
         """A digest that identifies the episode in a store."""
-        told = self._asdict()
-        for name in (*(() if self.lessons else _OF_LESSONS), *(each for each in _LATER if not told[each])):
-            del told[name]
-        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:32]
+        fields = self._asdict()
+        for name in (*(() if self.lessons else _OF_LESSONS), *(each for each in _LATER if not fields[each])):
+            del fields[name]
+        return hashlib.sha256(json.dumps(fields, sort_keys=True).encode()).hexdigest()[:32]
 
 
 _OF_LESSONS = ("lessons", "taught", "worlds")
-_LATER = ("sample", "options")  # which do not tell an episode from those that were played before there were any
+_LATER = ("sample", "options")  # newer fields, whose defaults leave the keys of older episodes unchanged
 
 
 class TurnRow(NamedTuple):
@@ -63,35 +63,35 @@ class TurnRow(NamedTuple):
     observation: str
     """The world as text, as the student saw it after this turn."""
     action: str | None
-    """JSON, in the form that `World.step` takes; null at the opening and for a text that was no action."""
+    """JSON, in the form of `World.step`; null at the opening and for a text that was no action."""
     action_words: str | None
-    """The action in words, where it is not itself a text."""
+    """The action in words; null if it is a text itself."""
     reward: float
     regret: float
     success: bool
     parse_failure: str | None
-    """What was received instead of an action."""
+    """The text that was no action."""
     instruction: str | None
     feedback: str
     atoms: str
-    """JSON: what was said, a list of objects as `as_dict` makes them."""
+    """JSON: the claims that were said, a list of objects from `as_dict`."""
     answer: str | None = None
-    """What a model answered, without thoughts; this and the rest is null of students that ask none."""
+    """The answer of a model, without thoughts; this and the rest are null for students that ask none."""
     thought: str | None = None
-    """What it thought before, where that was marked or given apart."""
+    """Its thoughts, if they are marked or separate."""
     finish: str | None = None
     """Why it ended; `length` if it was cut."""
     input_tokens: int | None = None
-    """Null if the endpoint does not say, as is the next."""
+    """Null if the endpoint does not report it, as the next one."""
     output_tokens: int | None = None
     usd: float | None = None
     """Null if tokens or prices are unknown."""
     seconds: float | None = None
-    """From asking to having the answer, when it was paid for."""
+    """From the request to the answer, when the answer was paid for."""
     unchecked: int | None = None
-    """Sentences of feedback that no claim vouches for; null if there are none, as is the next."""
+    """Number of sentences of feedback without a claim; null if there are none, as the next one."""
     changes: int | None = None
-    """Sentences in which a rewriting voice changed numbers or names."""
+    """Number of sentences in which a rewriting voice changed numbers or names."""
 
 
 class EpisodeRow(NamedTuple):
@@ -99,7 +99,7 @@ class EpisodeRow(NamedTuple):
 
     family: str
     reads: str
-    """What the student learns from."""
+    """What the student reads."""
     turns: int
     success: bool
     """Success at the last turn."""
@@ -107,43 +107,43 @@ class EpisodeRow(NamedTuple):
     """The turn of the first success."""
     total_reward: float
     regret: float
-    """Sum over the turns, in the family's unit."""
+    """Sum of the turns' regrets, in the family's unit."""
     parse_failures: int
     claims: int
-    """Atoms of some kind of feedback; with `p` the instruction has some, too."""
+    """Number of atoms with a kind of feedback; with `p` the instruction has some, too."""
     claims_held: int
     words: int
-    """Words of feedback."""
+    """Number of words of feedback."""
     said_r: int
-    """Claims by kind."""
+    """Number of claims by kind."""
     said_hp: int
     said_hn: int
     said_fp: int
     said_fn: int
     truthful: int
-    """Claims by label."""
+    """Number of claims by label."""
     late: int
     placebo: int
     distorted: int
     unchecked: int
-    """Sentences of feedback without a claim, of models, persons and policies of one's own."""
+    """Number of sentences of feedback without a claim, from models, persons and custom policies."""
     changes: int
-    """Sentences in which a rewriting voice changed numbers or names."""
+    """Number of sentences in which a rewriting voice changed numbers or names."""
     advised: int
-    """Turns before which the teacher advised actions."""
+    """Number of turns after advice of an action."""
     followed: int
-    """Those of them in which the student took one."""
+    """Number of those in which the student took an advised action."""
     answers: int | None
-    """Answers of a model; this and the rest is null of students that ask none."""
+    """Number of answers of a model; this and the costs are null for students that ask none."""
     truncated: int | None
-    """Those of them that were cut for their length."""
+    """Number of those that were cut at the greatest length."""
     input_tokens: int | None
-    """Sum over the answers, as are the next; null if one is unknown."""
+    """Sum over the answers, as the next ones; null if one is unknown."""
     output_tokens: int | None
     usd: float | None
     seconds: float | None
     regrets: bytes
-    """Of each turn, as `pack_regrets` makes them."""
+    """The regret of each turn, packed by `pack_regrets`."""
 
 
 class Record(NamedTuple):
@@ -155,7 +155,7 @@ class Record(NamedTuple):
 
 
 def unchecked(feedback: str, texts: Iterable[str]) -> int:
-    """The number of sentences of what was said that are not among those of claims."""
+    """Number of sentences of feedback that are not texts of claims."""
     for text in texts:
         feedback = feedback.replace(text, "", 1)
     return sum(any(map(str.isalnum, sentence)) for sentence in _SENTENCES.split(feedback))
@@ -167,8 +167,8 @@ _SENTENCES = re.compile(r"(?<=[.!?])[\"')\]]*\s+|\n+")
 def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
     """An atom as JSON values.
 
-    `claim` names the claim's class with its family, or with `common` if any teacher makes such claims; `action` is the
-    action that it is about, of a plan the first one, null if it is about none.
+    `claim` is the claim's class with its family, or with `common` for claims of all families; `action` is the action
+    that it is about, the first one of a plan, null without one.
     """
     claim = atom.claim
     home = "common" if type(claim).__module__ == common.__name__ else family
@@ -186,7 +186,7 @@ def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
 
 
 def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
-    """What is told of an episode as a whole."""
+    """The sums of an episode's turns."""
     heard = [[atom for atom in json.loads(row.atoms) if atom["kind"] is not None] for row in rows]
     said = [atom for atoms in heard for atom in atoms]
     kinds, labels = (Counter(atom[name] for atom in said) for name in ("kind", "label"))
@@ -221,7 +221,7 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
 
 
 def _costs(rows: Sequence[TurnRow]) -> dict[str, Any]:
-    """What the answers of a model cost in all."""
+    """The sums of the costs of a model's answers."""
     sums: dict[str, Any] = dict.fromkeys(("answers", "truncated", *_SUMMED))
     if rows:
         sums |= {"answers": len(rows), "truncated": sum(row.finish == LENGTH for row in rows)}
@@ -240,12 +240,12 @@ _SUMMED: dict[str, Callable[[list[Any]], float]] = {
 
 
 def _advises(atom: Mapping[str, Any], turn: int) -> bool:
-    """Whether an atom that is said at a turn advises an action for the next one."""
+    """Whether an atom of a turn advises an action for the next one."""
     return atom["kind"] == FP and atom["about_turn"] == turn and atom["action"] is not None
 
 
 def pack_regrets(regrets: Sequence[float]) -> bytes:
-    """Doubles of the regret of each turn, compressed."""
+    """The regret of each turn as compressed doubles."""
     return zlib.compress(np.array(regrets, "<f8").tobytes())
 
 
@@ -255,7 +255,7 @@ def unpack_regrets(packed: bytes) -> NDArray[np.float64]:
 
 
 def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:
-    """Turns as JSON values, without what is null."""
+    """Turns as JSON values, without null fields."""
     turns = [{name: value for name, value in row._asdict().items() if value is not None} for row in rows]
     for turn in turns:
         turn["atoms"] = json.loads(turn["atoms"])
@@ -263,12 +263,12 @@ def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:
 
 
 def pack_turns(rows: Iterable[TurnRow]) -> bytes:
-    """Turns as JSON, without what is null, compressed."""
+    """Turns as compressed JSON, without null fields."""
     return zlib.compress(json.dumps(turns_as_dicts(rows), ensure_ascii=False, separators=(",", ":")).encode(), 9)
 
 
 def unpack_turns(packed: bytes) -> list[dict[str, Any]]:
-    """The turns, with all fields of `TurnRow`, `action` and `atoms` decoded."""
+    """Unpack turns, with all fields of `TurnRow`; `action` and `atoms` are decoded."""
     turns = [dict.fromkeys(TurnRow._fields) | turn for turn in json.loads(zlib.decompress(packed))]
     for turn in turns:
         turn["action"] = None if turn["action"] is None else json.loads(turn["action"])

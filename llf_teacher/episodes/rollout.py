@@ -1,4 +1,4 @@
-"""Many conversations at once, for whoever trains what answers in them: `llf_teacher.rollout`."""
+"""Many conversations at once, for training the policy that answers: `llf_teacher.rollout`."""
 
 import asyncio
 import copy
@@ -17,29 +17,29 @@ from teachers.oracle import Oracle, RefusalError
 from teachers.seeds import Seeds
 from teachers.spec import check_range
 
-_LONG = 1000  # past turns that are sent along, unless a `ChatStudent` says otherwise: all of them
-_ONE = ("prompt", "messages")  # what a function of one conversation calls it
+_LONG = 1000  # past turns in a prompt, unless a `ChatStudent` sets it: practically all
+_ONE = ("prompt", "messages")  # name of the parameter of a function of one conversation
 
 
 class RolloutTurn(NamedTuple):
     """One turn of a conversation."""
 
     prompt: list[Message]
-    """All that was sent: instruction, past turns as far as they were kept, and the question."""
+    """The messages that were sent: instruction, past turns of the history, and the question."""
     answer: str
-    """What the policy said, as it said it."""
+    """The unchanged answer of the policy."""
     reward: float
     regret: float | None
-    """Value that the action lost, in the family's unit; None if the oracle does not know."""
+    """Value that the action lost, in the family's unit; None if the oracle refuses."""
     success: bool
     failure: str | None
-    """Why the answer is no action; None if it is one."""
+    """Why the answer is no action; None for an action."""
     feedback: str
-    """What the teacher said of it."""
+    """The teacher's feedback on it."""
 
 
 class Rollout(NamedTuple):
-    """A conversation from its beginning to its end."""
+    """A complete conversation."""
 
     id: str
     """Of the environment."""
@@ -48,25 +48,25 @@ class Rollout(NamedTuple):
 
     @property
     def messages(self) -> list[Message]:
-        """The last prompt with its answer: where nothing was cut, the whole conversation."""
+        """The last prompt with its answer; if nothing was cut, the whole conversation."""
         return _answered(self.turns[-1])
 
     @property
     def whole(self) -> bool:
-        """Whether `messages` has all that was sent and said, so that they can be trained on as one text.
+        """Whether `messages` has all prompts and answers, so that it can serve as one training text.
 
-        It has not where history was cut, a thought was taken out of it, or an answer was empty; then each turn is a
-        text of its own.
+        It is False if history was cut, a thought was removed from it, or an answer was empty; then each turn is a
+        separate text.
         """
         following = zip(self.turns, self.turns[1:], strict=False)
         return all(later.prompt[: len(turn.prompt) + 1] == _answered(turn) for turn, later in following)
 
     @property
     def answers(self) -> tuple[int, ...]:
-        """Where in `messages` the answer of each turn stands.
+        """The index in `messages` of each turn's answer.
 
         Raises:
-            ValueError: it is not whole.
+            ValueError: the conversation is not whole.
         """
         if not self.whole:
             raise ValueError(
@@ -76,17 +76,17 @@ class Rollout(NamedTuple):
         return tuple(len(turn.prompt) for turn in self.turns)
 
     def spans(self, render: Callable[..., str]) -> tuple[str, list[tuple[int, int]]]:
-        """The conversation as one text, and where in it the policy's own characters begin and end, a pair a turn.
+        """The conversation as one text, and the spans of the policy's characters, one pair of start and end per turn.
 
-        With them, and the offsets that a tokenizer gives, tokens are masked.
+        Together with a tokenizer's offsets they give a mask of tokens.
 
         Args:
-            render: gives the text of messages, and with `add_generation_prompt=True` also what stands before an answer:
-                `functools.partial(tokenizer.apply_chat_template, tokenize=False)`. What it puts behind an answer is
-                counted to it, so that a model learns to end.
+            render: gives the text of messages, with `add_generation_prompt=True` up to the next answer:
+                `functools.partial(tokenizer.apply_chat_template, tokenize=False)`. What it writes after an answer
+                belongs to the span, so that a model learns to stop.
 
         Raises:
-            ValueError: the conversation is not whole, or what `render` gives for its beginning is not the beginning.
+            ValueError: the conversation is not whole, or the text of its beginning is not the beginning of its text.
         """
         text = render(self.messages)
         spans: list[tuple[int, int]] = []
@@ -95,20 +95,20 @@ class Rollout(NamedTuple):
             after = render(self.messages[: place + 1])
             if not (text.startswith(after) and after.startswith(before)):
                 raise ValueError(
-                    "render must give for the beginning of a conversation the beginning of its text; this one writes "
-                    f"the answer of turn {len(spans) + 1} otherwise once more follows: train on each of `turns` instead"
+                    "render must give the beginning of a conversation the same text as in the whole, got another text "
+                    f"for the answer of turn {len(spans) + 1}; train on each of `turns` instead"
                 )
             spans.append((len(before), len(after)))
         return text, spans
 
     @property
     def rewards(self) -> tuple[float, ...]:
-        """That of each turn."""
+        """The reward of each turn."""
         return tuple(turn.reward for turn in self.turns)
 
     @property
     def regrets(self) -> tuple[float | None, ...]:
-        """That of each turn."""
+        """The regret of each turn."""
         return tuple(turn.regret for turn in self.turns)
 
     @property
@@ -118,7 +118,7 @@ class Rollout(NamedTuple):
 
     @property
     def failures(self) -> int:
-        """How many answers were no action."""
+        """Number of answers that were no action."""
         return sum(turn.failure is not None for turn in self.turns)
 
 
@@ -129,28 +129,28 @@ def rollout(
     batch: int = 64,
     **settings: Any,
 ) -> list[Rollout]:
-    """Play many conversations side by side, each to its end; it ends at success unless a task is asked repeatedly.
+    """Play many conversations side by side. Each ends at success, unless its task is asked repeatedly.
 
     Args:
-        policy: `f(conversations) -> texts`, which gets a list of conversations, each a list of messages, and gives an
-            answer to each; or a function of one, whose parameter is called `prompt` or `messages`, or any that
-            `chat_student` was given. Either may be a coroutine function; of one conversation they are awaited together.
+        policy: `f(conversations) -> texts`, which takes a list of conversations, each a list of messages, and returns
+            an answer for each; or a function of one conversation, whose parameter is `prompt` or `messages`, or what
+            `chat_student` returns. Both may be coroutine functions; those of one conversation run concurrently.
         ids: one or several of `ids()`, or a `Lesson`.
-        seeds: of the episodes of each id; a number n stands for 0 to n - 1. A seed that comes several times makes a
-            group: several conversations about the same world.
-        batch: how many conversations go on at once; where one ends the next begins.
-        settings: those of `make`: `teacher`, `feedback_type`, `max_turns`, ...
+        seeds: of the episodes of each id; a number n stands for 0 to n - 1. A repeated seed makes a group: several
+            conversations about the same world.
+        batch: number of conversations at once; when one ends the next begins.
+        settings: keyword arguments of `make`: `teacher`, `feedback_type`, `max_turns`, ...
 
     Returns:
-        A conversation for each id and seed, in this order.
+        One conversation per id and seed, in this order.
 
     Raises:
         ValueError: an argument is not allowed.
-        TypeError: the policy does not give a text for each conversation.
+        TypeError: the policy does not return a text for each conversation.
     """
     check_range("batch", batch, 1, 1_000_000, int)
     if "text" in settings:
-        raise ValueError(f"rollout plays in texts; leave out text={settings['text']!r}")
+        raise ValueError(f"rollout always plays in text mode; leave out text={settings['text']!r}")
     if isinstance(seeds, int):
         check_range("seeds", seeds, 0, 1_000_000_000, int)
     answer = _answering(policy)
@@ -158,7 +158,7 @@ def rollout(
     numbers = list(range(seeds) if isinstance(seeds, int) else seeds)
     waiting = deque(_Lane(subject, seed, place) for place, (subject, seed) in enumerate(_cross(subjects, numbers)))
     played: list[Rollout | None] = [None] * len(waiting)
-    kept: dict[Any, list[StudentEnv]] = {subject: [] for subject in subjects}  # to be played in again
+    kept: dict[Any, list[StudentEnv]] = {subject: [] for subject in subjects}  # to be reused
     going: list[_Lane] = []
     try:
         while waiting or going:
@@ -183,11 +183,11 @@ def rollout(
 
 
 class _Lane:
-    """A conversation that is going on, or has yet to begin."""
+    """A conversation that is running or waits to begin."""
 
     env: StudentEnv
     prompt: list[Message]
-    """What waits for an answer."""
+    """The prompt that waits for an answer."""
 
     def __init__(self, subject: str | Subject, seed: int, place: int) -> None:
         self.subject, self.seed, self.place = subject, seed, place
@@ -234,7 +234,7 @@ def _cross(subjects: Sequence[str | Subject], seeds: Sequence[int]) -> Iterator[
 
 def _environment(subject: str | Subject, settings: dict[str, Any]) -> StudentEnv:
     door: Callable[..., StudentEnv] = make if isinstance(subject, str) else StudentEnv
-    return door(subject, text=True, **copy.deepcopy(settings))  # a teacher of one's own remembers one episode at a time
+    return door(subject, text=True, **copy.deepcopy(settings))  # a custom teacher holds the state of one episode
 
 
 def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float | None:
@@ -249,9 +249,9 @@ def _answered(turn: RolloutTurn) -> list[Message]:
 
 
 def _answering(policy: Callable[..., Any] | ChatStudent) -> Callable[[list[list[Message]]], list[str]]:
-    """A policy as a function of a batch, whose answers are checked."""
+    """A policy as a function of a batch that checks its answers."""
     if not callable(policy) and not isinstance(policy, ChatStudent):
-        raise ValueError(f"policy must be a function of conversations, or what chat_student gives, got {policy!r}")
+        raise ValueError(f"policy must be a function of conversations or come from chat_student, got {policy!r}")
     function: Any = policy.function if isinstance(policy, ChatStudent) else policy
     alone = isinstance(policy, ChatStudent) or next(iter(inspect.signature(function).parameters), "") in _ONE
 
@@ -268,8 +268,8 @@ def _answering(policy: Callable[..., Any] | ChatStudent) -> Callable[[list[list[
         fits = isinstance(texts, list | tuple) and all(isinstance(text, str) for text in texts)
         if not fits or len(texts) != len(conversations):
             raise TypeError(
-                f"policy must give a list of {len(conversations)} texts, one for each conversation, got {texts!r:.80}; "
-                "a function of one conversation calls its parameter `prompt` or `messages`, or comes from chat_student"
+                f"policy must return a list of {len(conversations)} texts, one per conversation, got {texts!r:.80}; "
+                "for a function of one conversation call its parameter `prompt` or `messages`, or use chat_student"
             )
         return list(texts)
 

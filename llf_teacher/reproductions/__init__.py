@@ -1,1 +1,1 @@
-"""Known results of the field, reproduced: a module a result in `rows`, found by its name, for `llf reproduce`."""
+"""Reproductions of known results, for `llf reproduce`: one module per result in `rows`, found by its name."""

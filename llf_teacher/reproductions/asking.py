@@ -1,4 +1,4 @@
-"""A learner who asks for advice when it wants some, and lifetimes with a teacher who looks only then, or always."""
+"""A learner that asks for advice, and lifetimes with a teacher that observes it only then, or always."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from llf_teacher.students.student import Policy, frozen, state_of
 _LEARNER = QLearning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)
 _ADVICE, _MISTAKE = 0b01000, FIELDS.index("mistake")
 Asks = Callable[[list[float], int], bool]
-"""Whether to ask, given the values of the actions that have been learned and the earlier visits of the state."""
+"""Whether to ask, given the learned values of the actions and the number of earlier visits of the state."""
 Answers = Callable[[float, bool], bool]
 """Whether to advise, given the importance of the next action and whether the announced one is a mistake."""
 
@@ -25,7 +25,7 @@ class Asker:
 
     Args:
         learner: a policy of `q_learning`.
-        asks: when to ask; None: never.
+        asks: whether to ask; None: never.
     """
 
     reads = "atoms and reward"
@@ -41,13 +41,13 @@ class Asker:
         self._asked = False
 
     def intend(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """As the learner."""
+        """The learner's intention."""
         return self._learner.intend(observation, info)
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
-        """Ask, or act as the learner does."""
+        """Ask, or act like the learner."""
         state = frozen(state_of(observation))
-        self._learner.intend(observation, info)  # what it has learned up to now
+        self._learner.intend(observation, info)  # learns from the last turn
         if not self._asked and self._asks and self._asks(self._learner.worth(), self._visits[state]):
             self._asked = True
             return self._question
@@ -56,35 +56,35 @@ class Asker:
         return self._learner.act(observation, info)
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
-        """As the learner."""
+        """End an episode."""
         self._learner.finish(observation, info, terminated)
 
 
 class Attended(NamedTuple):
-    """What became of a lifetime."""
+    """The outcome of a lifetime."""
 
     regret: float
     """Per episode."""
     looked: float
-    """Turns in which the teacher looked at the student, as long as it had advice left."""
+    """Number of turns in which the teacher observed the student, while it had advice left."""
     said: float
-    """Pieces of advice."""
+    """Number of pieces of advice."""
 
 
 def attended(
     id: str, asks: Asks | None, answers: Answers, *, seed: int, episodes: int, turns: int, budget: int, **options: Any
 ) -> Attended:
-    """A lifetime in which the teacher advises, at most `budget` times.
+    """Play a lifetime in which the teacher advises at most `budget` times.
 
     Args:
         id: an environment with discrete actions.
-        asks: when the student asks; the teacher looks at it then, and at no other time. None: it looks each turn.
-        answers: whether it advises when it looks.
-        seed: of the world and of all who take part.
+        asks: whether the student asks; the teacher observes it only then. None: the teacher observes it in each turn.
+        answers: whether the teacher advises when it observes.
+        seed: of the world, the teacher and the student.
         episodes: of the lifetime.
-        turns: of an episode, at most.
+        turns: greatest number of an episode.
         budget: pieces of advice, at least 1.
-        options: the world's.
+        options: of the world.
     """
     family, own = entry(id).family, entry(id).options
     world = family.make_world(**own, **options)

@@ -1,4 +1,4 @@
-"""Lifetimes in arrays that rows have in common: many learners of Q-values at once, each with a teacher by a rule."""
+"""Lifetimes in arrays, for several rows: many Q-learners at once, each with a teacher that follows a rule."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,17 +10,17 @@ from llf_teacher.gym.lifetime import FIELDS, HALF, NEAR
 from worlds.batches import Bools, Floats
 
 LIFETIMES = 50
-"""In a class; a class is what a seed stands for."""
+"""Lifetimes of a class; each seed stands for a class."""
 STUDENT = "q_learning(trust=1.0, forget=False, optimism=0.0, epsilon=0.1)"
-"""Takes the advised action for the turn, and learns from what comes of it."""
+"""Takes the advised action, and learns from its result."""
 ADVICE = 0b01000
 """The teacher's choice of `fp` alone."""
 COLUMN = {name: number for number, name in enumerate(FIELDS)}
-"""Where the numbers of a lifetime stand."""
+"""Column of each number in `lifetime`."""
 
 
 class Glance(NamedTuple):
-    """What a teacher sees of each lifetime, one value a row."""
+    """What a teacher observes of each lifetime, one value per row."""
 
     importance: Floats
     """Moves between the best and the worst next action."""
@@ -35,39 +35,23 @@ class Glance(NamedTuple):
     rng: np.random.Generator
 
 
-Rule = Callable[[Glance], Bools]
-"""In which rows to spend a piece of advice."""
-
-
-class Lives(NamedTuple):
-    """What became of a class, an average over its lifetimes each."""
-
-    regret: float
-    """Per episode."""
-    said: float
-    """Pieces of advice."""
-    greatest: float
-    """Share of turns in which importance had the greatest value that it can have."""
-
-
-def accompanied(
-    id: str, rule: Rule, *, seed: int, episodes: int, turns: int, budget: int, student: str = STUDENT, **options: Any
-) -> Lives:
-    """A class of lifetimes, each in a world of its own, with a teacher who advises by a rule.
+def teacher_env(
+    id: str, count: int, *, episodes: int, turns: int, budget: int, student: str = STUDENT, **options: Any
+) -> TeacherVectorEnv:
+    """Lifetimes side by side, each in its own world; the teacher's reward is the student's progress.
 
     Args:
         id: the environment.
-        rule: when to advise.
-        seed: of the class; different ones have no world in common.
+        count: of the lifetimes.
         episodes: of a lifetime.
-        turns: of an episode, at most.
+        turns: greatest number of an episode.
         budget: pieces of advice in a lifetime, at least 1.
         student: its spec.
-        options: the world's.
+        options: of the world.
     """
-    env = TeacherVectorEnv(
+    return TeacherVectorEnv(
         id,
-        LIFETIMES,
+        count,
         student=student,
         episodes=episodes,
         max_turns=turns,
@@ -76,9 +60,48 @@ def accompanied(
         cost=0.0,
         teacher_reward="student_progress",
         announce=True,
-        pool=1,  # who has ended is not looked at
+        pool=1,  # a lifetime that has ended is not used again
         **options,
     )
+
+
+def moves_left(life: Floats) -> Floats:
+    """Moves from here to the treasure, one per row of `lifetime`, the teacher's observation."""
+    share = life[:, COLUMN["way"]]
+    return np.rint(HALF * share / (1 - share))
+
+
+Rule = Callable[[Glance], Bools]
+"""Gives per row whether to spend a piece of advice."""
+
+
+class Lives(NamedTuple):
+    """The outcome of a class: means over its lifetimes."""
+
+    regret: float
+    """Per episode."""
+    said: float
+    """Pieces of advice."""
+    greatest: float
+    """Share of turns with the greatest possible importance."""
+
+
+def accompanied(
+    id: str, rule: Rule, *, seed: int, episodes: int, turns: int, budget: int, student: str = STUDENT, **options: Any
+) -> Lives:
+    """Play a class of lifetimes, each in its own world, with a teacher that advises by a rule.
+
+    Args:
+        id: the environment.
+        rule: whether to advise.
+        seed: of the class; different ones have no world in common.
+        episodes: of a lifetime.
+        turns: greatest number of an episode.
+        budget: pieces of advice in a lifetime, at least 1.
+        student: its spec.
+        options: of the world.
+    """
+    env = teacher_env(id, LIFETIMES, episodes=episodes, turns=turns, budget=budget, student=student, **options)
     observation, _ = env.reset(seed=list(range(seed * LIFETIMES, (seed + 1) * LIFETIMES)))
     living, regret, said = np.ones(LIFETIMES, bool), np.zeros(LIFETIMES), np.zeros(LIFETIMES)
     most, before = env.oracle.oracle.max_importance, np.zeros(LIFETIMES)
@@ -86,14 +109,14 @@ def accompanied(
     rng = np.random.default_rng(seed)
     while living.any():
         features, life = observation["features"], observation["lifetime"].astype(float)
-        importance, share = features[:, 2].astype(float), life[:, COLUMN["way"]]
+        importance = features[:, 2].astype(float)
         opening = features[:, 0] == 0
         seen = Glance(
             importance=importance,
             mistake=life[:, COLUMN["mistake"]] > 0,
             erred=~opening & (life[:, COLUMN["optimal"]] == 0),
             before=np.where(opening, 0.0, before),
-            way=np.rint(HALF * share / (1 - share)),
+            way=moves_left(life),
             rng=rng,
         )
         speaks = rule(seen) & (observation["action_mask"][:, ADVICE] > 0) & living

@@ -1,7 +1,7 @@
-"""What plots of rows have in common."""
+"""Plots with intervals, for several rows."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,21 +11,34 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def spread(estimates: Sequence[Estimate]) -> list[list[float]]:
-    """How far intervals reach below and above their means, as Matplotlib wants it."""
+def line(axes: "Axes", places: Sequence[float], found: Sequence[Estimate], label: str, **style: Any) -> None:
+    """A line of means with their intervals.
+
+    Args:
+        axes: to draw on.
+        places: positions on the horizontal axis.
+        found: the estimates.
+        label: in the legend.
+        style: as of Matplotlib's `errorbar`.
+    """
+    axes.errorbar(places, [each.mean for each in found], _spread(found), label=label, **{"marker": "o"} | style)
+
+
+def _spread(estimates: Sequence[Estimate]) -> list[list[float]]:
+    """The lengths of intervals below and above their means, as Matplotlib takes them."""
     return [[each.mean - each.low for each in estimates], [each.high - each.mean for each in estimates]]
 
 
 def bars(axes: "Axes", groups: Sequence[str], series: Mapping[str, Sequence[Estimate]]) -> None:
-    """Bars with intervals, a group beside the other, in each a bar of every series.
+    """Groups of bars with intervals, one bar per series.
 
     Args:
         axes: to draw on.
         groups: their names.
-        series: by its name, an estimate per group.
+        series: an estimate per group, by name of the series.
     """
     places, width = np.arange(len(groups)), 0.8 / len(series)
     for number, (name, found) in enumerate(series.items()):
         shift = (number - (len(series) - 1) / 2) * width
-        axes.bar(places + shift, [each.mean for each in found], width, yerr=spread(found), label=name)
+        axes.bar(places + shift, [each.mean for each in found], width, yerr=_spread(found), label=name)
     axes.set_xticks(places, groups)

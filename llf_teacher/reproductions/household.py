@@ -1,4 +1,4 @@
-"""Household lessons as sequences: what was seen, said and done, turn by turn, in words; for models of sequences."""
+"""Household lessons as sequences of observations, feedback and commands in words, for sequence models."""
 
 import zlib
 from collections import Counter
@@ -11,45 +11,45 @@ import numpy as np
 
 from llf_teacher.gym import StudentEnv
 
-_ENDING = 12  # characters by which sentences are told apart, since voices put their frames before them
+_ENDING = 12  # last characters that identify a sentence, since voices add their frames before it
 _FAR = 100
 WORDS = 4096
-"""Numbers of words: 0 is none, and each word has one of the others, by its hash."""
+"""Size of the vocabulary: 0 is padding, and a word has one of the other numbers, by its hash."""
 
 
 class Sentences:
-    """Chooses among the paraphrases of what is said: of each claim a third of the sentences is kept for the test.
+    """Chooses among paraphrases; a third of the sentences of each claim is reserved for the test.
 
     Args:
-        test: whether the sentences are those that are kept.
-        rng: what draws; None: always the first sentence.
+        test: whether to choose the reserved sentences.
+        rng: draws a sentence; None: always the first one.
     """
 
     def __init__(self, test: bool, rng: np.random.Generator | None) -> None:
         self._test, self._rng = test, rng
 
     def __call__(self, templates: Sequence[str], **slots: Any) -> str:
-        """A sentence; where all end alike, as some of the instruction do, any of them."""
+        """A sentence; if all sentences end alike, any of them."""
         kept = sorted({template[-_ENDING:] for template in templates})[::3]
         allowed = [template for template in templates if (template[-_ENDING:] in kept) == self._test] or templates
         return allowed[int(self._rng.integers(len(allowed))) if self._rng else 0].format(**slots)
 
 
 class ErrandTurn(NamedTuple):
-    """What is known before a command, and the command."""
+    """What the student knows before a command, and the command."""
 
     seen: str
-    """The answer of the house to the last command."""
+    """The response of the house to the last command."""
     heard: str
-    """What the teacher said of it, and of the next one."""
+    """The teacher's feedback and advice."""
     commands: tuple[str, ...]
-    """What can be done."""
+    """The admissible commands."""
     before: tuple[int, ...]
-    """How often each of these was done in this episode."""
+    """How often each of these was given in this episode."""
     last: str
     """The last command; empty at first."""
     done: str = ""
-    """The command; empty if it is still to be chosen."""
+    """The command; empty until it is chosen."""
 
 
 @dataclass
@@ -57,24 +57,24 @@ class Errand:
     """An episode."""
 
     task: str
-    """What is to be done, as the house says it."""
+    """The task, in the words of the house."""
     least: int
-    """Commands that it takes."""
+    """Least number of commands that solve it."""
     turns: list[ErrandTurn] = field(default_factory=list)
     success: bool = False
 
     @property
     def score(self) -> float:
-        """The least number of commands as a share of those that were given; 0 if the task was not done."""
+        """The least number of commands divided by those that were given; 0 if the task was not solved."""
         return self.least / max(self.least, len(self.turns)) if self.success else 0.0
 
 
 Choose = Callable[[Sequence[Errand]], Sequence[str]]
-"""The next commands in errands whose last turns are open."""
+"""Gives the next commands of errands whose last turns have none."""
 
 
 def play(houses: Sequence[tuple[StudentEnv, int]], choose: Choose) -> list[Errand]:
-    """Play episodes side by side, each in an environment of its own with a seed, until all have ended."""
+    """Play episodes side by side, each in its own environment with a seed, until all have ended."""
     errands, views, counts = [], [], [Counter[str]() for _ in houses]
     for env, seed in houses:
         observation, info = env.reset(seed=seed)
@@ -99,12 +99,12 @@ def play(houses: Sequence[tuple[StudentEnv, int]], choose: Choose) -> list[Erran
 
 
 def _answer(observation: Mapping[str, str]) -> str:
-    """What the house says, without its list of commands, which the info has, too."""
+    """The response of the house, without its list of commands, which is in the info, too."""
     return observation["observation"].partition("\n\nAdmissible commands: ")[0]
 
 
 def blundering(env: StudentEnv, mistakes: float, rng: np.random.Generator) -> Choose:
-    """A student who knows the way, and with probability `mistakes` does anything; it does not listen."""
+    """A student that knows the plan, gives a random command with probability `mistakes`, and ignores feedback."""
 
     def choose(errands: Sequence[Errand]) -> list[str]:
         (errand,) = errands
@@ -119,7 +119,7 @@ def blundering(env: StudentEnv, mistakes: float, rng: np.random.Generator) -> Ch
 
 @lru_cache(maxsize=100_000)
 def numbers(text: str) -> tuple[int, ...]:
-    """The numbers of the words of a text, in their order; signs are words, too."""
+    """The numbers of the words of a text, in order; punctuation marks are words, too."""
     for sign in ".,:;?!`":
         text = text.replace(sign, f" {sign} ")
     return tuple(1 + zlib.crc32(word.encode()) % (WORDS - 1) for word in text.lower().split())

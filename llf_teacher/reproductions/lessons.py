@@ -1,4 +1,4 @@
-"""Single episodes that rows have in common, played as studies play them."""
+"""Single episodes, for several rows, played as in studies."""
 
 import math
 from typing import Any
@@ -18,8 +18,8 @@ def regrets(
         student: its spec.
         teacher: the personality's spec.
         seed: of the episode.
-        turns: at most; None: the family's number.
-        options: the world's.
+        turns: greatest number; None: that of the family.
+        options: of the world.
     """
     player = parse_student(student)
     env = make(id, teacher=teacher, max_turns=turns, text=player.text, **options)
@@ -31,5 +31,5 @@ def regrets(
 
 
 def total(values: list[float]) -> float:
-    """Their sum, the same under every Python."""
+    """The exact sum, which is the same in every version of Python."""
     return math.fsum(values)

@@ -1,4 +1,4 @@
-"""Lifetimes that rows have in common: a student learns one world in many episodes, with a teacher at its side."""
+"""Lifetimes, for several rows: a student learns one world in many episodes with a teacher."""
 
 from typing import Any
 
@@ -12,19 +12,19 @@ from teachers.atoms import HN, HP, Utterance
 def live(
     env_id: str | Subject, *, student: str, teacher: str, episodes: int, turns: int, seed: int, **options: Any
 ) -> list[float]:
-    """A lifetime in one world that always begins in the same state.
+    """Play a lifetime in one world, whose episodes begin in the same state.
 
     Args:
         env_id: the environment.
         student: its spec, with `forget=False`.
         teacher: the personality's spec.
-        episodes: how many.
-        turns: of each, at most.
-        seed: of the world and of all who take part.
-        options: the world's.
+        episodes: number of episodes.
+        turns: greatest number of each.
+        seed: of the world, the teacher and the student.
+        options: of the world.
 
     Returns:
-        The regret of each episode, in the family's unit; then the number of verdicts that were said (hp and hn).
+        The regret of each episode, in the family's unit; then the number of verdicts (hp and hn).
     """
     env = TeacherEnv(
         env_id,

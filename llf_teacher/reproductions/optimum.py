@@ -1,4 +1,4 @@
-"""The best times to advise, found by a search through all of them, for students who do nothing by chance."""
+"""The best times to advise deterministic students, by an exhaustive search."""
 
 import math
 from collections.abc import Callable
@@ -6,34 +6,34 @@ from typing import NamedTuple
 
 
 class Rooms(NamedTuple):
-    """What a lifetime is lived in: rooms, and moves that always lead the same way."""
+    """The world of a lifetime: rooms with deterministic moves."""
 
     behind: list[list[int]]
-    """Per room and direction where one is afterwards."""
+    """Per room and direction, the next room."""
     distance: list[int]
-    """Per room the moves to the treasure."""
+    """Per room, the moves to the treasure."""
     advice: list[int]
-    """Per room the direction that is advised."""
+    """Per room, the advised direction."""
     start: int
-    """The room in which every episode begins."""
+    """The first room of every episode."""
 
 
 class Span(NamedTuple):
-    """Of a lifetime."""
+    """The parameters of a lifetime."""
 
     episodes: int
     turns: int
-    """Of an episode, at most."""
+    """Greatest number of an episode."""
     optimism: float
-    """What the student holds all actions to be worth at first."""
+    """The initial value of all actions."""
     alpha: float = 0.5
     gamma: float = 0.95
 
 
 class Life:
-    """A greedy student of tabular Q-learning: where values are equal it takes one after the other, visit by visit.
+    """A lifetime of a student with greedy tabular Q-learning, which breaks ties in turn, visit by visit.
 
-    It takes the advised direction for the turn, and learns from what comes of it.
+    It takes the advised direction, and learns from its result.
     """
 
     __slots__ = ("_values", "_visits", "episode", "house", "lost", "moves", "room", "said", "settled", "span", "turn")
@@ -44,16 +44,16 @@ class Life:
         self._visits = [0] * len(house.behind)
         self.room, self.turn, self.episode = house.start, 0, 0
         self.lost = 0
-        """Moves that were wasted."""
+        """Number of wasted moves."""
         self.moves = 0
-        """All of them."""
+        """Number of all moves."""
         self.settled = 0
-        """The number of the last move that was wasted or advised."""
+        """Number of the last move that was wasted or advised."""
         self.said = 0
-        """Pieces of advice."""
+        """Number of pieces of advice."""
 
     def copy(self) -> "Life":
-        """The same up to now; what becomes of the two is independent."""
+        """An independent copy."""
         twin = object.__new__(Life)
         twin.house, twin.span = self.house, self.span
         twin._values, twin._visits = self._values[:], self._visits[:]
@@ -63,22 +63,22 @@ class Life:
 
     @property
     def over(self) -> bool:
-        """Whether all episodes have been lived."""
+        """Whether all episodes have ended."""
         return self.episode == self.span.episodes
 
     def left(self) -> list[int]:
-        """Per direction the moves to the treasure that are left after it."""
+        """Per direction, the moves that remain to the treasure after it."""
         return [self.house.distance[room] for room in self.house.behind[self.room]]
 
     def meant(self) -> int:
-        """What the student does next unless it is advised."""
+        """The student's next direction without advice."""
         values = self._values[self.room]
         best = max(values)
         ties = [side for side, value in enumerate(values) if value == best]
         return ties[self._visits[self.room] % len(ties)]
 
     def go(self, side: int, *, advised: bool) -> None:
-        """A move of the student."""
+        """Move the student."""
         house, span, room = self.house, self.span, self.room
         to = house.behind[room][side]
         found = house.distance[to] == 0
@@ -99,7 +99,7 @@ class Life:
 
 
 def lived(life: Life, rule: Callable[[Life], bool], budget: float) -> Life:
-    """What becomes of a lifetime if a rule says when to advise."""
+    """The end of a lifetime in which a rule decides when to advise."""
     life = life.copy()
     while not life.over:
         speaks = life.said < budget and rule(life)
@@ -108,13 +108,13 @@ def lived(life: Life, rule: Callable[[Life], bool], budget: float) -> Life:
 
 
 def least(life: Life, cost: Callable[[Life], float], budget: float, known: float = math.inf) -> float:
-    """The least cost of a lifetime that any choice of times to advise comes to.
+    """The least cost of a lifetime over all choices of times to advise, by branch and bound.
 
     Args:
-        life: up to now.
-        cost: never becomes less as a lifetime goes on.
+        life: its beginning.
+        cost: of a lifetime; never decreases as it goes on.
         budget: pieces of advice in all.
-        known: the cost of some choice; what is not below it is not looked at.
+        known: the cost of a known choice; branches that are not below it are cut.
     """
     life = life.copy()
     while cost(life) < known:
@@ -122,8 +122,8 @@ def least(life: Life, cost: Callable[[Life], float], budget: float, known: float
             return cost(life)
         meant, advice = life.meant(), life.house.advice[life.room]
         if life.said < budget and meant != advice:
-            told = life.copy()
-            told.go(advice, advised=True)
-            known = least(told, cost, budget, known)
+            branch = life.copy()
+            branch.go(advice, advised=True)
+            known = least(branch, cost, budget, known)
         life.go(meant, advised=False)
     return known

@@ -1,4 +1,4 @@
-"""The page of known results: a table of claims, then each row with its protocol, figures and plot."""
+"""The page of known results: a table of claims, then each row with its protocol, values and plot."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -10,19 +10,20 @@ from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Reading, Row, Value
 
 HEAD = """# Known results
 
-What is known about teaching, tried here. Each row is a claim of a paper, played with our worlds, teachers and students
-on seeds that nothing was tuned on. `llf reproduce` plays them all and writes this page; `llf reproduce --only NAME`
-plays one of them and leaves the others as they are, `--quick` a few seeds of each, to see that it runs. What is
-measured is stored as it ends, so that it can be stopped and taken up again. Intervals are 95 % bootstrap intervals over
-seeds. What trains networks needs the extra `learn`; without it, its row is left out.
+Reproductions of known results about teaching. Each row is a claim of a paper, tried with our worlds, teachers and
+students on seeds that were not used for tuning. `llf reproduce` plays all rows and writes this page; `llf reproduce
+--only NAME` plays one row and keeps the others, and `--quick` plays a few seeds of each as a trial. Measurements are
+stored as they end, so that an interrupted run goes on where it stopped. Intervals are 95 % bootstrap intervals over
+seeds; a difference is significant if its interval excludes 0. Rows that train networks need the extra `learn`, and are
+left out without it.
 
-When to speak can be learned, too. That needs the extra `learn` and has commands of its own, which stand beside its
-figures: [A teacher that learned](learn-to-teach.md).
+A teacher can also learn when to speak. This needs the extra `learn` and has its own commands, beside its results:
+[A teacher that learned](learn-to-teach.md).
 """
 
 
 def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> None:
-    """Write the page, and beside it a folder of its name with a plot of each row, and with what was measured.
+    """Write the page, and beside it a folder of its name with the plots and the measurements of all rows.
 
     Args:
         rows: by name.
@@ -51,7 +52,7 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
 
 
 def raw(row: Row, values: Values) -> str:
-    """What was measured, as JSON: a line a setting, with a list of its measures for each seed."""
+    """Measurements as JSON: one line per setting, with a list of its measures for each seed."""
     lines = []
     for setting in row.settings:
         table = [[float(f"{number:.10g}") for number in numbers] for numbers in values(**setting).tolist()]
@@ -61,11 +62,11 @@ def raw(row: Row, values: Values) -> str:
 
 
 def stored(row: Row, path: Path) -> Values | None:
-    """What was measured, as `raw` has written it; None where that was not these settings.
+    """Measurements that `raw` has written; None if they have other settings or measures.
 
     Args:
-        row: what it is of.
-        path: the file; it need not be there.
+        row: that was measured.
+        path: the file, which may be missing.
     """
     if not path.exists():
         return None
@@ -77,23 +78,23 @@ def stored(row: Row, path: Path) -> Values | None:
 
 
 def section(name: str, row: Row, finding: Reading, picture: str) -> list[str]:
-    """A row in full."""
+    """The section of a row."""
     lines = [f"## {name.replace('_', ' ')}", "", f"**{row.claim}** ({row.source})", "", row.protocol, "", finding.ours]
     if finding.why:
         lines += ["", finding.why]
     data = picture.removesuffix("png") + "json"
-    measured = f"[What was measured]({data}), by seeds: {', '.join(row.measures)}."
+    measured = f"[Measurements]({data}) by seed: {', '.join(row.measures)}."
     return [*lines, "", f"![{row.claim}]({picture})", "", *table(finding.table), "", measured]
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table in Markdown, the first row its heads."""
+    """A table in Markdown; the first row has the heads."""
     cells = [f"| {' | '.join(row)} |" for row in rows]
     return cells and [cells[0], "|---" * len(rows[0]) + "|", *cells[1:]]
 
 
 def plot(row: Row, values: Values, path: Path) -> None:
-    """Draw a row's plot, in colours that colour-blind readers tell apart."""
+    """Draw a row's plot, in colours for colour-blind readers."""
     from matplotlib import style
     from matplotlib.figure import Figure
 

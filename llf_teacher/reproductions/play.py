@@ -1,4 +1,4 @@
-"""Playing rows: what is not stored is measured in parallel processes, and stored as it ends."""
+"""Plays rows: missing measurements are made in parallel processes, and stored as they end."""
 
 import json
 import math
@@ -24,7 +24,7 @@ class Task(NamedTuple):
 
     @property
     def key(self) -> str:
-        """What it is stored under; another version of this package measures anew."""
+        """The key in the store; another version of this package has other keys."""
         return f"{llf_teacher.__version__}/{self.row}/{digest(self.setting)}/{self.seed}"
 
 
@@ -35,15 +35,15 @@ def tasks(name: str, row: Row, quick: bool) -> list[Task]:
 
 
 class Measurement(NamedTuple):
-    """What a measurement gave."""
+    """The result of a measurement."""
 
     numbers: list[float]
     seconds: float
-    """CPU time that it took."""
+    """CPU time."""
 
 
 def load(path: Path) -> dict[str, Measurement]:
-    """What is stored; a last line that was cut off is left out, since it will be measured again."""
+    """The stored measurements; an incomplete last line is ignored."""
     found: dict[str, Measurement] = {}
     if path.exists():
         for line in path.read_text(encoding="utf-8").splitlines(keepends=True):
@@ -55,17 +55,17 @@ def load(path: Path) -> dict[str, Measurement]:
 def play(
     rows: Mapping[str, Row], path: Path, quick: bool = False, report: Callable[[str, int, int], None] | None = None
 ) -> dict[str, Values]:
-    """Measure what the file lacks, append it, and give the values of all rows.
+    """Make the measurements that the file lacks, append them, and give the values of all rows.
 
     Args:
         rows: by name.
-        path: a file of JSON lines; one line a measurement, appended as it ends, so that nothing is lost.
+        path: a file of JSON lines, one per measurement, which is appended as it ends.
         quick: whether only a few seeds are played.
-        report: called with a row's name, its measurements that are there, and all of them.
+        report: called with a row's name, the number of its measurements so far, and their total.
     """
     there = load(path)
     todo = {name: tasks(name, row, quick) for name, row in rows.items()}
-    if path.exists() and not path.read_bytes().endswith(b"\n"):  # what was cut off
+    if path.exists() and not path.read_bytes().endswith(b"\n"):  # an incomplete line
         path.write_text("".join(f"{json.dumps({key: value})}\n" for key, value in there.items()), encoding="utf-8")
     context = multiprocessing.get_context("spawn")
     with path.open("a", encoding="utf-8") as file, ProcessPoolExecutor(mp_context=context) as pool:

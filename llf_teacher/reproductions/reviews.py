@@ -1,4 +1,4 @@
-"""Lifetimes in a house with a teacher who comments on single moves, at once or when an episode is over."""
+"""Lifetimes in a house with a teacher that comments on single moves, at once or after an episode."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from teachers.session import BIT
 
 
 class Remark(NamedTuple):
-    """What a claim says: whether an action is right in a room."""
+    """The content of a claim: whether an action is right in a room."""
 
     room: int
     action: Any
@@ -22,34 +22,36 @@ class Remark(NamedTuple):
 
 
 class Notes:
-    """What a teacher knows of a student's way through a house, and of what it has said of it."""
+    """A teacher's notes on a student's way through a house, and on its own remarks."""
 
     def __init__(self) -> None:
         self._way: list[int] = []
-        self._told: set[Remark] = set()
+        self._said: set[Remark] = set()
 
     def see(self, moment: Moment[Any]) -> None:
-        """Take note of where the student is."""
+        """Note where the student is."""
         self._way[moment.turn :] = [moment.after.room]
 
     def remark(self, claim: Claim[Any], now: int) -> Remark:
-        """What a claim says that is made after `now` turns."""
+        """The content of a claim that is made after `now` turns."""
         turn = claim.turn if isinstance(claim, Late) else now
         bare = claim.claim if isinstance(claim, Late) else claim
         return Remark(self._way[turn if bare.kind is FP else turn - 1], action_of(bare), bare.kind is not HN)
 
     def best(self, remarks: Sequence[Remark]) -> int | None:
-        """The most useful remark, by its index: one that is new, what is right before what is wrong, and of those the
-        one about the room that was visited most in this episode. None: nothing is new.
-        """  # noqa: D205
+        """The index of the most useful remark; None if no remark is new.
+
+        It is new, about a right action rather than a wrong one, and about the room that was visited most in this
+        episode.
+        """
         visits = Counter(self._way)
-        settled = {each.room for each in self._told if each.right}
-        new = [i for i, each in enumerate(remarks) if each not in self._told and each.room not in settled]
+        settled = {each.room for each in self._said if each.right}
+        new = [i for i, each in enumerate(remarks) if each not in self._said and each.room not in settled]
         return max(new, key=lambda i: (remarks[i].right, visits[remarks[i].room], i)) if new else None
 
     def say(self, remarks: Sequence[Remark]) -> None:
-        """Take note of what was said."""
-        self._told.update(remarks)
+        """Note what was said."""
+        self._said.update(remarks)
 
 
 def commented(
@@ -64,20 +66,20 @@ def commented(
     episodes: int,
     turns: int,
 ) -> tuple[float, int]:
-    """A lifetime: moves wasted per episode, and the claims that were made.
+    """Play a lifetime; gives the moves wasted per episode, and the number of claims.
 
-    The teacher speaks when something new could be said: that claim alone, again and again, or all there is of its kind.
+    The teacher speaks when there is a new remark: it says that claim alone, one per turn, or all claims of its kind.
 
     Args:
         id: an environment of houses.
         student: its spec, with `forget=False`.
-        teacher: the personality's spec: what there is to say, and when.
+        teacher: the personality's spec, which decides the claims on offer, and when.
         feedback: the kinds of claims.
         speech: `claims` or `kinds`.
         budget: claims in a lifetime.
-        seed: of the world and of all who take part.
-        episodes: how many.
-        turns: of each, at most.
+        seed: of the world, the teacher and the student.
+        episodes: number of episodes.
+        turns: greatest number of each.
     """
     family = entry(id).family
     seats: Any = family.raw_env(

@@ -1,4 +1,4 @@
-"""What a reproduced result is: a claim with its source, settings that are played, and what their values say of it."""
+"""The interface of a reproduced result: a claim with its source, the settings to play, and how to read their values."""
 
 import hashlib
 import importlib.util
@@ -20,71 +20,71 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Setting = Mapping[str, Any]
-"""Keyword arguments of a row's `measure`, JSON values. What they do not say cannot change while results are kept."""
+"""Keyword arguments of a row's `measure`, JSON values. They must determine a measurement, since results are stored."""
 FIRST_SEED = 10_000
-"""Seeds from here on belong to results; those below it are for trying things out."""
+"""First seed of results; smaller seeds are for tuning."""
 QUICK = 3
-"""Seeds of each setting when it is only tried whether all runs."""
+"""Seeds of each setting in a trial."""
 VERDICTS = ("yes", "in part", "no")
 
 
 class Values:
-    """What was measured: per setting an array of shape (seeds, numbers)."""
+    """Measurements: per setting an array of shape (seeds, numbers)."""
 
     def __init__(self, measured: Mapping[str, NDArray[np.float64]], seconds: float) -> None:
         self._measured = measured
         self.seconds = seconds
         """CPU time of all measurements."""
         self.seeds = min(map(len, measured.values()))
-        """Measurements of each setting."""
+        """Number of seeds of each setting."""
 
     def __call__(self, **setting: Any) -> NDArray[np.float64]:
-        """The numbers of a setting, a row a seed; the rows of all settings have the same seeds in the same order."""
+        """The numbers of a setting, one row per seed; all settings have the same seeds in the same order."""
         return self._measured[digest(setting)]
 
 
 class Reading(NamedTuple):
-    """What the values say."""
+    """The interpretation of the values."""
 
     agrees: str
     """One of `VERDICTS`."""
     ours: str
-    """Our result, with its figures."""
+    """Our result, with its numbers."""
     why: str = ""
     """Where and why it differs from the source; empty if it does not."""
     table: Sequence[Sequence[str]] = ()
-    """All of it: a row of heads, then the others."""
+    """All results: a row of heads, then the others."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """A known result and how it is tried here."""
+    """A known result and its reproduction."""
 
     claim: str
     source: str
     protocol: str
-    """What is played, with all that determines it; complete sentences."""
+    """What is played, with all parameters, in complete sentences."""
     settings: Sequence[Setting]
     seeds: int
     """Number of seeds of each setting, the first of them `FIRST_SEED`."""
     measure: Callable[..., Sequence[float]]
-    """Plays a setting with a `seed`; a function of a module, since other processes call it."""
+    """Plays a setting with a `seed`; a global function, since other processes call it."""
     measures: Sequence[str]
-    """What the numbers are that it gives, in their order."""
+    """Names of the numbers that it gives."""
     read: Callable[[Values], Reading]
     draw: "Callable[[Values, Figure], None]"
     needs: str = ""
-    """A module of the extra `learn` that measuring needs; empty if the core is enough."""
+    """A module of the extra `learn` that `measure` needs; empty: none."""
 
     def missing(self) -> str:
-        """What keeps it from being measured here; empty if nothing does."""
+        """Why the row cannot be measured here; empty if it can."""
         if not self.needs or importlib.util.find_spec(self.needs):
             return ""
         return f"needs {self.needs!r}, which is not installed; run: pip install 'llf-teacher[learn]'"
 
 
 def digest(setting: Setting) -> str:
-    """What tells a setting from others."""
+    """A digest that identifies a setting."""
     return hashlib.sha256(json.dumps(setting, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -95,11 +95,11 @@ def all_rows() -> dict[str, Row]:
 
 
 def some_rows(names: Sequence[str]) -> dict[str, Row]:
-    """The rows of these names; all if there are none.
+    """The rows with these names; all without names.
 
     Raises:
-        ValueError: there is no such row.
-        ModuleNotFoundError: one of these names needs a package that is not installed; the message has the pip line.
+        ValueError: an unknown name.
+        ModuleNotFoundError: a named row needs a package that is not installed; the message has the pip line.
     """
     there = all_rows()
     for name in names:
@@ -111,5 +111,5 @@ def some_rows(names: Sequence[str]) -> dict[str, Row]:
 
 
 def describe(estimate: Estimate, digits: int = 2) -> str:
-    """An estimate with its interval."""
+    """An estimate with its interval, as text."""
     return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"

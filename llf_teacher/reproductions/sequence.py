@@ -1,4 +1,4 @@
-"""A small model of errands in words: it learns what was done from what was seen and heard. Needs the extra `learn`."""
+"""A small sequence model of errands: it predicts commands from observations and feedback. Needs the extra `learn`."""
 
 from collections.abc import Sequence
 from itertools import chain
@@ -12,36 +12,36 @@ from torch.nn import functional
 from llf_teacher.reproductions.household import WORDS, Choose, Errand, numbers
 
 _WIDTH, _INNER, _MEMORY = 64, 16, 32
-"""Numbers of a word by which it is recognized, of one in its sentence, and of what is remembered."""
-_UNHEARD = 0.15  # share of the words that are left out while it learns
-_AT_ONCE = 8
-_NEAR = 7  # words that make a neighbourhood
+"""Sizes of the embedding of a word, of its embedding in a sentence, and of the recurrent state."""
+_DROPPED = 0.15  # share of the words that are dropped in training
+_BATCH_SIZE = 8
+_NEAR = 7  # width of the convolution, in words
 
 
 class _Batch(NamedTuple):
-    """Errands as numbers; the turns of all of them stand below each other, filled up with zeros."""
+    """Errands as numbers; the turns of all errands are concatenated, and padded with zeros."""
 
     tasks: torch.Tensor
-    """Words per turn, as in the next three."""
+    """Words per turn, as the next three."""
     seen: torch.Tensor
     heard: torch.Tensor
     last: torch.Tensor
     commands: torch.Tensor
-    """Words of every command that comes up; the first one has none."""
+    """Words of every command; the first command is empty."""
     offered: torch.Tensor
-    """Per turn the places of what can be done in `commands`."""
+    """Per turn, the admissible commands, as indices of `commands`."""
     before: torch.Tensor
-    """How often each was done, as a logarithm."""
+    """How often each was given before, as a logarithm."""
     returns: torch.Tensor
-    """Per turn whether the task is done in the end."""
+    """Per turn, whether the task is solved in the end."""
     done: torch.Tensor
-    """Per turn the place of the command among what can be done."""
+    """Per turn, the index of the command among the admissible ones."""
     lengths: list[int]
-    """Turns of each errand."""
+    """Number of turns of each errand."""
 
 
 def _filled(rows: Sequence[Sequence[float]], kind: type[np.generic] = np.int64) -> torch.Tensor:
-    """Rows of different lengths as a rectangle."""
+    """Rows of different lengths as a rectangle, padded with zeros."""
     lengths = np.array([len(row) for row in rows])
     filled = np.zeros((len(rows), max(1, lengths.max())), kind)
     filled[np.arange(filled.shape[1]) < lengths[:, None]] = list(chain.from_iterable(rows))
@@ -49,7 +49,7 @@ def _filled(rows: Sequence[Sequence[float]], kind: type[np.generic] = np.int64) 
 
 
 def _batch(errands: Sequence[Errand], *, last: bool = False) -> _Batch:
-    """Errands as numbers; with `last` those that go on, of which it is the last turn, and success is asked for."""
+    """Errands as numbers; with `last` only their last turns, with success as the return."""
     turns = [(errand, turn) for errand in errands for turn in (errand.turns[-1:] if last else errand.turns)]
     place = {"": 0}
     for command in chain.from_iterable(turn.commands for _, turn in turns):
@@ -69,18 +69,18 @@ def _batch(errands: Sequence[Errand], *, last: bool = False) -> _Batch:
 
 
 class SequenceModel:
-    """Picks out words of what it hears, remembers by a recurrent layer over turns, and weighs what can be done.
+    """A model with gated words of the teacher and a recurrent layer over turns, which scores the admissible commands.
 
-    Like a decision transformer it is told the return, imitates what was done, and is asked for success in the end. A
-    word is a vector, of which nothing is known before.
+    As in a decision transformer, the return is an input: the model imitates the commands, and success is its input in
+    tests. Embeddings of words are learned from scratch.
 
     Args:
-        rng: what draws its weights, the order of errands, and the words that are left out.
+        rng: draws the weights, the order of errands, and the dropped words.
     """
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
-        with torch.random.fork_rng(devices=[]):  # what is drawn here goes back, and is replaced below
+        with torch.random.fork_rng(devices=[]):  # keeps the global generator; the weights are replaced below
             self._net: Any = nn.ModuleDict(
                 {
                     "words": nn.Embedding(WORDS, _WIDTH),
@@ -101,20 +101,20 @@ class SequenceModel:
             self._net["alike"].weight.fill_(0.1)
 
     def learn(self, errands: Sequence[Errand], epochs: int) -> None:
-        """Imitate what was done in errands, each of them `epochs` times."""
+        """Imitate the commands of errands, each `epochs` times."""
         adam = torch.optim.AdamW(self._net.parameters(), lr=0.01)
         for _ in range(epochs):
             order = self._rng.permutation(len(errands))
-            for first in range(0, len(errands), _AT_ONCE):
-                batch = _batch([errands[i] for i in order[first : first + _AT_ONCE]])
-                heard = self._rng.random(tuple(batch.heard.shape)) > _UNHEARD
+            for first in range(0, len(errands), _BATCH_SIZE):
+                batch = _batch([errands[i] for i in order[first : first + _BATCH_SIZE]])
+                heard = self._rng.random(tuple(batch.heard.shape)) > _DROPPED
                 adam.zero_grad()
                 scores, _ = self._weigh(batch, torch.as_tensor(heard))
                 functional.cross_entropy(scores, batch.done).backward()
                 adam.step()
 
     def player(self) -> Choose:
-        """What plays: it does what it holds to be best, and remembers what it has seen and heard in each errand."""
+        """A policy that gives the command with the greatest score, and keeps the recurrent state of each errand."""
         memories: dict[int, torch.Tensor] = {}
 
         def choose(errands: Sequence[Errand]) -> list[str]:
@@ -131,22 +131,22 @@ class SequenceModel:
     def _weigh(
         self, batch: _Batch, heard: torch.Tensor, before: torch.Tensor | None = None
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Per turn a score of each of what can be done, and what is remembered.
+        """Scores of the admissible commands per turn, and the recurrent state.
 
         Args:
             batch: the turns.
-            heard: which words of the teacher are heard.
-            before: what is remembered of the turns before these; None: they are the first.
+            heard: which words of the teacher are not dropped.
+            before: the recurrent state; None: these are the first turns.
         """
         net = self._net
         task, seen, last = (self._bag(each) for each in (batch.tasks, batch.seen, batch.last))
         there = (batch.heard > 0)[..., None]
         read = net["read"]((net["spoken"](batch.heard) * (there & heard[..., None])).mT).mT.relu() * there
-        told = (torch.sigmoid(net["gate"](read)) * net["words"](batch.heard) * there).sum(dim=1)
-        turns = torch.cat([task, seen, last, told, read.amax(dim=1), batch.returns], dim=1).split(batch.lengths)
+        stressed = (torch.sigmoid(net["gate"](read)) * net["words"](batch.heard) * there).sum(dim=1)
+        turns = torch.cat([task, seen, last, stressed, read.amax(dim=1), batch.returns], dim=1).split(batch.lengths)
         memory, _ = net["turns"](nn.utils.rnn.pad_sequence(turns, batch_first=True), before)
         state = torch.cat([memory[i, :length] for i, length in enumerate(batch.lengths)])
-        named = (net["alike"].weight[:, None] * torch.stack([task, seen, told])).sum(dim=0)
+        named = (net["alike"].weight[:, None] * torch.stack([task, seen, stressed])).sum(dim=0)
         offered = self._bag(batch.commands)[batch.offered]
         scores = (offered @ (net["wish"](state) + named)[..., None])[..., 0] + net["again"](state) * batch.before
         return scores.masked_fill(batch.offered == 0, -torch.inf), state

@@ -1,4 +1,4 @@
-"""What a store holds, for scripts and notebooks: episodes as a table, turns, transcripts."""
+"""Results of a study, for scripts and notebooks: episodes as a table, turns, transcripts."""
 
 import csv
 import itertools
@@ -10,7 +10,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any, Self
 
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, TurnRow
-from llf_teacher.serialization import to_json
+from llf_teacher.serialization import to_json, write_json_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import runner
 from llf_teacher.studies.store import Store, StoreError
@@ -18,7 +18,7 @@ from llf_teacher.studies.store import Store, StoreError
 if TYPE_CHECKING:
     from llf_teacher.studies.report import Report
 
-_CHUNK = 10_000  # rows that are held at once
+_CHUNK = 10_000  # rows in memory at once
 Rows = Iterator[dict[str, Any]]
 Columns = Mapping[str, Any]
 """The type of each column."""
@@ -31,13 +31,13 @@ class Results:
         path: the file.
 
     Raises:
-        StoreError: there is no such file, or it is no store.
+        StoreError: the file does not exist or is no store.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         if not self.path.is_file():
-            raise StoreError(f"there is no file {path}; `llf study run` makes stores")
+            raise StoreError(f"there is no file {path}; give a store that `llf study run` made")
         self._store = Store(self.path)
 
     def close(self) -> None:
@@ -52,9 +52,9 @@ class Results:
 
     @property
     def episodes(self) -> Any:
-        """A row an episode, as a data frame of pandas, else of polars, else a list of dicts, whichever is installed.
+        """One row per episode, as a data frame of pandas, of polars, or, without both, as a list of dicts.
 
-        The columns are the fields of `EpisodeSpec` and `EpisodeRow`, behind `key`.
+        The columns are `key` and the fields of `EpisodeSpec` and `EpisodeRow`.
         """
         rows = list(self.rows())
         try:
@@ -71,7 +71,7 @@ class Results:
             return rows
 
     def rows(self) -> Rows:
-        """The same one by one, so that memory does not grow; `regrets` is a list, one number a turn."""
+        """The same rows one by one, in constant memory; `regrets` is a list with one number per turn."""
         return self._store.rows()
 
     def failures(self) -> Rows:
@@ -83,13 +83,13 @@ class Results:
         return self._store.turns(key)
 
     def all_turns(self) -> Rows:
-        """The turns of all episodes, one by one, each with its episode's `key`."""
+        """The turns of all episodes, one by one, each with the `key` of its episode."""
         for row in self.rows():
             for turn in self.turns(row["key"]):
                 yield {"key": row["key"], **turn}
 
     def transcript(self, key: str) -> str:
-        """An episode as text: what was seen, thought, said and done; a false claim is marked by `!`.
+        """An episode as text: observations, thoughts, feedback and actions; a false claim is marked by `!`.
 
         Raises:
             StoreError: there is no such episode.
@@ -110,27 +110,27 @@ class Results:
 
     @property
     def manifest(self) -> dict[str, Any]:
-        """Facts about the study and what it ran on."""
+        """The study's definition, and the versions of its software."""
         return self._store.manifest()
 
     @property
     def study(self) -> Study:
-        """The study that the store was last used for.
+        """The last study that was run with the store.
 
         Raises:
-            StoreError: none is written there.
+            StoreError: the store names none.
         """
         if "study" not in self.manifest:
-            raise StoreError(f"{self.path} does not say which study it is of; give one")
+            raise StoreError(f"{self.path} does not name its study; give the study, too")
         return Study(**self.manifest["study"])
 
     def report(self, study: Study | None = None) -> "Report":
-        """The report of a study, by default the one that the store was last used for; a notebook shows it.
+        """The report of a study, by default `study`; a notebook shows it.
 
         Raises:
             ValueError: no episode of the study has been played.
         """
-        from llf_teacher.studies.report import Report, render  # which brings Matplotlib
+        from llf_teacher.studies.report import Report, render  # imports Matplotlib
 
         return Report(render(self._store, study or self.study))
 
@@ -145,10 +145,10 @@ class Results:
         return write_figures(self._store, study or self.study, Path(folder))
 
     def export(self, path: Path | str, table: str = "episodes") -> int:
-        """Write a table in memory that does not grow with it.
+        """Write a table, in constant memory.
 
         Args:
-            path: its suffix says how: `.csv`, `.jsonl`, or `.parquet`, which needs pyarrow. The file is replaced.
+            path: ends in `.csv`, `.jsonl`, or `.parquet`, which needs pyarrow. The file is replaced.
             table: `episodes` or `turns`.
 
         Returns:
@@ -178,8 +178,8 @@ class Results:
             )
         lines = [
             "".join(f"<td>{escape(name)}</td>" for name in names)
-            + f"<td>{len(told)}</td><td>{fmean(r for r, _ in told):.2f}</td><td>{fmean(s for _, s in told):.0%}</td>"
-            for names, told in cells.items()
+            + f"<td>{len(cell)}</td><td>{fmean(r for r, _ in cell):.2f}</td><td>{fmean(s for _, s in cell):.0%}</td>"
+            for names, cell in cells.items()
         ]
         heads = "".join(
             f"<th>{name}</th>" for name in ("family", "teacher", "student", "episodes", "regret", "success")
@@ -188,10 +188,10 @@ class Results:
 
 
 def load(path: Path | str) -> Results:
-    """What a store holds.
+    """The results in a store.
 
     Raises:
-        StoreError: there is no such file, or it is no store.
+        StoreError: the file does not exist or is no store.
     """
     return Results(path)
 
@@ -203,9 +203,9 @@ def run(
     progress: Callable[[int, int], None] | None = None,
     options: runner.RunOptions = runner.RunOptions(),  # noqa: B008 (immutable)
 ) -> Results:
-    """Play what a store lacks of a study, and give what it holds then; arguments and errors as of `runner.run`.
+    """Play the episodes of a study that a store lacks, and give its results.
 
-    Of episodes that failed it warns, where that raises; `Results.failures` has them.
+    Arguments and errors are those of `runner.run`, but failed episodes give a warning; `Results.failures` has them.
     """
     with Store(Path(path)) as store:
         try:
@@ -213,7 +213,7 @@ def run(
         except runner.StudyError:
             raise
         except runner.EpisodeError as error:
-            warnings.warn(f"{error}; `failures` of the results says why", RuntimeWarning, stacklevel=2)
+            warnings.warn(f"{error}; `failures` of the results gives the reasons", RuntimeWarning, stacklevel=2)
     return load(path)
 
 
@@ -231,12 +231,7 @@ def _write_csv(path: Path, rows: Rows, columns: Columns) -> int:
 
 
 def _write_jsonl(path: Path, rows: Rows, columns: Columns) -> int:
-    count = 0
-    with path.open("w", encoding="utf-8") as file:
-        for row in rows:
-            file.write(to_json(row) + "\n")
-            count += 1
-    return count
+    return write_json_lines(path, rows)
 
 
 def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:
@@ -244,7 +239,9 @@ def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:
         import pyarrow
         from pyarrow import parquet
     except ModuleNotFoundError:
-        raise ModuleNotFoundError("Parquet needs pyarrow: pip install 'llf-teacher[data]'; or give a .csv") from None
+        raise ModuleNotFoundError(
+            "Parquet needs pyarrow; run: pip install 'llf-teacher[data]', or give a .csv"
+        ) from None
     kinds: dict[Any, Any] = {
         str: pyarrow.string(),
         int: pyarrow.int64(),

@@ -1,7 +1,6 @@
-"""What pages share: their colours and style, and how they draw an episode.
+"""The theme of all pages: colours, style, and the display of an episode.
 
-`style.css.j2` is the style, `episode.html.j2` has the macros that draw the turns of an episode, prepared by
-`prepare_turns`.
+`style.css.j2` is the style; `episode.html.j2` has the macros that display turns, which `prepare_turns` prepares.
 """
 
 import jinja2
@@ -13,11 +12,13 @@ __all__ = ["KIND_NAMES", "MARKS", "SHADES", "pages", "prepare_turns", "style"]
 
 
 def pages(package: str, folder: str = "") -> jinja2.Environment:
-    """Where the templates of a package are filled, which find ours under `theme/`; what is put in is escaped.
+    """The Jinja environment of a package's templates, which also finds those of the theme under `theme/`.
+
+    Values are escaped.
 
     Args:
         package: the dotted name.
-        folder: where in the package they are.
+        folder: of the templates in the package.
     """
     ours = jinja2.PackageLoader(__name__, "")
     environment = jinja2.Environment(
@@ -38,7 +39,7 @@ def style() -> str:
 
 
 def _number(value: float, digits: int = 1) -> str:
-    """A number with a proper minus sign, and no sign at zero."""
+    """A number with a typographic minus sign, and no sign at zero."""
     text = f"{value:.{digits}f}"
     return text.removeprefix("-") if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
 

@@ -15,7 +15,7 @@ SHADES = {
     "muted": Shade("#59636e", "#a3acb8"),
     "rule": Shade("#dfe3e8", "#353c45"),
     "stripe": Shade("#f5f7f9", "#1f242b"),
-    # Okabe & Ito (2008), which the colour-blind can tell apart; adjusted for contrast, black and yellow replaced.
+    # Okabe & Ito (2008), for colour-blind readers; adjusted for contrast, black and yellow replaced.
     "series-0": Shade("#0072b2", "#4fa9e0"),
     "series-1": Shade("#d55e00", "#f08342"),
     "series-2": Shade("#008a64", "#2fc596"),

@@ -1,4 +1,4 @@
-"""The turns of an episode, prepared to be drawn."""
+"""The turns of an episode, prepared for display."""
 
 import json
 from typing import Any
@@ -22,14 +22,14 @@ MARKS = {
 
 
 def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:
-    """Turns, as a store gives them, with what drawing them needs.
+    """Add what the display needs to turns of a store.
 
-    That is `said`, atoms by kind, each with its claim as `code`; `spelled_out`, whether these make up all of the text;
+    It is `said`, the atoms by kind, each with its claim as `code`; `spelled_out`, whether they make up all of the text;
     and `did`, the action in words.
 
     Args:
         turns: is changed.
-        family: its name is left out of the names of its claims.
+        family: the name that is left out of the names of claims.
     """
     for turn in turns:
         atoms = turn["atoms"]

@@ -70,7 +70,7 @@ def test_shapley_values_average_over_all_orders():
 
 
 def test_shapley_values_need_every_subset():
-    with pytest.raises(ValueError, match=r"every subset of a, b must have a value; there is none of \['b'\]"):
+    with pytest.raises(ValueError, match=r"values must have every subset of a, b, got none for \['b'\]"):
         shapley({frozenset(each): np.zeros(1) for each in ("", "a", "ab")})
 
 

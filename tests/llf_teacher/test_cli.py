@@ -135,8 +135,8 @@ def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
     [
         ("DROP TABLE story", "the table story lacks number, packed"),
         ("DROP VIEW episode; ALTER TABLE result DROP COLUMN regret", "the table result lacks regret"),
-        ("DELETE FROM story WHERE number = 1", "only parts are there"),
-        ("DELETE FROM result", "only parts are there"),
+        ("DELETE FROM story WHERE number = 1", "an episode is incomplete"),
+        ("DELETE FROM result", "an episode is incomplete"),
     ],
 )
 def test_a_damaged_store_is_one_line_and_stays_as_it_is(tmp_path, harm, said):

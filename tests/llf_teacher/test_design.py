@@ -45,13 +45,15 @@ def test_subsets_are_all_subsets_of_the_kinds():
 
 
 def test_looks_order_the_episodes():
-    study = small(looks={"at": [1, 4]})
-    assert study.looks == {"at": (1, 4), "spending": "obrien_fleming", "stop": False}
+    study = small(interim_analyses={"at": [1, 4]})
+    assert study.interim_analyses == {"at": (1, 4), "spending": "obrien_fleming", "stop": False}
     seeds = [spec.seed for spec in study.episodes()]
     assert seeds == [0] * 6 + [1, 2, 3] * 6
     assert {spec.key for spec in study.episodes()} == {spec.key for spec in small().episodes()}
-    with pytest.raises(ValueError, match="looks: at must be ascending numbers of seeds, the last one the study's 4"):
-        small(looks={"at": [1, 2]})
+    with pytest.raises(
+        ValueError, match="interim_analyses: at must be ascending numbers of seeds, the last one the study's 4"
+    ):
+        small(interim_analyses={"at": [1, 2]})
 
 
 def test_tests_come_beside_the_other_episodes():
@@ -115,9 +117,12 @@ def test_keys_of_episodes_without_lessons_are_those_of_ever():
         ({"lessons": 5}, "transfer: lessons must be a non-empty list, got 5"),
         ({"lessons": [1], "worlds": ["other"]}, "transfer: unknown worlds 'other'; .*allowed: same, next"),
         ({"lessons": [1], "test": []}, "transfer: unknown key 'test'"),
-        ({"lessons": [1], "students": ["random"]}, "transfer: random remembers nothing .* with forget=False"),
+        (
+            {"lessons": [1], "students": ["random"]},
+            "students must remember earlier episodes, got random; .* with forget=False",
+        ),
         ({"lessons": [1], "teachers": ["nobody"]}, "transfer: teachers: unknown personality 'nobody'"),
-        ({"lessons": [1], "taught": ["llf-poem-Haiku-v0"]}, "transfer: taught: no id of the study is of the family"),
+        ({"lessons": [1], "taught": ["llf-poem-Haiku-v0"]}, "transfer: taught: the study has no id of the family of"),
         ({"lessons": [1], "taught": ["nowhere"]}, "transfer: taught: .*nowhere"),
         ({"lessons": [1], "feedback_types": ["x"]}, "transfer: feedback_types: .* names 'x'"),
     ],
@@ -136,7 +141,7 @@ students = ["{LEARNER}"]
 feedback_types = "subsets"
 baseline = "retry_only"
 seeds = 10
-[looks]
+[interim_analyses]
 at = [5, 10]
 spending = "pocock"
 [transfer]
@@ -145,7 +150,7 @@ worlds = ["same", "next"]
 """)
     study = load_study(path)
     assert (study.baseline, len(study.feedback_types)) == ("retry_only", 32)
-    assert study.looks == {"at": (5, 10), "spending": "pocock", "stop": False}
+    assert study.interim_analyses == {"at": (5, 10), "spending": "pocock", "stop": False}
     assert Study(**study.as_dict()) == study
     path.write_text(to_toml(study))
     assert load_study(path) == study

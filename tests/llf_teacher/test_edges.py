@@ -83,7 +83,7 @@ def test_a_file_that_hides_a_package_is_named(tmp_path, file, arguments):
     result = python(*arguments, cwd=tmp_path)
     last = result.stderr.splitlines()[-1]
     assert last.startswith("ImportError: llf_teacher needs its own package ")
-    assert f"Python finds {path} first; rename that" in last
+    assert f"Python finds {path} first; rename it" in last
 
 
 def test_a_package_that_was_imported_before_is_named(tmp_path):

@@ -89,7 +89,7 @@ def test_a_task_needs_runs(scores):
 
 
 def test_others_need_the_same_runs():
-    with pytest.raises(ValueError, match=r"the same runs, got \[2\] and \[1\]"):
+    with pytest.raises(ValueError, match=r"as many runs per task as scores, \[2\], got \[1\]"):
         probability_of_improvement([[1.0, 2.0]], [[1.0]])
 
 

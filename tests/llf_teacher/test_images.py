@@ -15,10 +15,9 @@ import llf_teacher
 from llf_teacher.models.images import PIXELS, data_url
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import run
-from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions
-from llf_teacher.studies.report.definition import to_toml
 from pz_envs.family import all_families
 
 GRIDWORLD = "llf-gridworld-v0"
@@ -199,7 +198,7 @@ def test_students_of_numbers_do_without_pictures_of_texts(tmp_path):
 @pytest.mark.parametrize(
     ("options", "match"),
     [
-        ({"llf-poem*": {}}, r'options."llf-poem\*" fits none of the ids'),
+        ({"llf-poem*": {}}, r'options."llf-poem\*" matches none of the ids'),
         ({"llf-*": {"num_romos": 3}}, "llf-gridworld-v0 does not take these: unknown option 'num_romos'; did you mean"),
         ({"llf-*": {"num_rooms": 0}}, "num_rooms must be"),
         ({"llf-*": {"visual": 1}}, "visual must be true or false, got 1"),

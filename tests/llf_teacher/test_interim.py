@@ -1,4 +1,4 @@
-"""A study with looks is played look by look, says what it finds at each, and may end there."""
+"""A study with interim analyses is played step by step, reports each decision, and may end early."""
 
 from dataclasses import replace
 
@@ -6,11 +6,10 @@ import pytest
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
-from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.execution.runner import RunOptions, Shard, run
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
-from llf_teacher.studies.report.definition import to_toml
 from llf_teacher.studies.store import Store
 
 HERE = RunOptions("here")
@@ -20,12 +19,12 @@ ENDS = Study(
     students=["obedient"],
     seeds=24,
     max_turns=6,
-    looks={"at": [2, 12, 24], "spending": "pocock", "stop": True},
+    interim_analyses={"at": [2, 12, 24], "spending": "pocock", "stop": True},
 )
 
 
 def played(study, path, options=HERE):
-    """How many episodes a run plays, and what it says at looks."""
+    """Number of episodes that a run plays, and its decisions."""
     told = []
     with Store(path) as store:
         return run(study, store, options=options, on_interim=told.append), [f"{each}" for each in told]
@@ -35,18 +34,21 @@ def test_a_study_ends_where_all_is_found_and_is_final_then(tmp_path):
     path = tmp_path / "s.db"
     number, told = played(ENDS, path)
     assert number == 2 * 12
-    assert [line[:30] for line in told] == ["Look 1 of 3, after 2 seeds: 0 ", "Look 2 of 3, after 12 seeds: 1"]
-    assert told[0].endswith("of 1 comparisons found a difference (p <= 0.0067, adjusted); the study goes on.")
+    assert [line[:42] for line in told] == [
+        "Interim analysis 1 of 3, after 2 seeds: 0 ",
+        "Interim analysis 2 of 3, after 12 seeds: 1",
+    ]
+    assert told[0].endswith("of 1 comparisons are significant after Holm (p <= 0.0067); the study goes on.")
     assert told[1].endswith("the study ends here, as it declares.")
     data = read(Store(path), ENDS)
     assert data.stopped
     assert data.final
     html = render(Store(path), ENDS)
-    assert "This study has ended at look 2 of 3" in html
+    assert "This study has ended at interim analysis 2 of 3" in html
     assert "not final" not in html
     assert played(ENDS, path) == (0, told[1:]), "the same command plays no more"
 
-    on = replace(ENDS, looks={**ENDS.looks, "stop": False})
+    on = replace(ENDS, interim_analyses={**ENDS.interim_analyses, "stop": False})
     assert not read(Store(path), on).final
     number, told = played(on, path, RunOptions("processes"))
     assert number == 2 * 12
@@ -55,18 +57,18 @@ def test_a_study_ends_where_all_is_found_and_is_final_then(tmp_path):
 
 
 def test_it_goes_on_as_long_as_something_may_be_found(tmp_path):
-    placebo = replace(ENDS, teachers=("oracle", "placebo", "silent"), seeds=tuple(range(4)), looks={})
-    study = replace(placebo, looks={"at": [2, 4], "stop": True})
+    placebo = replace(ENDS, teachers=("oracle", "placebo", "silent"), seeds=tuple(range(4)), interim_analyses={})
+    study = replace(placebo, interim_analyses={"at": [2, 4], "stop": True})
     number, told = played(study, tmp_path / "s.db")
     assert number == 3 * 4
     assert len(told) == 2
     assert not read(Store(tmp_path / "s.db"), study).stopped
 
 
-def test_shards_know_nothing_of_what_is_found(tmp_path):
-    with pytest.raises(ValueError, match=r"a shard \(1/2\) does not know what the others found, .* leave out `stop`"):
+def test_shards_cannot_decide(tmp_path):
+    with pytest.raises(ValueError, match=r"may stop it cannot be played in shards, got shard 1/2; .* leave out `stop`"):
         played(ENDS, tmp_path / "s.db", RunOptions("here", shard=Shard(1, 2)))
-    on = replace(ENDS, looks={**ENDS.looks, "stop": False})
+    on = replace(ENDS, interim_analyses={**ENDS.interim_analyses, "stop": False})
     assert played(on, tmp_path / "s.db", RunOptions("here", shard=Shard(1, 2))) == (24, [])
 
 
@@ -76,5 +78,5 @@ def test_the_command_says_it(tmp_path, monkeypatch):
     assert load_study(tmp_path / "study.toml") == ENDS
     result = CliRunner().invoke(app, ["study", "run", "study.toml", "--executor", "here"], env={"COLUMNS": "300"})
     assert result.exit_code == 0, result.output
-    assert "Look 2 of 3, after 12 seeds: 1 of 1 comparisons found a difference" in result.output
+    assert "Interim analysis 2 of 3, after 12 seeds: 1 of 1 comparisons are significant" in result.output
     assert "Played 24 episodes" in result.output

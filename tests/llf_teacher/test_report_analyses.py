@@ -32,7 +32,7 @@ STUDY = Study(
     baseline="retry_only",
     seeds=3,
     max_turns=4,
-    looks={"at": [1, 3]},
+    interim_analyses={"at": [1, 3]},
     transfer={"lessons": [1], "teachers": ["oracle", "retry_only"], "students": ["obedient(forget=False)"]},
 )
 KINDS = Study(ids=[ROOMS], teachers=["oracle"], students=["obedient"], feedback_types="subsets", seeds=2, max_turns=3)
@@ -77,7 +77,7 @@ def test_tests_have_no_section_of_a_family(page):
 
 
 def test_attempts_are_told(store, page):
-    told = part(page, "attempts")
+    told = part(page, "time_to_success")
     group, cells = next(iter(read(store, STUDY).taught.items()))
     found = attempts(cells, group.max_turns)["oracle", "obedient"]
     assert "acc@1 acc@2 acc@4" in told
@@ -180,16 +180,16 @@ def test_nothing_is_tested_before_a_look_is_whole(store, tmp_path):
 
 
 def test_a_study_without_looks_is_tested_when_it_is_whole(store, tmp_path):
-    plain = replace(STUDY, looks={})
+    plain = replace(STUDY, interim_analyses={})
     assert read(store, plain).test == contrasts.Test(0.05, frozenset({0, 1, 2}))
     assert held(store, plain, tmp_path / "s.db", lambda spec: spec.seed == 0).test is None
 
 
 def test_what_cannot_be_found_is_said(page):
     told = part(page, "gridworld-b-a")
-    assert "Cumulative regret less that with retry_only on the same seeds" in told
-    assert "This is look 2 of 2, at the first 3 seeds" in told
-    assert "So few seeds cannot find anything here: no p can be below 1." in told
+    assert "Cumulative regret minus that with retry_only on the same seeds" in told
+    assert "This is interim analysis 2 of 2, at the first 3 seeds" in told
+    assert "With so few seeds no difference can be significant: the smallest possible p is 1." in told
 
 
 def test_only_what_can_differ_is_compared(store):

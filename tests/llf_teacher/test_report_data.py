@@ -90,7 +90,7 @@ def test_turns_are_read_of_what_is_shown_only(path, records):
         db.execute("DELETE FROM story")
     (section,) = read(Store(path), STUDY).sections
     assert section.regret == before
-    with pytest.raises(StoreError, match=r"the turns of the episode .* are not all there"):
+    with pytest.raises(StoreError, match=r"the turns of the episode .* are incomplete"):
         render(Store(path), STUDY)
 
 

@@ -74,6 +74,6 @@ def test_a_notebook_shows_the_report(path, tmp_path):
 def test_a_store_without_a_study_says_so(tmp_path):
     with Store(tmp_path / "s.db") as store:
         store.add(play(next(STUDY.episodes())))
-    with pytest.raises(StoreError, match=r"s\.db does not say which study it is of; give one"):
+    with pytest.raises(StoreError, match=r"s\.db does not name its study; give the study, too"):
         load(tmp_path / "s.db").report()
     assert "Feedback study" in load(tmp_path / "s.db").report(STUDY).html

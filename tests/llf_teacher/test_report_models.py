@@ -11,10 +11,9 @@ from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion
 from llf_teacher.studies import load
 from llf_teacher.studies.analysis.statistics import Band, Estimate
 from llf_teacher.studies.definition.names import short_names
-from llf_teacher.studies.definition.study import Study, load_study
+from llf_teacher.studies.definition.study import Study, load_study, to_toml
 from llf_teacher.studies.execution.runner import RunOptions, run
 from llf_teacher.studies.report.data import read
-from llf_teacher.studies.report.definition import to_toml
 from llf_teacher.studies.report.page import page
 from llf_teacher.studies.report.plots import STYLE, curve_plot, dot_plot
 from llf_teacher.studies.store import Store
@@ -101,8 +100,8 @@ def test_names_are_in_the_studys_file(told, tmp_path):
     [
         ({"obedeint": "B"}, "names: unknown teacher or student 'obedeint'; did you mean obedient"),
         ({"obedient": ""}, "a name must be a text of 1 to 60 printable characters, got ''"),
-        ({"obedient": "silent"}, "'silent' stands for several"),
-        ({"obedient": "A", "silent": "A"}, "'A' stands for several"),
+        ({"obedient": "silent"}, "a name must be unique, got 'silent' several times"),
+        ({"obedient": "A", "silent": "A"}, "a name must be unique, got 'A' several times"),
         (["obedient"], "names must be a table"),
     ],
 )

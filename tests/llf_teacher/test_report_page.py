@@ -70,7 +70,7 @@ def test_findings_come_first_and_are_computed(html, path):
     text = " ".join(re.sub(r"<[^>]*>|&nbsp;", " ", html[html.index('id="findings"') : html.index("<nav")]).split())
     assert html.index('id="findings"') < html.index('id="bandits-b-a"')
     best = found["oracle", "obedient"].estimate.mean
-    assert f"Most helpful is oracle for obedient : over 2 families it spares the student {100 * best:.0f} %" in text
+    assert f"Most helpful is oracle for obedient : over 2 families it saves the student {100 * best:.0f} %" in text
     assert "mistake(eps=1.0) for obedient" in text
     tested = [each for section in data.sections for each in section.differences.values()]
     better = sum(each.p < 0.05 and each.estimate.mean < 0 for each in tested)

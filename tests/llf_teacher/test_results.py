@@ -99,7 +99,7 @@ def test_tables_are_read_back_as_they_were(found, tmp_path, monkeypatch, suffix,
 
 
 def test_what_cannot_be_given_is_refused(found, tmp_path, monkeypatch):
-    with pytest.raises(StoreError, match=r"there is no file none\.db; `llf study run` makes stores"):
+    with pytest.raises(StoreError, match=r"there is no file none\.db; give a store that `llf study run` made"):
         load("none.db")
     with pytest.raises(ValueError, match=r"must end in one of \.csv, \.jsonl, \.parquet, got 'x\.xls'"):
         found.export("x.xls")

@@ -126,7 +126,7 @@ def test_a_rendering_that_changes_what_was_before():
         return f"{len(messages)}: {render(messages)}"
 
     (played,) = rollout(west, GRID, 1, max_turns=2)
-    with pytest.raises(ValueError, match=r"writes the answer of turn 1 otherwise .* train on each of `turns` instead"):
+    with pytest.raises(ValueError, match=r"got another text for the answer of turn 1; train on each of `turns`"):
         played.spans(numbered)
 
 
@@ -190,7 +190,7 @@ def test_environments_are_kept_for_the_next_episode_and_closed_at_the_end(monkey
 
 @pytest.mark.parametrize("said", ["west", ["west"], ["west", 3], None])
 def test_what_is_no_text_for_each_conversation(said):
-    with pytest.raises(TypeError, match="policy must give a list of 2 texts, one for each conversation, got"):
+    with pytest.raises(TypeError, match="policy must return a list of 2 texts, one per conversation, got"):
         rollout(lambda conversations: said, GRID, 2)
 
 
@@ -199,9 +199,9 @@ def test_what_is_no_text_for_each_conversation(said):
     [
         (west, {"batch": 0}, "batch must be an integer from 1"),
         (west, {"seeds": -1}, "seeds must be an integer from 0"),
-        (west, {"text": False}, "rollout plays in texts; leave out text=False"),
+        (west, {"text": False}, "rollout always plays in text mode; leave out text=False"),
         (west, {"feedback": "a"}, "does not take these options: unknown option 'feedback'"),
-        (3, {}, "policy must be a function of conversations, or what chat_student gives, got 3"),
+        (3, {}, "policy must be a function of conversations or come from chat_student, got 3"),
     ],
 )
 def test_refusals(policy, settings, match):

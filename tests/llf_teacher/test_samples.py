@@ -8,7 +8,7 @@ import pytest
 
 from llf_teacher.models.testing import ScriptedEndpoint
 from llf_teacher.studies import load, run
-from llf_teacher.studies.analysis.samples import Sampled, pass_at
+from llf_teacher.studies.analysis.pass_at_k import Sampled, pass_at
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import RunOptions

@@ -1,4 +1,4 @@
-"""Sequential designs: boundaries by another computation, the error that is promised, and what is done at a look."""
+"""Sequential designs: boundaries by another computation, the error rate, and the tables that declare a design."""
 
 import math
 
@@ -21,7 +21,7 @@ SPENT = {  # of the error on one side, as Lan & DeMets (1983) give both function
 @pytest.mark.parametrize("spending", SPENT)
 @pytest.mark.parametrize("shares", [(1.0,), (0.5, 1.0), FIFTHS, (0.1, 0.35, 0.9, 1.0)])
 def test_boundaries_spend_what_they_should(shares, spending):
-    """By the chance that a normal vector leaves a box (Genz 1992), which knows no recursion over looks."""
+    """By the chance that a normal vector leaves a box (Genz 1992), without recursion over analyses."""
     bounds = stats.norm.isf(np.array(levels(shares, spending)) / 2)
     correlation = np.sqrt(np.minimum.outer(shares, shares) / np.maximum.outer(shares, shares))
     for k, share in enumerate(shares, start=1):
@@ -30,7 +30,7 @@ def test_boundaries_spend_what_they_should(shares, spending):
         assert 1 - inside == pytest.approx(2 * SPENT[spending](share), abs=2e-5)
 
 
-def test_two_looks_by_a_plane_integral():
+def test_two_analyses_by_a_plane_integral():
     first, second = stats.norm.isf(np.array(levels((0.5, 1.0))) / 2)
     density = stats.multivariate_normal(cov=[[1, 0.5**0.5], [0.5**0.5, 1]]).pdf
     inside, _ = integrate.dblquad(lambda y, x: density([x, y]), -first, first, -second, second, epsabs=1e-9)
@@ -38,7 +38,7 @@ def test_two_looks_by_a_plane_integral():
 
 
 @pytest.mark.parametrize("spending", ["obrien_fleming", "pocock"])
-def test_looking_often_finds_nothing_more_often_than_promised(spending):
+def test_interim_analyses_keep_the_error_rate(spending):
     at = (10, 20, 40)
     draws = np.random.default_rng(0).normal(size=(40_000, 40)).cumsum(axis=1)
     crossed = np.zeros(len(draws), bool)
@@ -47,23 +47,23 @@ def test_looking_often_finds_nothing_more_often_than_promised(spending):
     assert crossed.mean() == pytest.approx(0.05, abs=0.004)
 
 
-def test_a_look_needs_its_seeds():
-    looks = InterimAnalyses((10, 20, 40))
-    assert [looks.last(seeds) for seeds in (9, 10, 39, 40)] == [None, 0, 1, 2]
+def test_an_interim_analysis_needs_its_seeds():
+    design = InterimAnalyses((10, 20, 40))
+    assert [design.last(seeds) for seeds in (9, 10, 39, 40)] == [None, 0, 1, 2]
 
 
 @pytest.mark.parametrize(
     ("table", "match"),
     [
-        ([10, 20], r"looks must be a table with `at`, as in \{at = \[10, 20, 40\]\}, got \[10, 20\]"),
-        ({"spending": "pocock"}, "looks must be a table with `at`"),
-        ({"at": [10, 40], "spend": 1}, "looks: unknown key 'spend'; .*allowed: at, spending, stop"),
-        ({"at": [10, 40], "spending": "pocok"}, "looks: unknown spending 'pocok'; did you mean pocock"),
-        ({"at": [20, 10, 40]}, "looks: at must be ascending numbers of seeds"),
+        ([10, 20], r"interim_analyses must be a table with `at`, as in \{at = \[10, 20, 40\]\}, got \[10, 20\]"),
+        ({"spending": "pocock"}, "interim_analyses must be a table with `at`"),
+        ({"at": [10, 40], "spend": 1}, "interim_analyses: unknown key 'spend'; .*allowed: at, spending, stop"),
+        ({"at": [10, 40], "spending": "pocok"}, "interim_analyses: unknown spending 'pocok'; did you mean pocock"),
+        ({"at": [20, 10, 40]}, "interim_analyses: at must be ascending numbers of seeds"),
         ({"at": [10, 20]}, r"the last one the study's 40, got \[10, 20\]"),
-        ({"at": [0.5, 40]}, "looks: at must be ascending"),
-        ({"at": [10, 40], "stop": 1}, "looks: stop must be true or false, got 1"),
-        ({"at": []}, "looks: at must be ascending"),
+        ({"at": [0.5, 40]}, "interim_analyses: at must be ascending"),
+        ({"at": [10, 40], "stop": 1}, "interim_analyses: stop must be true or false, got 1"),
+        ({"at": []}, "interim_analyses: at must be ascending"),
     ],
 )
 def test_a_bad_design_is_refused(table, match):

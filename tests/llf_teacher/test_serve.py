@@ -40,7 +40,7 @@ def test_a_page_on_this_machine(tmp_path):
             assert json.load(answer)["page"].startswith("/seat/")
         assert store.exists()
         taken = llf("serve", "--port", "0", "--store", store)
-        assert (taken.returncode, "another run plays into" in taken.stderr) == (2, True)
+        assert (taken.returncode, "another run writes to" in taken.stderr) == (2, True)
 
 
 def test_beyond_this_machine_there_is_a_key():

@@ -68,7 +68,7 @@ def test_a_database_of_something_else_is_refused_and_unchanged(tmp_path):
         db.execute("CREATE TABLE mine (x)")
     db.close()
     before = path.read_bytes()
-    with pytest.raises(StoreError, match="a database of something else"):
+    with pytest.raises(StoreError, match="another kind of database"):
         Store(path)
     assert path.read_bytes() == before
 
@@ -153,10 +153,10 @@ def test_an_older_store_is_migrated_and_stays_as_it_is(old, tmp_path):
 @pytest.mark.parametrize(
     ("harm", "said"),
     [
-        ("DELETE FROM turn WHERE turn = 3", "only parts are there"),
-        ("UPDATE episode SET seed = 99", "it is another one than it says"),
-        ("UPDATE episode SET words = words + 1", "say otherwise than its words"),
-        ("PRAGMA user_version = 2", "has schema version 2; what can be migrated to 4 is 3"),
+        ("DELETE FROM turn WHERE turn = 3", "is incomplete, or its key is not that of EpisodeSpec"),
+        ("UPDATE episode SET seed = 99", "is incomplete, or its key is not that of EpisodeSpec"),
+        ("UPDATE episode SET words = words + 1", "disagree with its words"),
+        ("PRAGMA user_version = 2", "has schema version 2; only version 3 can be migrated to 4"),
         ("DROP TABLE turn", "cannot read .*no such table"),
     ],
 )

@@ -67,7 +67,7 @@ def test_any_sequence_is_a_list_and_kept_as_a_tuple():
         ({"feedback_types": ["q"]}, "feedback_types: feedback type 'q'"),
         (
             {"ids": ["llf-gridworld-v0", "llf-poem-Haiku-v0"], "teachers": ["noisy"]},
-            "^teachers: llf-poem-Haiku-v0 cannot have 'noisy': the oracle does not give what that needs",
+            "^teachers: llf-poem-Haiku-v0 cannot have 'noisy': the oracle lacks what it needs",
         ),
         (
             {"ids": ["llf-poem-Tanka-v0", "llf-poem-Haiku-v0"], "teachers": ["noisy"]},
@@ -85,9 +85,9 @@ def test_any_sequence_is_a_list_and_kept_as_a_tuple():
         ({"max_turns": 0}, "max_turns must be an integer of at least 1"),
         ({"max_turns": True}, "max_turns must be an integer of at least 1, got True"),
         ({"fewer": ["llf-*"]}, "fewer must be a table of tables"),
-        ({"fewer": {"llf-poem-*": {}}}, r'fewer\."llf-poem-\*" fits none of the ids'),
+        ({"fewer": {"llf-poem-*": {}}}, r'fewer\."llf-poem-\*" matches none of the ids'),
         ({"fewer": {"*": {"turns": 3}}}, r'fewer\."\*": unknown key \'turns\''),
-        ({"fewer": {"*": {"seeds": [0, 99]}}}, r"seeds must be some of the study's, got also \[99\]"),
+        ({"fewer": {"*": {"seeds": [0, 99]}}}, r"seeds must be among the study's, got \[99\]"),
         ({"fewer": {"*": {"teachers": ["orakle"]}}}, "teachers: unknown personality 'orakle'"),
     ],
 )

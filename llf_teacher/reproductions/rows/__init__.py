@@ -1,1 +1,1 @@
-"""The rows of docs/known-results.md, a module each, with `ROW`."""
+"""The rows of docs/known-results.md: one module per row, with `ROW`."""

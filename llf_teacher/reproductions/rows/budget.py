@@ -1,4 +1,4 @@
-"""When to spend a few pieces of advice (Torrey & Taylor 2013), and what importance is worth that does not saturate."""
+"""When to spend a small budget of advice (Torrey & Taylor 2013), also by an importance that does not saturate."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CASES = {(20, 10): 4, (20, 30): 8}
-"""By rooms and pieces of advice, the moves to the treasure within which discounted importance reaches its threshold."""
+"""Threshold of discounted importance, as moves to the treasure, by rooms and pieces of advice."""
 EPISODES, MOVES, GREATEST = 60, 3, 2.0
-"""Episodes of a lifetime; moves per room in each at most; the greatest importance that there is."""
+"""Episodes of a lifetime; greatest number of moves per room in each; greatest importance."""
 RULES: dict[str, Rule] = {
     "announced mistake": lambda seen: seen.mistake & (seen.importance >= GREATEST),
     "correcting": lambda seen: seen.erred & (seen.before >= GREATEST),
@@ -29,7 +29,7 @@ TAUGHT = (*RULES, DISCOUNTED)
 
 
 def measure(rooms: int, budget: int, rule: str, near: int, seed: int) -> Sequence[float]:
-    """Regret per episode, advice that was given, and the share of turns in which importance is greatest."""
+    """Regret per episode, pieces of advice, and the share of turns with greatest importance."""
 
     def discounted(seen: Glance) -> Bools:
         return (seen.importance >= GREATEST) & (seen.way <= near)
@@ -54,13 +54,13 @@ def _regrets(values: Values, rule: str) -> list[Estimate]:
 
 
 def _less(values: Values, case: tuple[int, int], rule: str, than: str) -> Estimate:
-    """How much less regret a rule leaves than another."""
+    """How much less regret a rule gives than another."""
     other, mine = (values(**_setting(case, each))[:, 0] for each in (than, rule))
     return paired_difference(other, mine).estimate
 
 
 def read(values: Values) -> Reading:
-    """Orders of rules, and what the importance of the paper is worth beside one that has a greatest value."""
+    """The order of rules, and the paper's importance beside one that saturates."""
     names = [f"{rooms} rooms, {budget} pieces" for rooms, budget in CASES]
     table = [["teacher", *names]]
     table += [[rule, *(describe(each) for each in _regrets(values, rule))] for rule in TAUGHT]
@@ -79,24 +79,24 @@ def read(values: Values) -> Reading:
         ", ".join(f"{describe(each)} ({name})" for each, name in zip(one, names, strict=True)) for one in (plain, fine)
     ]
     ours = (
-        f"Surely better than random advice are {sum(above)} of {len(above)}; correcting announced mistakes is surely "
-        f"better than another teacher in {sum(best)} of {len(best)} comparisons. Importance saves beside early "
-        f"advising {listed[0]} moves an episode; discounted importance {listed[1]}."
+        f"{sum(above)} of {len(above)} rules are significantly better than random advice; correcting announced "
+        f"mistakes is significantly better than another teacher in {sum(best)} of {len(best)} comparisons. Beside "
+        f"early advising importance saves {listed[0]} moves an episode; discounted importance saves {listed[1]}."
     )
     wins = [each.low > 0 for each in plain]
     agrees = "yes" if all((*above, *best, *wins)) else "in part" if all(above) else "no"
     why = (
         "Importance saturates: a door changes the distance by one, so that at most 2 moves are at stake, and they are "
-        f"in {describe(share)} of the turns of a student without advice. It can leave out the other turns only. In the "
-        "paper importance comes from discounted values, which tell states near the goal from those far away. With "
-        "such an importance advising is better than early advising where the budget is small; where it is enough for "
-        "the whole way, nothing is gained by keeping it for the end."
+        f"in {describe(share)} of the turns of a student without advice. It can save advice in the other turns only. "
+        "In the paper importance comes from discounted values, which tell states near the goal from those far away. "
+        "With such an importance advising is better than early advising where the budget is small; where it is enough "
+        "for the whole way, nothing is gained by keeping it for the end."
     )
     return Reading(agrees, ours, why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:
-    """Regret, a group a case."""
+    """Regret, one group of bars per case."""
     axes = figure.subplots()
     groups = [f"{rooms} rooms,\n{budget} pieces" for rooms, budget in CASES]
     bars(axes, groups, {rule: _regrets(values, rule) for rule in TAUGHT})

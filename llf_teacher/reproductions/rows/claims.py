@@ -1,4 +1,4 @@
-"""Choosing the very claim beside choosing its kind, at equal numbers of claims (Goldman & Kearns 1995)."""
+"""Choosing a single claim beside choosing a kind, at equal numbers of claims (Goldman & Kearns 1995)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.reviews import commented
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
@@ -21,7 +21,7 @@ LEARNERS = {
     "SABL, verdicts": ("sabl(forget=False)", "hp+hn"),
     "Advise, verdicts": ("advise(forget=False)", "hp+hn"),
 }
-"""Who learns, and from which kinds of claims."""
+"""The learner and its kinds of claims."""
 CLAIM = "the very claim"
 REVIEWS = {
     "all of a kind": ("end_of_episode(top_k=32)", "kinds"),
@@ -29,12 +29,12 @@ REVIEWS = {
     "one of a kind": ("end_of_episode(top_k=1)", "kinds"),
     CLAIM: ("end_of_episode(top_k=32)", "claims"),
 }
-"""What a teacher chooses after an episode: who says what there is to choose from, and how it is chosen."""
+"""A teacher's choice after an episode: the personality that offers claims, and the form of speech."""
 AT_ONCE = {"at once, the kind": ("oracle", "kinds"), "at once, the very claim": ("oracle", "claims")}
 
 
 def measure(student: str, feedback: str, teacher: str, speech: str, budget: int, seed: int) -> Sequence[float]:
-    """Moves wasted per episode, and the claims that were made."""
+    """Moves wasted per episode, and the number of claims."""
     return commented(
         "llf-gridworld-v0",
         student=student,
@@ -58,7 +58,7 @@ def _lost(values: Values, learner: str, choice: str, budget: int) -> NDArray[np.
 
 
 def read(values: Values) -> Reading:
-    """Regret by budget, and where picking the claim is surely better than the best way to pick kinds."""
+    """Regret by budget, and where choosing claims is significantly better than the best way to choose kinds."""
     table = [["learner", "the teacher chooses", *(f"{budget} claims" for budget in BUDGETS)]]
     better, worse, moved = [], [], 0.0
     for learner in LEARNERS:
@@ -79,28 +79,33 @@ def read(values: Values) -> Reading:
         for choice in (CLAIM, "three of a kind", "all of a kind")
     ]
     ours = (
-        f"After an episode the very claim is surely better than the best of three ways to choose kinds in "
-        f"{len(better)} of {cells} cases, surely worse in {len(worse)}. With 20 pieces of advice who obeys wastes "
-        f"{', '.join(shown)} moves an episode. At once both choices come to "
-        + ("the same in each lifetime." if moved == 0 else f"within {moved:.2f} moves an episode of each other.")
+        f"After an episode choosing the very claim is significantly better than the best of three ways to choose kinds "
+        f"in {len(better)} of {cells} cases, and significantly worse in {len(worse)}. With 20 pieces of advice the "
+        f"obedient student wastes {', '.join(shown)} moves an episode. At once both choices give "
+        + (
+            "the same in each lifetime."
+            if moved == 0
+            else f"regrets within {moved:.2f} moves an episode of each other."
+        )
     )
     names = [f"{learner} with {budget}" for learner, budget in worse]
     why = (
-        "At once a kind has one claim in a house, so that to choose it is to choose the claim. After an episode it has "
-        "many, most of them about rooms that were spoken of before; where most is at stake a personality can find "
-        "(three or one of a kind), but not what is new." + (f" Surely worse: {', '.join(names)}." if names else "")
+        "At once a kind has one claim in a house, so that both choices are the same. After an episode it has many, "
+        "most of them about rooms that were mentioned before; a personality can find where most is at stake (three or "
+        "one "
+        "of a kind), but not what is new." + (f" Significantly worse: {', '.join(names)}." if names else "")
     )
     agrees = "yes" if 2 * len(better) >= cells and not worse else "in part" if len(better) > len(worse) else "no"
     return Reading(agrees, ours, why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:
-    """Regret by the number of claims, a panel a learner."""
+    """Regret by the number of claims, one panel per learner."""
     panels = figure.subplots(1, len(LEARNERS), sharey=True)
     for axes, learner in zip(panels, LEARNERS, strict=True):
         for choice in REVIEWS:
             found = [mean_interval(_lost(values, learner, choice, budget)) for budget in BUDGETS]
-            axes.errorbar(BUDGETS, [each.mean for each in found], spread(found), marker="o", label=choice)
+            line(axes, BUDGETS, found, choice)
         axes.set(title=learner, xlabel="claims in a lifetime", xscale="log")
         axes.set_xticks(BUDGETS, BUDGETS)
         axes.minorticks_off()
@@ -109,15 +114,15 @@ def draw(values: Values, figure: "Figure") -> None:
 
 
 ROW = Row(
-    claim="Who picks the very thing to say teaches with fewer words than who says all of its kind",
+    claim="A teacher that chooses the very claim teaches with fewer words than one that says all of its kind",
     source="Goldman & Kearns 1995 (teaching dimension), carried over to claims",
     protocol=(
         f"Houses of 20 rooms, {EPISODES} episodes of at most {TURNS} moves from the same room, and {BUDGETS[0]} to "
         f"{BUDGETS[-1]} claims in all. The teacher speaks when an episode is over (`end_of_episode`), of any of its "
-        "moves, or at once, of the last one, and only when something new can be said: an action in a room of which it "
-        "has not said yet whether it is right. Then it says that claim (of those with news, what is right before what "
-        "is wrong, and the rooms visited most first), or its kind: all there is of it, or the three or the one of them "
-        "about moves at which most was at stake. Students learn from advice (fp) or verdicts (hp, hn) alone, but for "
+        "moves, or at once, of the last one, and only when something is new: whether an action in a room is right, "
+        "which it has not said yet. Then it says that claim (of the new ones, right actions before wrong ones, and the "
+        "rooms visited most first), or its kind: all claims of it, or the three or the one of them about moves at "
+        "which most was at stake. Students learn from advice (fp) or verdicts (hp, hn) alone, but for "
         "Advise, which hears rewards, too. Figures are moves wasted per episode."
     ),
     settings=tuple(

@@ -1,4 +1,4 @@
-"""Attention for a class of learners: whom to advise in each round (Torrey & Taylor 2013, carried over to a class)."""
+"""Attention for a class of learners: which one to advise in each round (after Torrey & Taylor 2013)."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,16 +23,16 @@ _ADVICE, _IMPORTANCE = 0b01000, 2  # fp among the kinds; the column of `students
 
 
 class Class(NamedTuple):
-    """What a teacher knows when it shares out its attention, one value a student."""
+    """What a teacher observes when it distributes its attention, one value per student."""
 
     importance: NDArray[np.float64]
     """Moves between the best and the worst next action."""
     heard: NDArray[np.float64]
-    """The round in which it was spoken to last; 0: never."""
+    """The round of the last advice to the student; 0: never."""
     wasted: NDArray[np.float64]
-    """Moves that it wasted in its lifetime."""
+    """Moves that the student has wasted in its lifetime."""
     chance: NDArray[np.float64]
-    """Drawn uniformly."""
+    """Uniform random number."""
 
 
 RULES: dict[str, Callable[[Class], NDArray[np.float64]] | None] = {
@@ -43,11 +43,11 @@ RULES: dict[str, Callable[[Class], NDArray[np.float64]] | None] = {
     "who wasted most": lambda seen: seen.wasted + 1e-6 * seen.chance,
     "who wasted least": lambda seen: -seen.wasted + 1e-6 * seen.chance,
 }
-"""Whose rank is greatest is advised; ties are broken at random."""
+"""Gives ranks; the student with the greatest rank is advised, ties are broken at random."""
 
 
 def measure(rule: str, attention: int, seed: int) -> Sequence[float]:
-    """Moves wasted by a student in an episode: by all of them, and by the one who wasted most."""
+    """Moves wasted per episode: the mean over students, and the greatest of a student."""
     rank, rng = RULES[rule], np.random.default_rng(seed)
     family = entry("llf-gridworld-v0").family
     lifetimes = family.raw_env(
@@ -87,7 +87,7 @@ def _lost(values: Values, rule: str, column: int) -> list[NDArray[np.float64]]:
 
 
 def read(values: Values) -> Reading:
-    """Regret of all and of the last of the class, and who is surely better than turns in order."""
+    """Regret of all and of the last of the class, and what each rule saves beside turns in order."""
     heads = [f"{whose}, attention for {n}" for whose in ("all", "the last of the class") for n in ATTENTION]
     table = [["who is advised", *heads]]
     for rule in RULES:
@@ -105,17 +105,18 @@ def read(values: Values) -> Reading:
         for other, mine in zip(_lost(values, turns, 0), _lost(values, "most at stake", 0), strict=True)
     ]
     ours = (
-        f"Attention to whom most is at stake saves {' and '.join(map(describe, gains))} moves an episode beside turns "
-        f"in order, with attention for {' and '.join(map(str, ATTENTION))} of {PUPILS}. Attention to who wasted least, "
-        f"beside who wasted most, saves {' and '.join(saved('who wasted least', 'who wasted most', 0))}; the last of "
-        f"the class then wastes {' and '.join(saved('who wasted most', 'who wasted least', 1))} more."
+        f"Attention where most is at stake saves {' and '.join(map(describe, gains))} moves an episode beside turns in "
+        f"order, with attention for {' and '.join(map(str, ATTENTION))} of {PUPILS}. Attention to the student that "
+        "wasted least, beside that to the one that wasted most, saves "
+        f"{' and '.join(saved('who wasted least', 'who wasted most', 0))}; the last of the class then wastes "
+        f"{' and '.join(saved('who wasted most', 'who wasted least', 1))} more."
     )
     agrees = (
         "yes" if all(each.low > 0 for each in gains) else "in part" if any(each.low > 0 for each in gains) else "no"
     )
     why = (
-        "Whom to favour depends on what is wanted: who is led to the end leaves the attention to the others, so that "
-        "favouring the good serves the mean, and favouring the poor the last of the class."
+        "The best rule depends on the aim: a student that has reached the treasure needs no more attention, so that "
+        "favouring good students improves the mean, and favouring poor ones improves the last of the class."
     )
     return Reading(agrees, ours, why, table)
 
@@ -137,9 +138,10 @@ ROW = Row(
     source="Torrey & Taylor 2013, carried over to a class",
     protocol=(
         f"{PUPILS} students, each with Q-learning in a house of 20 rooms of its own, {EPISODES} episodes of at most "
-        f"{TURNS} moves from the same room. In each round the teacher advises one or two of them, who take the advised "
-        "action for the turn; who has found the treasure is out of the round. It picks by a rule, ties at random. "
-        "Figures are moves wasted per student and episode, and those of the student who wasted most. The paper has "
+        f"{TURNS} moves from the same room. In each round the teacher advises one or two of them, which take the "
+        "advised action for the turn; a student that has found the treasure is out of the round. It chooses by a rule, "
+        "and breaks ties at random. "
+        "Figures are moves wasted per student and episode, and those of the student that wasted most. The paper has "
         "one student; that a class is alike is tried here."
     ),
     settings=tuple({"rule": rule, "attention": attention} for attention in ATTENTION for rule in RULES),

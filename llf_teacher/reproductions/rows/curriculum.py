@@ -1,4 +1,4 @@
-"""A teacher who says nothing and picks where an episode begins: from near the goal to far from it (Florensa 2017)."""
+"""A silent teacher that chooses the starts of episodes, from near the goal to far from it (Florensa et al. 2017)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from llf_teacher.registry import entry
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.students.builtin.q_learning import QLearning
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
@@ -21,13 +21,13 @@ STARTS = ("the task's own", "anywhere", "from near to far")
 PRACTICE = (50, 100, 200, 400, 800)
 """Moves of practice."""
 TURNS, TESTS, LEAST, READY = 40, 5, 6, 2
-"""Moves of an episode at most; episodes of the test; least distance of the task's own start; episodes in a row that a
-distance has to be mastered before the next one."""
+"""Greatest number of moves of an episode; episodes of the test; least distance of the task's own start; successive
+mastered episodes before the next distance."""
 LEARNER = QLearning(forget=False, optimism=0.0, epsilon=0.1)
 
 
-class _School:
-    """A learner in one house, who can be put into any room."""
+class _Practice:
+    """A learner in one house, which can start in any room."""
 
     def __init__(self, seed: int) -> None:
         family = entry("llf-gridworld-v0").family
@@ -36,12 +36,12 @@ class _School:
         self.session.open(seed)
         self.task: Truth = self.session.moment.after
         self.steps = distances_from(self.task.layout.treasure, self.task.layout.doors)
-        """Moves to the treasure, by rooms."""
+        """Moves to the treasure, by room."""
         self.pupil: Any = LEARNER.seat(family, self.session.world)
         self.rng = np.random.default_rng(seed)
 
     def episode(self, room: int, turns: int) -> tuple[int, float, bool]:
-        """Moves, moves that were wasted, and whether the treasure was found, in an episode from a room."""
+        """Play an episode from a room; gives its moves, its wasted moves, and whether the treasure was found."""
         session, view, pupil = self.session, self.view, self.pupil
         session.start_next_episode(self.task._replace(room=room))
         pupil.reset(self.rng)
@@ -55,8 +55,8 @@ class _School:
 
 
 def measure(starts: str, practice: int, seed: int) -> Sequence[float]:
-    """Moves wasted in each episode of a test after practice, and the share of them in which the treasure was found."""
-    school = _School(seed)
+    """Moves wasted per episode of a test after practice, and the share of episodes with success."""
+    school = _Practice(seed)
     steps, own = np.array(school.steps), school.task.room
     far, mastered, left = 1, 0, practice
     while left > 0:
@@ -73,7 +73,7 @@ def measure(starts: str, practice: int, seed: int) -> Sequence[float]:
 
 
 def read(values: Values) -> Reading:
-    """Regret in the test, and from which practice on a curriculum is surely better."""
+    """Regret in the test, and the practice for which the curriculum is significantly better."""
     table = [["start of practice", *(f"{moves} moves" for moves in PRACTICE)]]
     for starts in STARTS:
         table.append([starts, *(describe(mean_interval(values(starts=starts, practice=n)[:, 0]), 1) for n in PRACTICE)])
@@ -95,13 +95,14 @@ def read(values: Values) -> Reading:
         for name, other in zip(names, beside, strict=True)
     ]
     ours = (
-        f"Practice that begins near the treasure and moves away from it is surely better {', and '.join(parts)}. It is "
-        f"surely worse with {_listed(sorted({*worse['anywhere'], *worse[STARTS[0]]}))} of them."
+        f"Practice that begins near the treasure and moves away from it is significantly better "
+        f"{', and '.join(parts)}. It is significantly worse with "
+        f"{_listed(sorted({*worse['anywhere'], *worse[STARTS[0]]}))} of them."
     )
     agrees = "yes" if all(better.values()) and not any(worse.values()) else "in part" if better[STARTS[0]] else "no"
     why = (
-        "In a house practice from anywhere finds the treasure often, too, since some rooms are always near it; the "
-        "paper has robots for whom a random start is as hopeless as their own."
+        "In a house practice from anywhere often finds the treasure, too, since some rooms are always near it; for the "
+        "paper's robots a random start is as hopeless as the task's own."
     )
     return Reading(agrees, ours, why, table)
 
@@ -119,7 +120,7 @@ def draw(values: Values, figure: "Figure") -> None:
     axes = figure.subplots()
     for starts in STARTS:
         found = [mean_interval(values(starts=starts, practice=n)[:, 0]) for n in PRACTICE]
-        axes.errorbar(PRACTICE, [each.mean for each in found], spread(found), marker="o", label=starts)
+        line(axes, PRACTICE, found, starts)
     axes.set(xlabel="moves of practice", ylabel="moves wasted in an episode of the test", xscale="log")
     axes.legend()
 
@@ -129,7 +130,7 @@ ROW = Row(
     source="Florensa et al. 2017",
     protocol=(
         f"Houses of 20 rooms with the treasure at least {LEAST} moves from the start, rewards only, Q-learning. The "
-        "teacher says nothing and picks the room in which an episode of practice begins: the task's own start, any "
+        "teacher is silent and chooses the room in which an episode of practice begins: the task's own start, any "
         "room, or one at a distance that grows by a move when the treasure was found twice in a row in at most twice "
         f"as many moves. After {PRACTICE[0]} to {PRACTICE[-1]} moves of practice come {TESTS} episodes of at most "
         f"{TURNS} moves from the own start. Figures are moves wasted in each of them. The paper has robots and "

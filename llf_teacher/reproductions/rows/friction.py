@@ -1,4 +1,4 @@
-"""Gold, wrong, placebo and retry: who can tell, and how far below the ceiling they stay (Jiang et al. 2025)."""
+"""Gold, wrong, placebo and retry: which students use feedback, and how far they stay below the ceiling (Jiang 2025)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -35,10 +35,10 @@ SOME = {
     "ucb(trust=1.0)": ("bandits",),
     "nelder_mead(trust=1.0)": ("optimization",),
 }
-"""Those that play in some families only."""
+"""Students that play in some families only."""
 CEILING = "oracle"
 ATTEMPTS = (1, 3, 10)
-"""Turns within which a success counts."""
+"""Numbers of turns within which successes are counted."""
 
 
 def measure(id: str, student: str, teacher: str, seed: int) -> Sequence[float]:
@@ -60,7 +60,7 @@ def _setting(family: str, student: str, teacher: str) -> dict[str, str]:
 
 
 def read(values: Values) -> Reading:
-    """Regret by teacher, and who is surely better under gold, surely worse under wrong feedback than under retry."""
+    """Regret by teacher, and the students that are significantly better or worse than with retry."""
     within = f"solved within {', '.join(map(str, ATTEMPTS))}"
     table = [
         ["family", "student", *(f"{name}: regret" for name in TEACHERS), *(f"{name}: {within}" for name in TEACHERS)]
@@ -82,23 +82,24 @@ def read(values: Values) -> Reading:
         pair for pair in reading if values(**_setting(*pair, "gold"))[:, 0].mean() > _ceiling(values, pair[0]) + 1e-6
     ]
     ours = (
-        f"Of {len(reading)} pairs of a family and a student who can tell what is said, gold feedback surely helps "
-        f"{len(helped)}, wrong feedback surely harms {len(harmed)}, and a placebo surely helps {len(fooled)} and harms "
-        f"{len(moved)}, against retrying. {len(short)} stay below the ceiling under gold feedback."
+        f"Of {len(reading)} pairs of a family and a student that reads feedback, gold feedback significantly helps "
+        f"{len(helped)}, wrong feedback significantly harms {len(harmed)}, and a placebo significantly helps "
+        f"{len(fooled)} and harms {len(moved)}, against retrying. {len(short)} stay below the ceiling with gold "
+        "feedback."
     )
     proof = [f"{student} in {family}" for family, student in reading if (family, student) not in harmed]
     why = (
-        f"Not surely harmed by wrong feedback: {', '.join(proof) or 'nobody'}. A placebo is true and useless, so who "
-        "reads claims gains nothing from it, as it should be. What is lost under gold feedback is lost before the "
-        "first advice is heard or where advice names a step and not the goal, and by who learns from verdicts alone "
-        "before it has tried what is right; the paper's models lose more because they do not take up what they are "
-        "told."
+        f"Not significantly harmed by wrong feedback: {', '.join(proof) or 'none'}. A placebo is true and useless, so "
+        "that students that read claims gain nothing from it, as expected. Regret with gold feedback comes from turns "
+        "before the first advice, from advice that names a step and not the goal, and, for students that learn from "
+        "verdicts alone, from turns before they try the right action; the paper's models lose more because they do not "
+        "use the feedback."
     )
     return Reading("yes" if helped and short else "no", ours, why, table)
 
 
 def _solved(first: Floats) -> str:
-    """The shares of seeds in which the first success came within so many turns; 0 is none."""
+    """Shares of seeds with the first success within each number of turns; 0 is no success."""
     return ", ".join(f"{np.mean((first > 0) & (first <= attempts)):.0%}" for attempts in ATTEMPTS)
 
 
@@ -107,7 +108,7 @@ def _ceiling(values: Values, family: str) -> float:
 
 
 def draw(values: Values, figure: "Figure") -> None:
-    """Regret as a share of that under retrying, a panel a family."""
+    """Regret as a share of that with retry, one panel per family."""
     figure.set_size_inches(9, 7)
     panels = figure.subplots(2, len(IDS) // 2, sharey=True)
     for axes, family in zip(panels.flat, IDS, strict=True):
@@ -125,15 +126,15 @@ def draw(values: Values, figure: "Figure") -> None:
 
 
 ROW = Row(
-    claim="Even with gold feedback students plateau below the ceiling; wrong feedback harms who cannot tell",
+    claim="Even with gold feedback students plateau below the ceiling; wrong feedback harms students that believe it",
     source="Jiang et al. 2025 (Feedback Friction, arXiv 2506.11930)",
     protocol=(
-        "Eight families at their own horizons, all kinds of feedback. Beside those who read are students who learn "
-        "from verdicts, or from rewards with trust in advice, where they suit. Gold is the oracle, wrong says a "
-        "plausible falsehood for each claim (`mistake(eps=1)`), placebo says true and useless sentences, retry says "
-        "that it was not right. The ceiling is the student `oracle`. Bandits, poems, films and optimization ask the "
-        "same problem again, up to 30 or 10 times: there a turn is an attempt. The paper has language models and "
-        "benchmarks of questions."
+        "Eight families at their own horizons, all kinds of feedback. Beside students that read there are students "
+        "that learn from verdicts, or from rewards with trust in advice, in suitable families. Gold is the oracle, "
+        "wrong replaces each claim by a plausible falsehood (`mistake(eps=1)`), placebo says true and useless "
+        "sentences, retry says only that the action was not right. The ceiling is the student `oracle`. Bandits, "
+        "poems, films and optimization ask the same problem again, up to 30 or 10 times: there a turn is an attempt. "
+        "The paper has language models and benchmarks of questions."
     ),
     settings=(
         *({"id": id, "student": CEILING, "teacher": TEACHERS["gold"]} for id in IDS.values()),

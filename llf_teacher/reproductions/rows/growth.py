@@ -1,4 +1,4 @@
-"""Regret by the size of a world: who reads, against who learns from rewards (HELiX: Xu et al. 2025)."""
+"""Regret by the size of a world: learning from feedback and from rewards (HELiX: Xu et al. 2025)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -23,15 +23,15 @@ TEACHERS = {
     "what to avoid": "only(kinds='fn')",
     "verdicts": "only(kinds='hp+hn')",
 }
-"""What is learned from, and who says it."""
+"""The teacher by what is learned from."""
 STUDENTS = {
     ("bandits", "rewards"): "ucb",
     ("gridworld", "rewards"): "q_learning(forget=False, optimism=0.0, epsilon=0.1)",
     ("gridworld", "verdicts"): "sabl(forget=False)",
 }
-"""Who learns; `obedient` where nothing is said here."""
+"""Learners by family and what they learn from; `obedient` for all others."""
 PULLS, EPISODES, MOVES = 8, 30, 4
-"""Pulls per arm; episodes in a house, and moves per room in each at most."""
+"""Pulls per arm; episodes in a house, and greatest number of moves per room in each."""
 
 
 def measure(family: str, size: int, student: str, teacher: str, seed: int) -> Sequence[float]:
@@ -63,15 +63,15 @@ def _means(values: Values, family: str, learns: str) -> NDArray[np.float64]:
 
 
 def exponent(sizes: Sequence[int], regrets: Sequence[NDArray[np.float64]]) -> Estimate | None:
-    """The b of mean regret = a * size ** b, by least squares of the logarithms; None where some size has no regret.
+    """The b of mean regret = a * size ** b, by least squares of the logarithms; None if a size has no regret.
 
     Args:
         sizes: different ones.
-        regrets: per size those of the seeds, as many for each.
+        regrets: per size an array of the seeds' regrets, of equal lengths.
     """
     if not min(each.mean() for each in regrets):
         return None
-    least = min(each[each > 0].min() / len(each) for each in regrets)  # of what a mean above 0 can be
+    least = min(each[each > 0].min() / len(each) for each in regrets)  # smallest positive mean
     away = np.log(sizes) - np.log(sizes).mean()
 
     def slope(*samples: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
@@ -84,7 +84,7 @@ def exponent(sizes: Sequence[int], regrets: Sequence[NDArray[np.float64]]) -> Es
 
 
 def read(values: Values) -> Reading:
-    """Regret at the least and the greatest size, and the exponent of its growth."""
+    """Regret at the smallest and the greatest size, and the exponent of its growth."""
     table = [["family", "learns from", "regret, least size", "greatest size", "grows as size to the power of"]]
     powers = {}
     for family, sizes in SIZES.items():
@@ -103,8 +103,8 @@ def read(values: Values) -> Reading:
     last = {(family, learns): _means(values, family, learns)[-1] for family in SIZES for learns in TEACHERS}
     less = [last[family, "rewards"] / last[family, "verdicts"] for family in SIZES]
     ours = (
-        f"Exponents of growth: {'; '.join(beside)}. At the greatest sizes verdicts leave a regret {less[0]:.1f} and "
-        f"{less[1]:.1f} times less than rewards do."
+        f"Exponents of growth: {'; '.join(beside)}. At the greatest sizes the regret with rewards is {less[0]:.1f} and "
+        f"{less[1]:.1f} times that with verdicts."
     )
     flat = all(last[family, "what to do"] < 0.01 * last[family, "rewards"] for family in SIZES)
     agrees = "in part" if flat and min(less) > 1 else "no"
@@ -129,7 +129,7 @@ def draw(values: Values, figure: "Figure") -> None:
 
 
 ROW = Row(
-    claim="Who reads what to do needs less experience than who learns from rewards, the more so the larger the world",
+    claim="Learning from advice needs less experience than learning from rewards, the more so the larger the world",
     source="Xu et al. 2025 (HELiX, arXiv 2506.10341)",
     protocol=(
         f"Bandits of 4 to 128 arms that pay 1 with chances drawn uniformly, {PULLS} pulls per arm; houses of 5 to 80 "

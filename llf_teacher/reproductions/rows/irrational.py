@@ -1,4 +1,4 @@
-"""The order of learners under teachers who are not rational (B-Pref: Lee et al. 2021)."""
+"""The order of learners with irrational teachers (B-Pref: Lee et al. 2021)."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -50,12 +50,12 @@ def _means(values: Values, teacher: str) -> list[float]:
 
 
 def agreement(values: Values, teacher: str) -> float:
-    """Kendall's tau-b of the order of learners under a teacher with that under the oracle, -1 to 1."""
+    """Kendall's tau-b of the orders of learners with a teacher and with the oracle, -1 to 1."""
     return float(stats.kendalltau(_means(values, "oracle"), _means(values, teacher)).statistic)
 
 
 def read(values: Values) -> Reading:
-    """Orders, and how far each agrees with that under the oracle."""
+    """Orders of learners, and their agreement with the oracle's."""
     table = [["teacher", *LEARNERS, "best", "tau with the oracle's order"]]
     first, taus = {}, {}
     for teacher in TEACHERS:
@@ -68,16 +68,15 @@ def read(values: Values) -> Reading:
     overturned = _overturned(values)
     ours = (
         f"Kendall's tau with the oracle's order is between {taus[broken[0]]:.2f} ({broken[0]}) and "
-        f"{taus[broken[-1]]:.2f} ({broken[-1]}); the best learner is another than under the oracle ({first['oracle']}) "
-        f"with {sum(first[teacher] != first['oracle'] for teacher in broken)} of {len(broken)} teachers. {overturned} "
-        f"of {len(broken) * len(LEARNERS) * (len(LEARNERS) - 1) // 2} orders of two learners are surely the other way "
-        "round."
+        f"{taus[broken[-1]]:.2f} ({broken[-1]}); the best learner differs from the oracle's ({first['oracle']}) with "
+        f"{sum(first[teacher] != first['oracle'] for teacher in broken)} of {len(broken)} teachers. {overturned} of "
+        f"{len(broken) * len(LEARNERS) * (len(LEARNERS) - 1) // 2} orders of two learners are significantly reversed."
     )
     return Reading("yes" if overturned else "no", ours, "", table)
 
 
 def _overturned(values: Values) -> int:
-    """Pairs of learners of whom one is surely better under the oracle and surely worse under another teacher."""
+    """Number of pairs of learners whose order is significantly reversed between the oracle and another teacher."""
     count = 0
     for teacher in TEACHERS:
         for one, other in combinations(LEARNERS.values(), 2):
@@ -107,7 +106,7 @@ ROW = Row(
     source="Lee et al. 2021 (B-Pref)",
     protocol=(
         "Six learners from verdicts in houses of 20 rooms, 30 episodes of at most 40 moves from the same room, under "
-        "the oracle and eleven teachers who err, skip, are short-sighted, silent, late or used to good work. Figures "
+        "the oracle and eleven teachers that err, skip, are short-sighted, silent, late or used to good work. Figures "
         "are moves wasted per episode. B-Pref has preferences over segments and deep learners; its question is asked "
         "here of verdicts."
     ),

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 ID, EPISODES, TURNS, FAR, GAMMA = "llf-gridworld-v0", 30, 40, 6, 0.95
 NEAR = {2: 2, 4: 3, 8: 4, 16: 6, 32: 8}
-"""By budget, within how many moves near mistakes are corrected."""
+"""By budget, the distance to the treasure within which the rule `near mistakes` corrects."""
 TRAININGS, SEEDS, LIFETIMES, FRESH = 3, 20, 10, 3_000_000
-"""Trainings of a teacher; seeds, the lifetimes that each stands for, and the first seed of theirs."""
+"""Trainings of a teacher; seeds, lifetimes per seed, and the first seed of lifetimes."""
 
 
 def _value(choices: Choices) -> Floats:
-    """What lies between the best and the worst action in discounted values."""
+    """Difference of the discounted values of the best and the worst action."""
     return GAMMA ** (choices.way - 1) * (1 - GAMMA**choices.importance)
 
 
@@ -36,7 +36,7 @@ TEACHERS = (*RULES, NEARBY, *PAID)
 
 @cache
 def _found(who: str, budget: int, near: int, episodes: int) -> list[Floats]:
-    """Regret per episode of all lifetimes, after each training; they serve all seeds that a process plays."""
+    """Regret per episode of all lifetimes, after each training; cached for all seeds of a process."""
     terms = {"episodes": episodes, "turns": TURNS, "budget": budget, "min_goal_dist": FAR}
     if who in PAID:
         policies = [trained(ID, PAID[who], number, **terms) for number in range(TRAININGS)]
@@ -47,7 +47,7 @@ def _found(who: str, budget: int, near: int, episodes: int) -> list[Floats]:
 
 
 def measure(who: str, budget: int, near: int, seed: int) -> Sequence[float]:
-    """Regret per episode, after each training; a rule has none, so that all are alike."""
+    """Regret per episode, after each training; equal for a rule, which has no training."""
     first = (seed - FIRST_SEED) * LIFETIMES
     return [float(regrets[first : first + LIFETIMES].mean()) for regrets in _found(who, budget, near, EPISODES)]
 
@@ -57,18 +57,18 @@ def _setting(teacher: str, budget: int) -> dict[str, str | int]:
 
 
 def _regret(values: Values, teacher: str, budget: int) -> Floats:
-    """Per seed the mean over trainings."""
+    """Mean over trainings, per seed."""
     regret: Floats = values(**_setting(teacher, budget)).mean(axis=1)
     return regret
 
 
 def _less(values: Values, budget: int, teacher: str, than: str) -> Estimate:
-    """How much less regret a teacher leaves than another."""
+    """How much less regret a teacher gives than another."""
     return paired_difference(_regret(values, than, budget), _regret(values, teacher, budget)).estimate
 
 
 def read(values: Values) -> Reading:
-    """The learned ones beside the rules."""
+    """Learned teachers beside rules."""
     table = [
         ["budget", "teacher", "regret per episode", *(f"less than {rule}" for rule in (*RULES, NEARBY)), "trainings"]
     ]
@@ -87,23 +87,24 @@ def read(values: Values) -> Reading:
         counts = ", ".join(f"{rule} at {above[rule]} and worse at {below[rule]}" for rule in beside)
         saved = ", ".join(describe(each) for each in beside[next(iter(RULES))])
         parts.append(
-            f"Taught by {SAID[teacher]}, a teacher is surely better than {counts} of {len(NEAR)} budgets; beside "
-            f"announced mistake it saves {saved} moves an episode with budgets of {', '.join(map(str, NEAR))}."
+            f"With {SAID[teacher]} as its reward, a teacher is significantly better than {counts} of {len(NEAR)} "
+            f"budgets; beside announced mistake it saves {saved} moves an episode with budgets of "
+            f"{', '.join(map(str, NEAR))}."
         )
     agrees = "yes" if min(wins) == len(NEAR) else "in part" if max(wins) else "no"
     why = (
-        "Where the budget is enough for nearly all mistakes nothing is left to choose. Near mistakes is a rule with a "
-        "number that was chosen for each budget. Progress tells what advice does for later episodes; the worth of the "
-        "present action tells nothing of that, but grows towards the treasure, where advice does most. The papers "
-        "learn online, by Q-learning, and in other worlds. Online Q-learning over tiles was tried first and did "
-        "worse than announced mistake; so both are fitted by least squares here, which tells what their rewards are "
-        "worth and not how fast their learners are."
+        "If the budget is enough for nearly all mistakes, there is no choice. Near mistakes is a rule with a number "
+        "that was chosen for each budget. Progress measures the effect of advice on later episodes; the worth of the "
+        "present action does not, but grows towards the treasure, where advice has the greatest effect. The papers "
+        "learn online, by Q-learning, and in other worlds. Online Q-learning over tiles was tried first and was worse "
+        "than announced mistake; so both are fitted by least squares here, which compares their rewards and not the "
+        "speed of their learners."
     )
     return Reading(agrees, " ".join(parts), why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:
-    """Regret, a group a budget."""
+    """Regret, one group of bars per budget."""
     axes = figure.subplots()
     found = {teacher: [mean_interval(_regret(values, teacher, budget)) for budget in NEAR] for teacher in TEACHERS}
     bars(axes, [str(budget) for budget in NEAR], found)

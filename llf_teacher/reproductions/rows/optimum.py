@@ -1,10 +1,10 @@
-"""The best times to advise, exact, beside rules; and what it takes to teach, beside a bound (Zhang et al. 2021)."""
+"""The exact best times to advise beside rules, and the cost of teaching beside a bound (Zhang et al. 2021)."""
 
 import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.optimum import Life, Rooms, Span, least, lived
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Case(NamedTuple):
-    """Lifetimes that are alike."""
+    """The parameters of lifetimes."""
 
     rooms: int
     far: int
@@ -24,7 +24,7 @@ class Case(NamedTuple):
     episodes: int
     turns: int
     near: tuple[int, ...]
-    """By budget, how near mistakes are corrected."""
+    """By budget, the distance within which the rule `near mistakes` corrects."""
 
 
 CASES = {
@@ -35,7 +35,7 @@ CASES = {
 
 
 def house_of(truth: Truth) -> Rooms:
-    """The house of an episode that begins; advised is, as by the oracle, the first of the directions that lead on."""
+    """The house at the start of an episode; advice is, as the oracle's, the first of the shortest directions."""
     doors = truth.layout.doors
     distance = distances_from(truth.layout.treasure, doors)
     behind = [[room if to == NO_DOOR else to for to in sides] for room, sides in enumerate(doors)]
@@ -66,7 +66,7 @@ MEASURES = (*TEACHERS, TAUGHT, MOVES, ADVICE, WAY)
 def measure(
     rooms: int, far: int, optimism: float, episodes: int, turns: int, near: int, budget: int, seed: int
 ) -> Sequence[float]:
-    """Regret per episode by teacher, and what it takes until the student is taught."""
+    """Regret per episode by teacher, and the moves and advice until the student is taught."""
     world = Gridworld(num_rooms=rooms, min_goal_dist=far)
     world.reset(seed=seed)
     life = Life(house_of(world.truth), Span(episodes, turns, optimism))
@@ -95,7 +95,7 @@ def _regrets(values: Values, case: Case, teacher: str) -> list[Estimate]:
 
 
 def read(values: Values) -> Reading:
-    """Rules beside the optimum, and what it takes to teach beside the bound."""
+    """Rules beside the optimum, and the cost of teaching beside the bound."""
     heads = ["house and student", "budget", *TEACHERS, "best rule less optimum", "least moves until taught"]
     table, parts, more, needs = [heads], list[str](), list[bool](), list[str]()
     for name, case in CASES.items():
@@ -117,17 +117,17 @@ def read(values: Values) -> Reading:
         moves, advice = (_few(_column(values, case, 0, each)) for each in (MOVES, ADVICE))
         needs.append(f"{moves} moves and {advice} pieces for {_few(way)} rooms ({name})")
     ours = (
-        f"Of what the best choice of times saves, the best rule saves, at budgets from 1 on: {'; '.join(parts)}. Even "
-        f"that choice needs surely more moves than there are rooms on the way in {sum(more)} of {len(more)} settings. "
-        f"If all mistakes are corrected it takes {'; '.join(needs)}."
+        f"Share of the optimum's savings that the best rule has, at budgets from 1 on: {'; '.join(parts)}. Even the "
+        f"optimum needs significantly more moves than there are rooms on the way in {sum(more)} of {len(more)} "
+        f"settings. Correcting all mistakes takes {'; '.join(needs)}."
     )
     why = (
-        "A teacher of full power, who sets rewards, moves and actions, needs one sample a state, one who cannot set "
-        "actions as many as there are wrong actions. Advice sets nothing but the action. An undecided student passes "
-        "a value on by one room a visit: led one way, it is taught when it has been led as often as the way has rooms, "
-        "in at most the square of their number. An optimistic one gives up a wrong action only when it has tried it, "
-        "so that advice saves turns and teaches little. The optimum knows the whole future of the student; who sees no "
-        "more than the present cannot have all of the gap."
+        "A teacher of full power, which sets rewards, moves and actions, needs one sample per state; without control "
+        "of actions it needs as many as there are wrong actions. Advice sets only the action. An undecided student "
+        "propagates a value by one room per visit: led one way, it is taught after as many passes as the way has "
+        "rooms, in at most the square of their number of moves. An optimistic student drops a wrong action only after "
+        "trying it, so that advice saves turns and teaches little. The optimum knows the whole future of the student; "
+        "a rule that sees only the present cannot close the gap."
     )
     return Reading("yes" if all(more) else "no", ours, why, table)
 
@@ -137,14 +137,14 @@ def _few(numbers: Any) -> str:
 
 
 def draw(values: Values, figure: "Figure") -> None:
-    """Regret by budget, a panel a case."""
+    """Regret by budget, one panel per case."""
     panels = figure.subplots(1, len(CASES))
     for axes, (name, case) in zip(panels, CASES.items(), strict=True):
         for teacher in TEACHERS:
             found = _regrets(values, case, teacher)
             budgets = range(len(found))
-            style = "k-o" if teacher == BEST else "-o"
-            axes.errorbar(budgets, [each.mean for each in found], spread(found), fmt=style, label=teacher, markersize=4)
+            style = {"color": "black"} if teacher == BEST else {}
+            line(axes, budgets, found, teacher, markersize=4, **style)
         axes.set(title=name, xlabel="budget", xticks=budgets, ylim=(0, None))
     panels[0].set_ylabel("regret per episode")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right center", fontsize="small")
@@ -159,13 +159,13 @@ ROW = Row(
     protocol=(
         "Houses of 6 rooms, 10 episodes of at most 20 moves, the treasure at least 3 moves away, and of 10 rooms, 20 "
         "episodes of at most 30 moves, at least 4 away; always from the same room. The student is Q-learning, greedy, "
-        "and does nothing by chance: where values are equal it takes one after the other, visit by visit. Undecided: "
-        "all is worth 0 at first; optimistic: 1. It takes the advised action for the turn. The optimum is exact: the "
-        "least regret of any choice of turns for the advice, by branch and bound through all of them; the least number "
-        "of moves after which the student neither errs nor is advised until the end (taught) likewise. Early advises "
-        "from the first turn on, importance where 2 moves are at stake, announced mistake before any mistake, near "
-        "mistakes before those near the treasure, within a number of moves that was chosen by budget on other seeds. "
-        "The paper has theorems on the worst case; its teachers set rewards."
+        "and deterministic: it breaks ties in turn, visit by visit. Undecided: all initial values are 0; optimistic: "
+        "1. It takes the advised action for the turn. The optimum is exact: the least regret of any choice of turns "
+        "for the advice, by branch and bound through all of them; the least number of moves after which the student "
+        "neither errs nor is advised until the end (taught) likewise. Early advises from the first turn on, importance "
+        "where 2 moves are at stake, announced mistake before any mistake, near mistakes before those near the "
+        "treasure, within a number of moves that was chosen by budget on other seeds. The paper has theorems on the "
+        "worst case; its teachers set rewards."
     ),
     settings=tuple(_setting(case, budget) for case in CASES.values() for budget in range(len(case.near))),
     seeds=30,

@@ -1,11 +1,11 @@
-"""Advise survives labels that are rare or often wrong (Griffith et al. 2013)."""
+"""Advise with labels that are rare or often wrong (Griffith et al. 2013)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from llf_teacher.reproductions.drawing import spread
+from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 LIKELIHOOD = (0.1, 0.5, 1.0)
 CONSISTENCY = (0.55, 0.7, 0.85, 1.0)
 ALONE = "advise(consistency=0.5, forget=False)"
-"""Takes no label for evidence, so that rewards are all that it learns from."""
+"""Ignores labels, so that it learns from rewards only."""
 LEARNERS = {"advise": "advise(consistency=0.8, forget=False)", "tamer": "tamer(forget=False)"}
 NEVER = {"student": ALONE, "likelihood": 0.0, "consistency": 1.0}
 
@@ -29,7 +29,7 @@ def measure(student: str, likelihood: float, consistency: float, seed: int) -> S
 
 
 def read(values: Values) -> Reading:
-    """How much less regret than from rewards alone."""
+    """How much less regret labels give than rewards alone."""
     alone = values(**NEVER)[:, 0]
     heads = ["learner", "likelihood", *(f"consistency {c:g}" for c in CONSISTENCY)]
     table, gains = [heads], {}
@@ -47,8 +47,9 @@ def read(values: Values) -> Reading:
     ours = (
         f"From rewards alone the regret is {describe(mean_interval(alone), 1)} moves an episode. Advise gains "
         f"{describe(rare, 1)} of it from a tenth of right labels, and {describe(poor, 1)} from labels of which 55 % "
-        f"are right; it is better than rewards alone in {len(helped)} of {len(LIKELIHOOD) * len(CONSISTENCY)} cells "
-        f"and surely worse in {len(harmed['advise'])}, TAMER surely worse in {len(harmed['tamer'])}."
+        f"are right; it is significantly better than rewards alone in {len(helped)} of "
+        f"{len(LIKELIHOOD) * len(CONSISTENCY)} cells and significantly worse in {len(harmed['advise'])}; TAMER is "
+        f"significantly worse in {len(harmed['tamer'])}."
     )
     if harmed["advise"]:
         why = "Advise believes labels with C = 0.8; where they are right less often, it trusts them too much."
@@ -59,7 +60,7 @@ def read(values: Values) -> Reading:
 
 
 def draw(values: Values, figure: "Figure") -> None:
-    """Regret by consistency, a panel a likelihood."""
+    """Regret by consistency, one panel per likelihood."""
     alone = values(**NEVER)[:, 0].mean()
     panels = figure.subplots(1, len(LIKELIHOOD), sharey=True)
     for axes, likelihood in zip(panels, LIKELIHOOD, strict=True):
@@ -67,7 +68,7 @@ def draw(values: Values, figure: "Figure") -> None:
             found = [
                 mean_interval(values(student=student, likelihood=likelihood, consistency=c)[:, 0]) for c in CONSISTENCY
             ]
-            axes.errorbar(CONSISTENCY, [each.mean for each in found], spread(found), marker="o", label=name)
+            line(axes, CONSISTENCY, found, name)
         axes.axhline(alone, color="gray", linestyle="--", label="rewards alone")
         axes.set(title=f"a label in {likelihood:.0%} of turns", xlabel="share of right labels")
     panels[0].set_ylabel("regret per episode")
@@ -80,8 +81,8 @@ ROW = Row(
     protocol=(
         "Houses of 20 rooms, 40 episodes of at most 40 moves, always from the same room. The teacher labels the last "
         "move right or wrong with probability *likelihood*, and truly with probability *consistency*. Advise (C = "
-        "0.8, Q-learning with Boltzmann exploration) is put beside itself without labels, and beside TAMER, which "
-        "takes labels at their word and hears no rewards. The paper has Pac-Man and Frogger and Bayesian Q-learning. "
+        "0.8, Q-learning with Boltzmann exploration) is compared with itself without labels, and with TAMER, which "
+        "believes labels and hears no rewards. The paper has Pac-Man and Frogger and Bayesian Q-learning. "
         "Cells are moves saved per episode against rewards alone, paired by seed."
     ),
     settings=(

@@ -1,4 +1,4 @@
-"""COACH and E-COACH under feedback on policies, rewards and advantages (MacGlashan et al. 2017, Shah et al. 2021)."""
+"""COACH and E-COACH with feedback on policies, rewards and advantages (MacGlashan et al. 2017, Shah et al. 2021)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -18,7 +18,7 @@ SCHEMES = {
     "advantage": ("policy_dependent | only(kinds='hp+hn')", "verdicts"),
     "reward": ("only(kinds='r')", "rewards"),
 }
-"""What a label is about, with the personality and what it is for the learner."""
+"""By the content of labels, the personality and the learner's reading of them."""
 LEARNERS = {
     "COACH": "coach(forget=False, listens='{listens}')",
     "COACH, fading trace": "coach(forget=False, listens='{listens}', trace=0.9)",
@@ -28,7 +28,7 @@ LEARNERS = {
 }
 EPISODES, TURNS, LAST, ROOMS = 400, 40, 20, 10
 LEARNED = TURNS / 10
-"""Who wastes fewer moves an episode has learned."""
+"""Wasted moves per episode below which a learner has learned."""
 
 
 def measure(student: str, teacher: str, episodes: int, seed: int) -> Sequence[float]:
@@ -64,20 +64,20 @@ def read(values: Values) -> Reading:
     ours = (
         f"At the end E-COACH wastes {', '.join(describe(last['E-COACH', scheme]) for scheme in SCHEMES)} moves an "
         f"episode under {', '.join(SCHEMES)} feedback, COACH "
-        f"{', '.join(describe(last['COACH', scheme]) for scheme in SCHEMES)}. Surely below {LEARNED:g} is E-COACH in "
-        f"{len(good)} of {len(SCHEMES)} cases, surely above it COACH in {len(poor)}."
+        f"{', '.join(describe(last['COACH', scheme]) for scheme in SCHEMES)}. The interval of E-COACH is below "
+        f"{LEARNED:g} in {len(good)} of {len(SCHEMES)} cases, that of COACH above it in {len(poor)}."
     )
     agrees = "yes" if len(good) == len(SCHEMES) and poor else "in part" if poor else "no"
     why = (
-        "E-COACH pays for its guarantee with time: it learns when an episode ends, in small steps (0.1; with 0.5 it "
-        "settles on poor policies), and a label counts for every move before it. Where labels are verdicts on single "
-        "moves, COACH and TAMER learn sooner. Under rewards COACH without a trace learns the last move only."
+        "The guarantee of E-COACH costs time: it learns when an episode ends, in small steps (0.1; with 0.5 it "
+        "converges to poor policies), and a label counts for every move before it. If labels are verdicts on single "
+        "moves, COACH and TAMER learn faster. From rewards COACH without a trace learns the last move only."
     )
     return Reading(agrees, ours, why, table)
 
 
 def draw(values: Values, figure: "Figure") -> None:
-    """Regret at the end, a group a scheme."""
+    """Regret at the end, one group of bars per scheme."""
     axes = figure.subplots()
     found = {
         learner: [mean_interval(values(**_setting(learner, scheme))[:, 0]) for scheme in SCHEMES]

@@ -1,4 +1,4 @@
-"""Silence is information: I-SABL learns from less feedback (Loftin et al. 2014)."""
+"""Silence as information: I-SABL learns from less feedback (Loftin et al. 2014)."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ TRAINERS = {
     "blames": (0.9, 0.1),
     "says little": (0.9, 0.9),
 }
-"""Probabilities of silence on what is right and on what is wrong."""
+"""Probabilities of silence on right and on wrong actions."""
 LEARNERS = {
     "I-SABL": "sabl(infers=True, forget=False)",
     "SABL, told the strategy": "sabl(plus={plus}, minus={minus}, forget=False)",
@@ -30,7 +30,7 @@ EPISODES = 25
 
 
 def measure(student: str, plus: float, minus: float, seed: int) -> Sequence[float]:
-    """Regret per episode, and the labels that were said before the first episode from which on none had a regret."""
+    """Regret per episode, and the number of labels before the episodes without regret."""
     teacher = f"only(kinds='hp+hn') | inactive(plus={plus}, minus={minus})"
     *regrets, _ = live("llf-gridworld-v0", student=student, teacher=teacher, episodes=EPISODES, turns=40, seed=seed)
     learned = next((i for i in range(EPISODES) if not any(regrets[i:])), EPISODES)
@@ -46,7 +46,7 @@ def _setting(learner: str, trainer: str) -> dict[str, str | float]:
 
 
 def read(values: Values) -> Reading:
-    """Regret of I-SABL and labels that it needs, beside those who do not hear silence."""
+    """Regret of I-SABL and the labels that it needs, beside learners that ignore silence."""
     table = [["trainer", "learner", "regret per episode", "labels until it is learned"]]
     for trainer in TRAINERS:
         for learner in LEARNERS:
@@ -59,17 +59,17 @@ def read(values: Values) -> Reading:
         fewer.append(paired_difference(deaf[:, 1], hears[:, 1]).estimate)
     blames = list(TRAINERS).index("blames")
     ours = (
-        f"With a trainer who blames and seldom praises, I-SABL has {describe(less[blames])} moves an episode less "
-        f"regret and needs {describe(fewer[blames], 1)} labels less than a learner of the same kind who takes silence "
-        f"for nothing; its regret is surely less with {sum(each.low > 0 for each in less)} of {len(TRAINERS)} "
-        f"trainers, surely more with {sum(each.high < 0 for each in less)}."
+        f"With a trainer that blames and seldom praises, I-SABL has {describe(less[blames])} moves an episode less "
+        f"regret and needs {describe(fewer[blames], 1)} labels less than the same learner that ignores silence; its "
+        f"regret is significantly less with {sum(each.low > 0 for each in less)} of {len(TRAINERS)} trainers, and "
+        f"significantly more with {sum(each.high < 0 for each in less)}."
     )
     agrees = "yes" if all(each.low > 0 for each in (less[blames], fewer[blames])) else "in part"
     if not any(each.low > 0 for each in (*less, *fewer)):
         agrees = "no"
     why = (
-        "The papers find the strategy by expectation maximisation, ours sums its posterior over a grid. Where a "
-        "trainer says most of what it thinks, there is little that silence could add."
+        "The papers find the strategy by expectation maximisation, ours sums its posterior over a grid. If a trainer "
+        "is seldom silent, silence adds little."
     )
     return Reading(agrees, ours, why, table)
 
@@ -88,14 +88,14 @@ def draw(values: Values, figure: "Figure") -> None:
 
 
 ROW = Row(
-    claim="Silence is information: a learner who infers when a trainer keeps silent needs fewer labels",
+    claim="Silence is information: a learner that infers when a trainer is silent needs fewer labels",
     source="Loftin et al. 2014",
     protocol=(
-        f"Houses of 20 rooms, {EPISODES} episodes of at most 40 moves from the same room. Trainers know what is right "
-        "and keep silent on what is right and on what is wrong with probabilities (0.1, 0.1), (0.1, 0.9), (0.9, 0.1) "
-        "and (0.9, 0.9). I-SABL infers these, SABL is told them, *silence unheard* is SABL with equal ones, for whom "
-        "silence means nothing. Learned is what is played without regret until the end. The papers have a contextual "
-        "bandit, a maze and people as trainers."
+        f"Houses of 20 rooms, {EPISODES} episodes of at most 40 moves from the same room. Trainers know the right "
+        "actions, and are silent on right and on wrong ones with probabilities (0.1, 0.1), (0.1, 0.9), (0.9, 0.1) and "
+        "(0.9, 0.9). I-SABL infers these, SABL has them as parameters, *silence unheard* is SABL with equal ones, so "
+        "that silence means nothing. A learner has learned when it plays without regret until the end. The papers have "
+        "a contextual bandit, a maze and people as trainers."
     ),
     settings=tuple(_setting(learner, trainer) for trainer in TRAINERS for learner in LEARNERS),
     seeds=40,

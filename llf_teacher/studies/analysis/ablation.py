@@ -1,8 +1,9 @@
-"""Ablation of kinds of feedback: what each kind adds, over all that may be said beside it.
+"""Ablation of kinds of feedback: what each kind adds to the others.
 
-A study whose feedback types are all subsets of some kinds (`feedback_types = "subsets"`: of all five) tells for each
-subset what a student gains by it, in regret, over none. A kind's share of the gain is its Shapley value (Shapley 1953):
-what it adds to the kinds before it, averaged over all orders of the kinds. The shares sum to the gain of all kinds.
+A study whose feedback types are all subsets of some kinds (`feedback_types = "subsets"`: of all five) measures for each
+subset how much regret it saves a student beside no feedback. A kind's share of this gain is its Shapley value (Shapley
+1953): what it adds to the kinds before it, averaged over all orders of the kinds. The shares sum to the gain of all
+kinds.
 """
 
 import itertools
@@ -20,14 +21,14 @@ from teachers.feedback import MIXED, format_kinds, parse_kinds
 
 
 class Ablation(NamedTuple):
-    """What the kinds do for one student with one teacher."""
+    """The gains of one student with one teacher, by kinds of feedback."""
 
     group: Group
-    """Its feedback type is all kinds that have been left out in turn."""
+    """Its feedback type has all kinds of the ablation."""
     teacher: str
     student: str
     gains: dict[str, Estimate]
-    """Regret without feedback less that with a subset on the same seeds, by feedback type, in the family's unit."""
+    """Regret without feedback minus that with a subset on the same seeds, by feedback type, in the family's unit."""
     shares: dict[str, Estimate]
     """Each kind's part of the gain of all, in the family's unit."""
     total: Estimate
@@ -38,7 +39,7 @@ def shapley(values: Mapping[frozenset[str], Numbers]) -> dict[str, Numbers]:
     """Shapley values of the players of a game.
 
     Args:
-        values: what each subset of the players is worth; all subsets are there, and values may be arrays.
+        values: the worth of each subset of the players, a number or an array; every subset must be there.
 
     Raises:
         ValueError: a subset is missing.
@@ -47,7 +48,7 @@ def shapley(values: Mapping[frozenset[str], Numbers]) -> dict[str, Numbers]:
     n = len(players)
     subsets = [frozenset(chosen) for size in range(n + 1) for chosen in itertools.combinations(players, size)]
     if missing := [sorted(subset) for subset in subsets if subset not in values]:
-        raise ValueError(f"every subset of {', '.join(players)} must have a value; there is none of {missing[0]}")
+        raise ValueError(f"values must have every subset of {', '.join(players)}, got none for {missing[0]}")
     found = {}
     for player in players:
         without = [subset for subset in subsets if player not in subset]
@@ -61,7 +62,7 @@ def shapley(values: Mapping[frozenset[str], Numbers]) -> dict[str, Numbers]:
 
 
 def ablations(found: Outcomes) -> Iterator[Ablation]:
-    """What the kinds do, wherever all subsets of at least two kinds have been played on some seed."""
+    """An ablation wherever all subsets of at least two kinds have been played on a common seed."""
     together: dict[Group, list[Group]] = {}
     for group in found:
         if group.feedback_type != MIXED:

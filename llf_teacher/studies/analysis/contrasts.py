@@ -1,4 +1,4 @@
-"""Which teachers are worth comparing, and what a comparison can show at all."""
+"""Which comparisons of teachers a study tests, at which level, and how small a p-value can be."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, cast
@@ -14,39 +14,39 @@ from teachers.feedback import parse_kinds
 
 
 class Test(NamedTuple):
-    """How a study's comparisons are tested now."""
+    """How a study's comparisons are tested with the episodes that are there."""
 
     level: float
-    """The greatest adjusted p-value that is a finding."""
+    """The greatest adjusted p-value that is significant."""
     seeds: frozenset[int]
-    """Those that count: all, or those of a look."""
-    look: int = 0
-    """The look of a sequential design, counted from 1; 0 without one."""
+    """Those that count: all, or those of an interim analysis."""
+    analysis: int = 0
+    """The interim analysis of a sequential design, counted from 1; 0 without one."""
 
 
 def test_of(study: Study, is_played: Callable[[frozenset[int]], bool]) -> Test | None:
-    """How a study is tested: when it is whole, or at the last look for which all has been played; None before.
+    """How a study is tested: when it is complete, or at its last complete interim analysis; None before.
 
     Args:
-        study: with its looks, if any.
-        is_played: whether all episodes of some seeds have been.
+        study: with its interim analyses, if any.
+        is_played: whether all episodes of these seeds have been played.
     """
     seeds = cast(Sequence[int], study.seeds)
-    if not study.looks:
+    if not study.interim_analyses:
         return Test(ALPHA, frozenset(seeds)) if is_played(frozenset(seeds)) else None
-    looks = InterimAnalyses(**study.looks)
+    design = InterimAnalyses(**study.interim_analyses)
     found = None
-    for number, (needed, level) in enumerate(zip(looks.at, levels_of(looks), strict=True), start=1):
+    for number, (needed, level) in enumerate(zip(design.at, levels_of(design), strict=True), start=1):
         if is_played(frozenset(seeds[:needed])):
             found = Test(level, frozenset(seeds[:needed]), number)
     return found
 
 
 def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) -> bool:
-    """Whether a student might do otherwise with a teacher than with another, given how they are made.
+    """Whether a student can act differently with two teachers.
 
-    It cannot where it hears nothing of either: no teacher reaches it, no feedback is wanted, or both are mute. Such a
-    pair is no comparison, and is not counted among those that p-values are adjusted for.
+    It cannot if it hears neither: it ignores teachers, there is no feedback, or both teachers are mute. Such a pair is
+    no comparison, and p-values are not adjusted for it.
     """
     if teacher == baseline or parse_student(student).reads not in TAUGHT or not parse_kinds(feedback_type):
         return False
@@ -54,10 +54,11 @@ def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) ->
 
 
 def least_p(seeds: int) -> float:
-    """About the least p-value that `statistics.paired_difference` can give of so many pairs.
+    """About the smallest p-value that `statistics.paired_difference` can give for a number of pairs.
 
-    All differences have the same sign: of the 2**n ways to flip them, two are as extreme. Where signs are flipped at
-    random, beyond `statistics.RESAMPLES` ways, the observed one counts as one of them (Phipson & Smyth 2010).
+    It belongs to differences of one sign: two of the 2**n ways to flip signs are as extreme. Beyond
+    `statistics.RESAMPLES` ways signs are flipped at random, and the observed signs count as one of these ways (Phipson
+    & Smyth 2010).
     """
     if seeds < 1:
         raise ValueError(f"a comparison needs at least one seed, got {seeds}")

@@ -1,15 +1,15 @@
-"""What the models of a study cost, and what has to be mended before it is believed, in lines for the command line."""
+"""What the models of a study cost, and warnings about their answers, as lines for the command line."""
 
 from collections.abc import Iterator
 
 from llf_teacher.studies.store import Store
 
 MANY = 0.05
-"""A share of answers above which one hears of it."""
+"""Share of answers that are no actions above which there is a warning."""
 
 
 def cost_lines(store: Store) -> Iterator[str]:
-    """Lines on each model that was paid for, and on each student whose answers were cut or were no actions."""
+    """A line for each paid model, and for each student whose answers were cut or were often no actions."""
     for spent in store.manifest().get("llm", ()):
         unpriced = spent.get("unpriced", 0)
         price = f"{spent['usd']:.4f} USD" if unpriced < spent["requests"] else "at an unknown price"
@@ -19,7 +19,7 @@ def cost_lines(store: Store) -> Iterator[str]:
             f"{spent['output_tokens']} out, {price}{rest}"
         )
         if lost := spent.get("lost"):
-            yield f"{spent['model']}: no reply to {lost} of {spent['sent']} requests, which may be charged all the same"
+            yield f"{spent['model']}: no reply to {lost} of {spent['sent']} requests, which may be charged nevertheless"
     for row in store.answers():
         student, answers, failures = row["student"], row["answers"], row["parse_failures"]
         if row["truncated"]:

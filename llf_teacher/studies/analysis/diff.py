@@ -1,9 +1,7 @@
-"""Two stores compared: what differs in the cells that both have, and what only one has."""
+"""Comparison of two stores: differences in the cells of both, and the cells that only one of them has."""
 
-import sqlite3
 from array import array
 from collections.abc import Sequence
-from contextlib import closing
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +11,11 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.analysis.resampling import bootstrap_means
 from llf_teacher.studies.analysis.statistics import LEVEL, Estimate, mean_intervals
 from llf_teacher.studies.store import Store
+from llf_teacher.studies.store.database import read_only
 
 _RESAMPLES = 9999
 FIELDS = tuple(name for name in EpisodeSpec._fields if name not in ("seed", "version", "rules"))
-"""What determines a cell: all of an episode but the seed and versions."""
+"""What determines a cell: all of an episode's spec except the seed and versions."""
 Setting = tuple[str | int, ...]
 """The values of `FIELDS`."""
 
@@ -32,7 +31,7 @@ class Episodes(NamedTuple):
 
 
 class Contrast(NamedTuple):
-    """A cell that both stores have."""
+    """A cell of both stores."""
 
     setting: Setting
     first: Episodes
@@ -40,29 +39,29 @@ class Contrast(NamedTuple):
     paired: bool
     """Whether the same seeds give the same worlds, so that episodes are compared one by one."""
     regret: Estimate
-    """Mean of the second less that of the first; n counts pairs, or else the seeds of the smaller cell."""
+    """Mean of the second minus that of the first; n counts pairs, or else the seeds of the smaller cell."""
     success: float
-    """Share of successes in the second less that in the first, of what is compared."""
+    """Share of successes in the second minus that in the first, of the compared episodes."""
 
     @property
     def equal(self) -> bool:
-        """Whether the same seeds ended in the same way."""
+        """Whether the same seeds had the same regret and success."""
         return self.paired and all(
             np.array_equal(one, other) for one, other in zip(self.first[1:], self.second[1:], strict=True)
         )
 
 
 class Comparison(NamedTuple):
-    """Two stores."""
+    """What `compare` gives."""
 
     changes: Sequence[Contrast]
-    """Cells that both have, in the first one's order."""
+    """Cells of both, in the order of the first."""
     only: tuple[Sequence[Setting], Sequence[Setting]]
-    """Cells that only the first, and only the second, has."""
+    """Cells of the first only, and of the second only."""
 
 
 def compare(first: Store, second: Store) -> Comparison:
-    """Compare the episodes of two stores. Of several rules in a cell, the last is taken."""
+    """Compare the episodes of two stores. If a cell has several rules, the last ones count."""
     one, other = _cells(first), _cells(second)
     both = [(setting, one[setting], other[setting]) for setting in one if setting in other]
     pairs = {
@@ -81,7 +80,7 @@ def _cells(store: Store) -> dict[Setting, Episodes]:
     names = ", ".join(FIELDS)
     query = f"SELECT {names}, rules, seed, regret, success FROM result JOIN setting USING (setting) ORDER BY rules"  # noqa: S608
     found: dict[Setting, tuple[str, array[float]]] = {}
-    with closing(sqlite3.connect(f"{store.path.absolute().as_uri()}?mode=ro", uri=True)) as db:
+    with read_only(store.path) as db:
         for *setting, rules, seed, regret, success in db.execute(query):
             if found.get(tuple(setting), ("",))[0] != rules:
                 found[tuple(setting)] = rules, array("d")
@@ -95,7 +94,7 @@ def _cells(store: Store) -> dict[Setting, Episodes]:
 
 
 def _paired(one: Episodes, other: Episodes) -> tuple[Episodes, Episodes] | None:
-    """Both at the seeds that they share; None if there are none."""
+    """Both at their common seeds; None without any."""
     seeds, *rows = np.intersect1d(one.seeds, other.seeds, return_indices=True)
     if not len(seeds):
         return None
@@ -107,7 +106,7 @@ def _paired(one: Episodes, other: Episodes) -> tuple[Episodes, Episodes] | None:
 
 
 def _apart(one: Episodes, other: Episodes) -> Estimate:
-    """Difference of the means of regrets that are not paired, with the percentile interval of the bootstrap."""
+    """Difference of the mean regrets of unpaired cells, with the percentile interval of the bootstrap."""
     count = min(len(one.seeds), len(other.seeds))
     mean = float(other.regret.mean() - one.regret.mean())
     if count == 1:

@@ -1,9 +1,9 @@
 """Estimates over many tasks, after Agarwal et al. (2021), "Deep Reinforcement Learning at the Edge of the Statistical
 Precipice": interquartile mean, performance profiles, probability of improvement.
 
-Scores come as one array of runs a task, and tasks may have different numbers of runs: every task weighs the same.
-Intervals are percentile intervals of the stratified bootstrap, which draws runs anew within each task. With equally
-many runs a task, the estimates are those of the library `rliable`.
+Scores are one array of runs per task. Tasks may have different numbers of runs, and have equal weights. Intervals are
+percentile intervals of the stratified bootstrap, which resamples runs within each task. If all tasks have equally many
+runs, the estimates are those of the library `rliable`.
 """  # noqa: D205
 
 from collections.abc import Callable, Iterator, Sequence
@@ -12,10 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from llf_teacher.studies.analysis.resampling import bootstrap_counts
 from llf_teacher.studies.analysis.statistics import LEVEL, Band, Estimate
 
 RESAMPLES = 1999
-"""Bootstrap samples; fewer of very many runs, whose intervals are narrow."""
+"""Bootstrap samples; fewer for very many runs, whose intervals are narrow."""
 _MOST, _LEAST = 10_000_000, 199  # runs that are drawn in all, and samples at least
 _SEED = 0
 _BATCH = 500_000  # numbers drawn at once, which bounds memory
@@ -23,7 +24,7 @@ _ROUNDING = 1e-9
 
 Table = NDArray[np.float64]
 Strata = Sequence[ArrayLike]
-"""Scores: shape (runs,) a task."""
+"""Scores: an array of shape (runs,) per task."""
 
 
 class Profile(NamedTuple):
@@ -32,16 +33,16 @@ class Profile(NamedTuple):
     thresholds: Table
     """Scores, shape (m,)."""
     band: Band
-    """Share of the runs, 0 to 1, whose score is above each of them."""
+    """Share of the runs, 0 to 1, whose score is above each threshold."""
 
 
 def interquartile_mean(scores: Strata) -> Estimate:
     """Mean of the middle half of all runs of all tasks, with its interval; n counts runs.
 
-    A quarter of the runs is cut off at either end, rounded down to whole runs, as by `scipy.stats.trim_mean`.
+    A quarter of the runs is cut off at each end, rounded down to whole runs, as by `scipy.stats.trim_mean`.
 
     Raises:
-        ValueError: there is no task, or one without runs.
+        ValueError: there is no task, or a task has no runs.
     """
     tasks = _tasks(scores)
     runs = np.concatenate(tasks)
@@ -50,7 +51,7 @@ def interquartile_mean(scores: Strata) -> Estimate:
     ranked = runs[order]
 
     def middle(times: Table) -> Table:
-        """Of samples in which each run is so many times, shape (samples, runs)."""
+        """The interquartile mean of samples with these counts of each run, shape (samples, runs)."""
         times = times[:, order]
         mass = times * weight
         before = np.cumsum(mass, axis=1) - mass
@@ -68,11 +69,11 @@ def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
     """Share of the runs whose score is above each threshold, averaged over the tasks, with pointwise intervals.
 
     Args:
-        scores: as above.
+        scores: an array of runs per task.
         thresholds: shape (m,).
 
     Raises:
-        ValueError: there is no task, or one without runs.
+        ValueError: there is no task, or a task has no runs.
     """
     levels = np.asarray(thresholds, dtype=float)
     tasks = _tasks(scores)
@@ -91,18 +92,19 @@ def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
 
 
 def probability_of_improvement(scores: Strata, others: Strata) -> Estimate:
-    """How likely a run has a higher score than one of another algorithm, averaged over the tasks; n counts runs.
+    """Probability that a run scores higher than a run of another algorithm, averaged over the tasks; n counts runs.
 
-    In each task this is the statistic of Mann & Whitney (1947) over the number of pairs of runs, where ties count half.
-    Runs of both that are equally many in a task are of the same seeds: they are drawn together.
+    Per task this is the statistic of Mann & Whitney (1947) divided by the number of pairs of runs; ties count half. The
+    runs of both have the same seeds, and are resampled together.
 
     Raises:
-        ValueError: there is no task, one without runs, or tasks or runs of the others are not as many.
+        ValueError: there is no task, a task has no runs, or the numbers of tasks or runs differ.
     """
     first, second = _tasks(scores), _tasks(others)
     if [len(task) for task in first] != [len(task) for task in second]:
         raise ValueError(
-            f"both must have the same runs, got {[len(task) for task in first]} and {[len(task) for task in second]}"
+            f"others must have as many runs per task as scores, {[len(task) for task in first]}, "
+            f"got {[len(task) for task in second]}"
         )
     pairs = list(zip(first, second, strict=True))
     samples = [
@@ -114,14 +116,14 @@ def probability_of_improvement(scores: Strata, others: Strata) -> Estimate:
 
 
 def _above(runs: Table, levels: Table, times: Table) -> Table:
-    """Share of the runs above each level, for samples in which each run is so many times, shape (samples, levels)."""
+    """Share of the runs above each level, for samples with these counts of each run, shape (samples, levels)."""
     order = np.argsort(runs)
     share: Table = 1 - _first(times[:, order])[:, np.searchsorted(runs[order], levels, "right")] / len(runs)
     return share
 
 
 def _wins(runs: Table, others: Table, times: Table) -> Table:
-    """Share of the pairs in which the run is above the other, for samples with so many of each, shape (samples,)."""
+    """Share of the pairs in which the run is above the other, for samples with these counts, shape (samples,)."""
     order = np.argsort(others)
     below = _first(times[:, order])
     worse, not_better = (np.searchsorted(others[order], runs, side) for side in ("left", "right"))
@@ -130,7 +132,7 @@ def _wins(runs: Table, others: Table, times: Table) -> Table:
 
 
 def _first(times: Table) -> Table:
-    """How many copies there are of the first runs, from none to all."""
+    """Cumulative counts of the runs, beginning with 0."""
     return np.pad(np.cumsum(times, axis=1), ((0, 0), (1, 0)))
 
 
@@ -138,7 +140,7 @@ def curve_areas(curves: ArrayLike) -> Table:
     """Area under each curve by the trapezoid rule, per turn: a curve's mean height, in its unit.
 
     Args:
-        curves: shape (runs, turns), a value after each turn; before the first one it is 0.
+        curves: shape (runs, turns), a value after each turn; the value before the first turn is 0.
     """
     table = np.asarray(curves, dtype=float)
     if table.ndim != 2 or not table.size:
@@ -150,11 +152,11 @@ def curve_areas(curves: ArrayLike) -> Table:
 def bootstrap_seeds(
     table: ArrayLike, statistic: Callable[[Table], ArrayLike], resamples: int = RESAMPLES
 ) -> tuple[Table, Table]:
-    """Ends of the percentile interval of a statistic of a table whose last axis is seeds, drawn whole.
+    """Ends of the percentile interval of a statistic of a table, by a bootstrap of its last axis, the seeds.
 
     Args:
         table: shape (..., seeds).
-        statistic: of such a table, a number or an array; NaN is left out.
+        statistic: gives a number or an array for such a table; NaN is ignored.
         resamples: bootstrap samples.
     """
     values = np.asarray(table, dtype=float)
@@ -169,24 +171,19 @@ def _tasks(scores: Strata) -> list[Table]:
     tasks = [np.asarray(task, dtype=float) for task in scores]
     if not tasks or not all(task.ndim == 1 and task.size for task in tasks):
         raise ValueError(
-            f"scores must be a non-empty array of runs for each task, got shapes {[t.shape for t in tasks]}"
+            f"scores must have a non-empty array of runs for each task, got shapes {[t.shape for t in tasks]}"
         )
     return tasks
 
 
 def _drawn(sizes: Sequence[int]) -> Iterator[list[Table]]:
-    """Batches of bootstrap samples: for each task how often each run is drawn, shape (samples, runs)."""
+    """Batches of bootstrap samples: per task the counts of each run, shape (samples, runs)."""
     rng = np.random.default_rng(_SEED)
     resamples = int(np.clip(_MOST // sum(sizes), _LEAST, RESAMPLES))
     batch = max(1, _BATCH // sum(sizes))
     for start in range(0, resamples, batch):
         samples = min(batch, resamples - start)
-        yield [_times(rng, samples, size) for size in sizes]
-
-
-def _times(rng: np.random.Generator, samples: int, size: int) -> Table:
-    drawn = rng.integers(0, size, (samples, size)) + size * np.arange(samples)[:, None]
-    return np.bincount(drawn.ravel(), minlength=samples * size).reshape(samples, size).astype(float)
+        yield [bootstrap_counts(rng, samples, size).astype(float) for size in sizes]
 
 
 def _estimate(value: float, samples: Sequence[Table], tasks: Sequence[Table]) -> Estimate:

@@ -1,9 +1,9 @@
-"""The matrix of students and teachers: how much of the gain is the teacher's, how much the student's.
+"""The matrix of students and teachers: how much of the gain is due to the teacher, and how much to the student.
 
-The question is that of Cupiał et al. (2026, arXiv 2606.30774): what a student gains beyond being told to try again, and
-whether that is due to the teacher, to the student who can use it, or to how they go together. They found, with language
-models in both seats, that it is the student more than the teacher. The gain is the regret with the control less
-that with the teacher on the same seed; its variance over the table is split as in a two-way layout.
+The question is that of Cupiał et al. (2026, arXiv 2606.30774): what does a student gain beyond another try, and is that
+due to the teacher, to the student, or to their interaction? With language models in both seats they found the student
+to matter more. The gain is the regret with the control minus that with the teacher on the same seed; its variance over
+the table is split as in a two-way layout.
 """
 
 from collections.abc import Iterator
@@ -25,29 +25,29 @@ class Matrix(NamedTuple):
 
     group: Group
     teachers: tuple[str, ...]
-    """All but the control, by their mean gain over the students, the greatest first."""
+    """All but the control, in descending order of their mean gain over the students."""
     students: tuple[str, ...]
-    """Those whom teachers can reach."""
+    """Those that teachers can reach."""
     gains: dict[tuple[str, str], Estimate]
     """By teacher and student, in the family's unit."""
     split: Split | None
     """Shares of the variance of gains; None if all are equal."""
     low: Split | None
-    """Lower ends of the 95 % intervals, of a bootstrap over seeds; None for a single seed, too."""
+    """Lower ends of the 95 % intervals, by a bootstrap over seeds; None as `split`, and for a single seed."""
     high: Split | None
-    """Upper ends."""
+    """Upper ends; None as `low`."""
     lead: tuple[float, float] | None
-    """Ends of the interval of the students' share less that of the teachers; None as `low`."""
+    """Ends of the 95 % interval of the students' share minus the teachers'; None as `low`."""
     order: dict[str, tuple[str, ...]]
-    """For each student the teachers, the greatest mean gain first."""
+    """For each student the teachers, in descending order of their mean gain."""
     agreement: float | None
-    """How much the students agree on that order: Kendall's W (Kendall & Babington Smith 1939), 0 to 1, corrected for
-    ties; None for fewer than three teachers, or where no student tells them apart.
+    """Agreement of the students on that order: Kendall's W (Kendall & Babington Smith 1939), 0 to 1, corrected for
+    ties; None for fewer than three teachers, and if all gains of each student are equal.
     """
 
 
 def matrices(found: Outcomes, control: str = CONTROL) -> Iterator[Matrix]:
-    """A matrix wherever the control and at least two teachers have met at least two students on the same seeds."""
+    """A matrix wherever the control and at least two teachers have taught at least two students on the same seeds."""
     for group, cells in found.items():
         students = [s for t, s in cells if t == control and can_differ("oracle", control, s, group.feedback_type)]
         teachers = [t for t in dict.fromkeys(t for t, _ in cells) if t != control]
@@ -92,7 +92,7 @@ _NONE = Split(np.nan, np.nan, np.nan, np.nan)
 
 
 def _shares(table: Numbers) -> tuple[float, ...]:
-    """The shares of the variance, and how much more the students' is than that of the teachers."""
+    """The shares of the variance, and the students' share minus the teachers'."""
     split = variance_split(table) or _NONE
     return *split, split.students - split.teachers
 

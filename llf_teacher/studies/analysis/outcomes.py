@@ -1,8 +1,8 @@
-"""What came of the episodes of a store, as numbers: for each teacher with each student one value a seed.
+"""Outcomes of the episodes of a store, as arrays: for each teacher with each student one value per seed.
 
-Rows of columns in, arrays out, in memory that grows by some 40 bytes an episode. Environments of a family that have the
-same teachers and students are averaged within a seed, which is the unit of replication; episodes are only ever compared
-where all else that determines them is equal, versions and rules included.
+Memory grows by some 40 bytes per episode. Environments of a family with the same teachers and students are averaged
+within a seed, which is the unit of replication. Episodes are compared only if everything else that determines them is
+equal, versions and rules included.
 """
 
 from array import array
@@ -16,7 +16,7 @@ Numbers = NDArray[np.float64]
 
 
 class Group(NamedTuple):
-    """What is equal for teachers and students that are compared."""
+    """What compared teachers and students have in common."""
 
     family: str
     instruction_type: str
@@ -29,11 +29,11 @@ class Group(NamedTuple):
     worlds: str
     options: str
     ids: tuple[str, ...]
-    """The environments, over which is averaged."""
+    """The environments that are averaged."""
 
 
 class Endings(NamedTuple):
-    """One teacher with one student: the seeds for which all environments of the group have been played."""
+    """One teacher with one student, at the seeds for which all environments of the group have been played."""
 
     seeds: NDArray[np.int64]
     """Ascending, shape (seeds,)."""
@@ -49,7 +49,7 @@ Pair = tuple[str, str]
 """A teacher and a student."""
 Outcomes = dict[Group, dict[Pair, Endings]]
 SETTING = (*Group._fields[:-1], "id", "teacher", "student")
-"""What is equal for episodes that differ in their seeds."""
+"""What the episodes of a column have in common."""
 
 
 class Column(NamedTuple):
@@ -61,15 +61,15 @@ class Column(NamedTuple):
     values: Numbers
     """Regret, success, and the turn of the first success, infinite if there is none; shape (seeds, 3)."""
     samples: NDArray[np.int64]
-    """Which sample of its seed each is; regret and success are averaged over samples, `first` is of the first."""
+    """The sample number of each episode; regret and success are averaged over samples, `first` is that of the first."""
 
 
 def outcomes(rows: Iterable[Any], alike: Callable[[str], Any] | None = None) -> Outcomes:
-    """What came of some episodes.
+    """The outcomes of episodes.
 
     Args:
-        rows: episodes, each a value by name for the fields of `EpisodeSpec` and `EpisodeRow`, in any order.
-        alike: as of `gathered`.
+        rows: episodes in any order, each with the fields of `EpisodeSpec` and `EpisodeRow` by name.
+        alike: as in `gathered`.
     """
     columns: dict[tuple[Any, ...], tuple[array[int], array[float], array[int]]] = {}
     for row in rows:
@@ -90,12 +90,12 @@ def outcomes(rows: Iterable[Any], alike: Callable[[str], Any] | None = None) -> 
 
 
 def gathered(columns: Iterable[Column], alike: Callable[[str], Any] | None = None) -> Outcomes:
-    """What came of the episodes of some settings, in the order in which groups and pairs come first.
+    """The outcomes of columns; groups and pairs keep the order of their first columns.
 
     Args:
-        columns: one a setting, or several, of its samples.
-        alike: environments of a family for whose ids this gives equal values are averaged; by default those that have
-            the same teachers and students.
+        columns: one or, with samples, several per setting.
+        alike: gives a key per id; environments of a family with equal keys are averaged. By default those with the
+            same teachers and students.
     """
     samples: dict[tuple[Any, ...], list[Column]] = {}
     for column in columns:
@@ -111,7 +111,7 @@ def gathered(columns: Iterable[Column], alike: Callable[[str], Any] | None = Non
 def _groups(
     settings: Iterable[tuple[Any, ...]], alike: Callable[[str], Any] | None
 ) -> Iterator[tuple[Group, list[Pair]]]:
-    """The groups, each with the pairs that all of its environments have."""
+    """The groups, each with the pairs of all of its environments."""
     pairs: dict[tuple[Any, ...], dict[str, dict[Pair, None]]] = {}
     for *common, id, teacher, student in settings:
         pairs.setdefault(tuple(common), {}).setdefault(id, {})[teacher, student] = None
@@ -125,7 +125,7 @@ def _groups(
 
 
 def _sorted(columns: list[Column]) -> tuple[NDArray[np.int64], Numbers]:
-    """Seeds without repetitions, and three values for each."""
+    """The different seeds, and three values for each."""
     known = np.concatenate([np.column_stack([column.seeds, column.samples]) for column in columns])
     known, kept = np.unique(known, axis=0, return_index=True)  # a seed's first sample comes first
     values = np.concatenate([column.values for column in columns])[kept]
@@ -143,7 +143,7 @@ def _cell(tables: list[tuple[NDArray[np.int64], Numbers]]) -> Endings:
 
 
 def common_seeds(*cells: Endings) -> NDArray[np.int64]:
-    """The seeds that all cells have."""
+    """The seeds of all cells."""
     seeds = cells[0].seeds
     for cell in cells[1:]:
         seeds = np.intersect1d(seeds, cell.seeds, assume_unique=True)
@@ -151,12 +151,12 @@ def common_seeds(*cells: Endings) -> NDArray[np.int64]:
 
 
 def at_seeds(cell: Endings, seeds: NDArray[np.int64]) -> Endings:
-    """A cell of some of its seeds."""
+    """A cell restricted to some of its seeds."""
     chosen = np.searchsorted(cell.seeds, seeds)
     return Endings(cell.seeds[chosen], cell.regret[chosen], cell.success[chosen], cell.first[chosen])
 
 
 def paired(*cells: Endings) -> list[Endings]:
-    """Cells of the seeds that all of them have."""
+    """The cells restricted to their common seeds."""
     seeds = common_seeds(*cells)
     return [at_seeds(cell, seeds) for cell in cells]

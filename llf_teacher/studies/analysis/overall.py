@@ -1,7 +1,7 @@
-"""One number a teacher over all families, with the estimators for many tasks.
+"""One number per teacher over all families, by estimators for many tasks.
 
-A task is a student in a group of environments. The score of a run, which is a seed, is the share of the baseline's mean
-regret that the student is spared: 0 is as with the baseline, 1 is perfect, and below 0 the teacher does harm.
+A task is a student in a group of environments; a run is a seed. The score of a run is the share of the baseline's mean
+regret that the teacher saves: 0 equals the baseline, 1 is perfect, and below 0 the teacher does harm.
 """
 
 from collections.abc import Iterator
@@ -24,7 +24,7 @@ THRESHOLDS = np.linspace(-1, 1, 41)
 
 
 class Overall(NamedTuple):
-    """A teacher over all tasks in which it and the baseline have taught a student whom it can reach."""
+    """A teacher over all tasks in which it can differ from the baseline."""
 
     teacher: str
     instruction_type: str
@@ -35,11 +35,11 @@ class Overall(NamedTuple):
     profile: Profile
     """Share of the runs above each of `THRESHOLDS`."""
     better: Estimate
-    """How likely a run is better than one with the baseline."""
+    """Probability that a run is better than a run with the baseline."""
 
 
 def overall(found: Outcomes, baseline: str) -> Iterator[Overall]:
-    """Every teacher, in the order in which they come first, under each instruction type and feedback type."""
+    """Every teacher under each instruction type and feedback type, in the order of their first outcomes."""
     scores: dict[tuple[str, str, str], list[tuple[Numbers, Numbers]]] = {}
     for group, cells in found.items():
         for (teacher, student), cell in cells.items():

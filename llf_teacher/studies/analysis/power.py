@@ -1,9 +1,9 @@
-"""How many seeds a study needs, from a pilot's paired differences.
+"""Power analysis: how many seeds a study needs, from the paired differences of a pilot study.
 
-A comparison of a teacher with the baseline is a test of paired differences. Its power is taken to be that of the
-paired t-test, by the noncentral t distribution (Cohen 1988), which the sign-flip test approaches (Hoeffding 1952), at
-the level that Holm's method leaves the least favoured comparison. A pilot's standard deviation is uncertain itself: the
-number is given for it, and, to be safe, for the upper end of its one-sided 80 % interval (Browne 1995).
+A comparison of a teacher with the baseline is a test of paired differences. Its power is that of the paired t-test, by
+the noncentral t distribution (Cohen 1988), which the sign-flip test approaches (Hoeffding 1952), at the level of Holm's
+first comparison. The standard deviation of a pilot is uncertain: the number of seeds is given for it and, to be safe,
+for the upper end of its one-sided 80 % interval (Browne 1995).
 """
 
 import math
@@ -19,14 +19,14 @@ from teachers.spec import unknown
 
 ALPHA, POWER = 0.05, 0.8
 MOST = 1_000_000
-"""Seeds beyond which nobody goes."""
-_SURE = 0.8
+"""The greatest number of seeds that is considered."""
+_CONFIDENCE = 0.8
 MEASURES = ("gain", "success")
-"""What an effect is: a share of the baseline's mean regret, or of successes; both go from 0 to 1."""
+"""What an effect is: a share of the baseline's mean regret, or a difference of success rates; both from 0 to 1."""
 
 
 class Need(NamedTuple):
-    """What one comparison needs."""
+    """The seeds that one comparison needs."""
 
     family: str
     ids: tuple[str, ...]
@@ -39,13 +39,13 @@ class Need(NamedTuple):
     spread: float
     """Standard deviation of the paired differences."""
     seeds: int
-    """Seeds that find the effect with the power that is wanted, if this is the true spread."""
+    """Seeds that give the wanted power if this is the true spread."""
     safe: int
-    """The same if the true spread is as great as the pilot leaves likely."""
+    """The same for the upper end of the spread's interval."""
 
 
 def power(seeds: int, effect: float, spread: float, alpha: float = ALPHA) -> float:
-    """Chance that a two-sided paired t-test finds a mean difference.
+    """Power of a two-sided paired t-test.
 
     Args:
         seeds: number of pairs, at least 2.
@@ -58,17 +58,17 @@ def power(seeds: int, effect: float, spread: float, alpha: float = ALPHA) -> flo
 
 
 def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: float = POWER) -> int:
-    """The least number of seeds with such a power and with p-values that can be as small as alpha; at most `MOST`.
+    """The least number of seeds that gives the wanted power and allows p-values of at most alpha; at most `MOST`.
 
-    Arguments as of `power`; without spread any seeds do whose p-values can be so small.
+    Arguments are those of `power`; without spread only the p-values count.
     """
-    low = max(2, math.ceil(math.log2(2 / alpha)))  # of 2**n ways to flip signs two are as extreme as any can be
+    low = max(2, math.ceil(math.log2(2 / alpha)))  # two of the 2**n ways to flip signs are most extreme
     if spread <= 0:
         return low
 
     def enough(seeds: int) -> bool:
         found = power(seeds, effect, spread, alpha)
-        return not found < wanted  # where the distribution is not known, far out, the power is 1
+        return not found < wanted  # far out, where SciPy gives NaN, the power is 1
 
     high = low
     while high < MOST and not enough(high):
@@ -82,12 +82,12 @@ def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: flo
 def needs(
     pilot: Outcomes, baseline: str, effect: float, measure: str = "gain", wanted: float = POWER
 ) -> Iterator[Need]:
-    """What every comparison of a pilot needs; those that cannot differ, or have a single seed, are left out.
+    """What every comparison of a pilot needs; teachers that cannot differ and single seeds are left out.
 
     Args:
-        pilot: what came of its episodes.
+        pilot: the outcomes of its episodes.
         baseline: the teacher to compare with.
-        effect: the least difference that matters, in the measure's unit.
+        effect: the smallest difference that matters, in the measure's unit.
         measure: one of `MEASURES`.
         wanted: power, 0 to 1.
 
@@ -112,7 +112,7 @@ def needs(
                 continue
             differences = (other.regret - cell.regret if measure == "gain" else cell.success - other.success) / unit
             spread = float(np.std(differences, ddof=1))
-            above = spread * math.sqrt((n - 1) / stats.chi2.ppf(1 - _SURE, n - 1))
+            above = spread * math.sqrt((n - 1) / stats.chi2.ppf(1 - _CONFIDENCE, n - 1))
             seeds, safe = (seeds_needed(effect, each, ALPHA / len(pairs), wanted) for each in (spread, above))
             yield Need(
                 group.family,

@@ -1,8 +1,7 @@
-"""Resampling of means for many columns at once, by products of matrices.
+"""Resampling of means for many columns at once, by matrix products.
 
-`scipy.stats.bootstrap` and `scipy.stats.permutation_test` gather a copy of the values for each resample. For a mean it
-is enough to count how often, or with which sign, each value is drawn, and these counts serve every column of the same
-length. The draws, and so the intervals, are SciPy's.
+`scipy.stats.bootstrap` and `scipy.stats.permutation_test` copy the values for each resample. A mean needs only the
+count, or the sign, of each value, and these serve every column of the same length. Draws and intervals equal SciPy's.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,8 +13,8 @@ from scipy.special import ndtr, ndtri
 
 _SEED = 0
 _BATCH = 2_000_000  # numbers drawn at once, which bounds memory
-_KEPT = 40_000_000  # so many counts, a byte each, are kept for columns of the same length
-_TIED = 1e-12  # means that differ by less than this share of the values are equal
+_KEPT = 40_000_000  # counts, a byte each, that are cached for columns of the same length
+_TIED = 1e-12  # means that differ by less than this share of the values are ties
 
 Draw = Callable[[np.random.Generator, int, int], NDArray[np.int8]]
 
@@ -33,7 +32,7 @@ def bca(table: NDArray[np.float64], resamples: int, level: float) -> tuple[NDArr
     tied = _TIED * np.abs(table).max(axis=0)
     below = ((means < mean - tied).mean(axis=0) + (means <= mean + tied).mean(axis=0)) / 2
     bias = ndtri(below)
-    rest = (table - mean) / np.abs(table - mean).max(axis=0)  # what follows does not depend on the unit
+    rest = (table - mean) / np.abs(table - mean).max(axis=0)  # makes the rest independent of the unit
     acceleration = (rest**3).sum(axis=0) / (6 * (rest**2).sum(axis=0) ** 1.5)
     ends = []
     ranked = np.sort(means, axis=0)
@@ -47,24 +46,25 @@ def bca(table: NDArray[np.float64], resamples: int, level: float) -> tuple[NDArr
 
 
 def bootstrap_means(table: NDArray[np.float64], resamples: int, stratum: int = 0) -> NDArray[np.float64]:
-    """Means of bootstrap samples of each column, shape (resamples, m); rows are drawn whole.
+    """Means of bootstrap samples of each column, shape (resamples, m); whole rows are resampled.
 
     Args:
         table: shape (n, m), one row a unit.
         resamples: number of bootstrap samples.
-        stratum: tables of other strata are drawn independently.
+        stratum: tables of different strata are resampled independently.
     """
-    return np.concatenate([block @ table for block in _blocks(_counts, len(table), resamples, stratum)]) / len(table)
+    blocks = _blocks(bootstrap_counts, len(table), resamples, stratum)
+    return np.concatenate([block @ table for block in blocks]) / len(table)
 
 
 def sign_flips(table: NDArray[np.float64], resamples: int) -> NDArray[np.float64]:
     """Two-sided p-value of each column under the hypothesis that its signs are random (Fisher 1935), shape (m,).
 
-    Every way to give signs is counted where there are at most as many as resamples; values of 0 have no sign.
+    The test is exact, over all combinations of signs, if there are at most `resamples`; values of 0 have no sign.
 
     Args:
         table: shape (n, m), one row a pair.
-        resamples: number of random ways otherwise.
+        resamples: number of random combinations otherwise.
     """
     p = np.ones(table.shape[1])
     signed = table != 0
@@ -81,12 +81,12 @@ def sign_flips(table: NDArray[np.float64], resamples: int) -> NDArray[np.float64
 
 
 def _beyond(sums: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether sums are as far from 0 as that of the values."""
+    """Whether sums are at least as far from 0 as the sum of the values."""
     return np.asarray(np.abs(sums) >= np.abs(values.sum(axis=0)) - _TIED * np.abs(values).sum(axis=0))
 
 
-def _counts(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
-    """How often each of n is drawn in n draws."""
+def bootstrap_counts(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
+    """How often each of n is drawn in n draws, shape (rows, n)."""
     drawn = rng.integers(0, n, (rows, n)) + n * np.arange(rows)[:, None]
     return np.bincount(drawn.ravel(), minlength=rows * n).reshape(rows, n).astype(np.int8)
 
@@ -96,7 +96,7 @@ def _signs(rng: np.random.Generator, rows: int, n: int) -> NDArray[np.int8]:
 
 
 def _blocks(draw: Draw, n: int, resamples: int, stratum: int = 0) -> Iterator[NDArray[np.float64]]:
-    """Rows of draws, a few at a time, the same for the same arguments."""
+    """Draws in blocks of rows, the same for the same arguments."""
     kept = not stratum and n * resamples <= _KEPT
     drawn = _kept(draw, n, resamples) if kept else _drawn(draw, n, resamples, stratum)
     return (block.astype(float) for block in drawn)

@@ -1,9 +1,9 @@
-"""Sequential designs: looking at a study before it is whole, at no more than the promised rate of false findings.
+"""Sequential designs: interim analyses of a study that together keep the error rate of 5 %.
 
-A design says after how many seeds one looks. Lan & DeMets (1983) spend the error of 5 % over the looks by a function of
-the share of the seeds, here one that resembles the boundary of O'Brien & Fleming (1979), or that of Pocock (1977). The
-level of a look is what the chance of a first finding at it leaves, by recursive integration (Armitage, McPherson & Rowe
-1969) over a statistic whose increments are normal; a test finds something if its p-value is at most that level.
+A design fixes the numbers of seeds at which a study is analysed. An alpha-spending function (Lan & DeMets 1983), which
+resembles the boundary of O'Brien & Fleming (1979) or that of Pocock (1977), spreads the error over the analyses by
+their share of the seeds. The level of each analysis follows by recursive integration (Armitage, McPherson & Rowe 1969)
+over a statistic with normal increments. A difference is significant if its p-value is at most that level.
 """
 
 import math
@@ -19,7 +19,7 @@ from llf_teacher.studies.definition.design import SPENDING, InterimAnalyses
 ALPHA = 0.05
 """Two-sided error of a whole design."""
 _POINTS = 801  # of the grid of integration, an odd number for Simpson's rule
-_FAR = 9.0  # standard deviations beyond which nothing is
+_FAR = 9.0  # standard deviations beyond which the density is 0
 
 
 def _obrien_fleming(share: float) -> float:
@@ -31,20 +31,25 @@ def _pocock(share: float) -> float:
 
 
 _SPENT = dict(zip(SPENDING, (_obrien_fleming, _pocock), strict=True))
-"""What is spent of the error on each side after a share of the seeds."""
+"""By name, the one-sided error that is spent after a share of the seeds."""
 
 
-def levels_of(looks: InterimAnalyses) -> tuple[float, ...]:
-    """For each look, the greatest two-sided p-value that is a finding there."""
-    return levels(tuple(seeds / looks.at[-1] for seeds in looks.at), looks.spending)
+def levels_of(design: InterimAnalyses) -> tuple[float, ...]:
+    """For each interim analysis, the greatest two-sided p-value that is significant."""
+    return levels(tuple(seeds / design.at[-1] for seeds in design.at), design.spending)
 
 
 @cache
 def levels(shares: Sequence[float], spending: str = "obrien_fleming") -> tuple[float, ...]:
-    """The two-sided level of each look, after these shares of the seeds: ascending, above 0, the last one 1."""
+    """The two-sided level of each interim analysis.
+
+    Args:
+        shares: shares of the seeds at which the study is analysed: ascending, above 0, the last one 1.
+        spending: one of `SPENDING`.
+    """
     spent = [0.0, *map(_SPENT[spending], shares)]
     found: list[float] = []
-    grid = density = np.empty(0)  # of the sum so far, of variance `before`, where nothing has been found
+    grid = density = np.empty(0)  # of the sum so far, of variance `before`, without a significant result
     before = 0.0
     for share, more in zip(shares, np.diff(spent), strict=True):
         spread = math.sqrt(share - before)

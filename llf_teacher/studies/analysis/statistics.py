@@ -1,7 +1,8 @@
-"""Statistics of studies: numbers in, estimates out. The seed is the unit of replication; every draw has a fixed seed.
+"""Statistics of studies: estimates with intervals, and tests. The seed is the unit of replication.
 
-Intervals of means are BCa bootstrap intervals (Efron 1987), p-values are of sign-flip tests (Fisher 1935), both by
-`llf_teacher.studies.analysis.resampling`; intervals of rates are Wilson's (1927) by `scipy.stats.binomtest`.
+Intervals of means are BCa bootstrap intervals (Efron 1987), p-values are those of sign-flip tests (Fisher 1935), both
+by `llf_teacher.studies.analysis.resampling`, whose generators have fixed seeds. Intervals of rates are Wilson's (1927),
+by `scipy.stats.binomtest`.
 """
 
 import math
@@ -17,10 +18,10 @@ from llf_teacher.studies.analysis.resampling import bca, sign_flips
 LEVEL = 0.95
 """Confidence level of every interval."""
 RESAMPLES = 9999
-"""Bootstrap samples; with at most as many ways to flip signs, a test counts them all."""
+"""Bootstrap samples; a sign-flip test is exact if there are at most as many combinations of signs."""
 BAND_RESAMPLES = 999
 """Bootstrap samples for bands in plots, of which there are many."""
-_RELATIVE = 1e-9  # differences below this share of the values are rounding
+_RELATIVE = 1e-9  # differences below this share of the values are rounding errors
 
 
 class Estimate(NamedTuple):
@@ -28,9 +29,9 @@ class Estimate(NamedTuple):
 
     mean: float
     low: float
-    """Lower end; NaN if there is a single value, which tells nothing about its variation."""
+    """Lower end; NaN for a single value."""
     high: float
-    """Upper end; NaN as above."""
+    """Upper end; NaN for a single value."""
     n: int
     """Number of values, usually seeds."""
 
@@ -44,12 +45,12 @@ class Band(NamedTuple):
 
 
 class Difference(NamedTuple):
-    """How paired values differ."""
+    """The mean difference of paired values, and its test."""
 
     estimate: Estimate
-    """Mean of value less reference; n counts pairs."""
+    """Mean of value minus reference; n counts pairs."""
     p: float
-    """Two-sided p-value of the hypothesis that the signs of the differences are random."""
+    """Two-sided p-value under the hypothesis that the signs of the differences are random."""
 
 
 class Split(NamedTuple):
@@ -60,7 +61,7 @@ class Split(NamedTuple):
     students: float
     """Between students, averaged over teachers."""
     interaction: float
-    """What a teacher does to one student more than to another."""
+    """Of teachers and students: the effect of a teacher that differs between students."""
     seeds: float
     """Between the seeds of a cell."""
 
@@ -97,11 +98,11 @@ def mean_band(values: ArrayLike, resamples: int = BAND_RESAMPLES) -> Band:
     """Mean of each column with its BCa bootstrap interval.
 
     Args:
-        values: shape (n, m), one row a seed. Rows are resampled whole.
+        values: shape (n, m), one row per seed. Whole rows are resampled.
         resamples: number of bootstrap samples.
 
     Returns:
-        A column of equal values has an interval without width. With n = 1 all intervals are NaN.
+        The band. The interval of a column of equal values has no width; for n = 1 all intervals are NaN.
 
     Raises:
         ValueError: there are no values.
@@ -131,7 +132,7 @@ def rate_interval(successes: int, n: int) -> Estimate:
     """Share of successes in n independent trials, 0 to 1, with Wilson's interval.
 
     Raises:
-        ValueError: n is less than 1, or successes are not between 0 and n.
+        ValueError: n is below 1, or successes are not from 0 to n.
     """
     interval = stats.binomtest(successes, n).proportion_ci(LEVEL, method="wilson")
     return Estimate(successes / n, float(interval.low), float(interval.high), n)
@@ -141,15 +142,15 @@ def success_interval(successes: ArrayLike) -> Estimate:
     """Share of successes, 0 to 1, with seeds as the unit.
 
     Args:
-        successes: booleans of shape (seeds, environments). With one environment the interval is Wilson's. With
-            several, those of a seed are not independent: they are averaged first, and the interval is that of the
-            mean of these averages.
+        successes: booleans of shape (seeds, environments). With one environment the interval is Wilson's. The
+            environments of one seed are not independent: several are averaged per seed, and the interval is that of
+            the mean of these averages.
     """
     return success_intervals([successes])[0]
 
 
 def success_intervals(tables: Sequence[ArrayLike]) -> list[Estimate]:
-    """The same of several tables; those of the same length share their draws, which is fast."""
+    """`success_interval` of each of several tables; tables of the same length share their draws, which is fast."""
     arrays = [np.asarray(table, dtype=float) for table in tables]
     single = [array.ndim == 2 and array.shape[1] == 1 for array in arrays]
     means = iter(mean_intervals([array.mean(axis=1) for array, one in zip(arrays, single, strict=True) if not one]))
@@ -160,7 +161,7 @@ def success_intervals(tables: Sequence[ArrayLike]) -> list[Estimate]:
 
 
 def mean_intervals(columns: Sequence[ArrayLike]) -> list[Estimate]:
-    """`mean_interval` of each of several columns; those of the same length share their draws, which is fast."""
+    """`mean_interval` of each of several columns; columns of the same length share their draws, which is fast."""
     arrays = [np.asarray(column, dtype=float) for column in columns]
     found: dict[int, Estimate] = {}
     for alike in _of_a_length(arrays):
@@ -173,13 +174,13 @@ def mean_intervals(columns: Sequence[ArrayLike]) -> list[Estimate]:
 def paired_difference(values: ArrayLike, reference: ArrayLike) -> Difference:
     """Mean of `values - reference`, both of shape (n,) and paired by seed, with its bootstrap interval.
 
-    The test is exact for at most 13 pairs that differ (2**13 < `RESAMPLES`), by random flips beyond.
+    The test is exact for at most 13 pairs that differ (2**13 < `RESAMPLES`), and by random flips for more.
     """
     return paired_differences([np.asarray(values, dtype=float) - np.asarray(reference, dtype=float)])[0]
 
 
 def paired_differences(columns: Sequence[ArrayLike]) -> list[Difference]:
-    """The same of several columns of differences; those of the same length share their draws, which is fast."""
+    """`paired_difference` of each of several columns of differences; columns of the same length share their draws."""
     arrays = [np.asarray(column, dtype=float) for column in columns]
     p: dict[int, float] = {}
     for alike in _of_a_length(arrays):
@@ -188,7 +189,7 @@ def paired_differences(columns: Sequence[ArrayLike]) -> list[Difference]:
 
 
 def _of_a_length(arrays: Sequence[NDArray[np.float64]]) -> list[list[int]]:
-    """Places of the arrays, those of the same length together."""
+    """Indices of the arrays, grouped by length."""
     groups: dict[int, list[int]] = {}
     for i, array in enumerate(arrays):
         groups.setdefault(len(array), []).append(i)
@@ -196,9 +197,7 @@ def _of_a_length(arrays: Sequence[NDArray[np.float64]]) -> list[list[int]]:
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
-    """p-values adjusted for their number, in the same order (Holm 1979): at most this share of families of tests
-    has any false rejection.
-    """  # noqa: D205
+    """p-values adjusted by Holm's method (1979), which controls the family-wise error rate; in the same order."""
     adjusted = [math.nan] * len(p_values)
     largest = 0.0
     for rank, i in enumerate(sorted(range(len(p_values)), key=lambda i: p_values[i])):

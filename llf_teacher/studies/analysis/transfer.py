@@ -1,6 +1,6 @@
-"""Transfer: what lessons have left when a student is tested without a teacher, there or elsewhere.
+"""Transfer: what remains of lessons when a student is tested without a teacher, in the same environment or another.
 
-It is told by comparison with students who practised as long with the baseline.
+It is measured against students with as many lessons from the baseline.
 """
 
 from collections.abc import Iterator
@@ -11,23 +11,23 @@ from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
 
 
 class AfterLessons(NamedTuple):
-    """What came of a test of one teacher's students."""
+    """The outcome of tests after lessons from one teacher."""
 
     group: Group
     """With the lessons' number, environment and worlds, and their feedback type."""
     teacher: str
-    """Who taught."""
+    """The teacher of the lessons."""
     student: str
     success: Estimate
     """Share of successes in the test, 0 to 1."""
     regret: Estimate
     """Of the test, in the family's unit."""
     gain: Estimate | None
-    """Regret of those who practised as long with the baseline on the same seeds, less this; None without them."""
+    """Regret after as many lessons from the baseline on the same seeds, minus this; None without them."""
 
 
 def tested(found: Outcomes, baseline: str) -> Iterator[AfterLessons]:
-    """Every test."""
+    """The outcomes of all tests."""
     for group, cells in found.items():
         for (teacher, student), cell in cells.items() if group.lessons else ():
             other = cells.get((baseline, student))

@@ -1,1 +1,1 @@
-"""What a study is: its lists, and what it may declare beside them."""
+"""The definition of a study: its lists, and what it may declare beside them."""

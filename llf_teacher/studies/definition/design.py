@@ -1,4 +1,4 @@
-"""What a study may declare beside its lists: a baseline, an ablation, looks, lessons before a test."""
+"""What a study may declare beside its lists: a baseline, an ablation, interim analyses, lessons before a test."""
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
@@ -13,7 +13,7 @@ from teachers.session import is_count
 from teachers.spec import unknown
 
 BASELINE = "silent"
-"""The teacher that others are compared with, unless a study says otherwise."""
+"""The default teacher that others are compared with."""
 SUBSETS = tuple(
     format_kinds(chosen) for size in range(len(KINDS) + 1) for chosen in itertools.combinations(KINDS, size)
 )
@@ -21,46 +21,46 @@ SUBSETS = tuple(
 
 
 def main_types(feedback_types: Sequence[str]) -> tuple[str, ...]:
-    """The feedback types that are told of in full: all, but of an ablation's subsets the one that has every kind."""
+    """The feedback types with sections of their own: all; of an ablation's subsets only that with every kind."""
     ablated = SUBSETS[:-1] if set(SUBSETS) <= {*feedback_types} else ()
     return tuple(each for each in feedback_types if each not in ablated)
 
 
 SPENDING = ("obrien_fleming", "pocock")
-"""How a sequential design spends its error; see `llf_teacher.studies.analysis.sequential`."""
+"""Alpha-spending functions of a sequential design; see `llf_teacher.studies.analysis.sequential`."""
 TESTER, TEST_TYPE = "silent", NONE
 """Teacher and feedback type of a test."""
 SAME, NEXT = "same", "next"
 WORLDS = (SAME, NEXT)
-"""Worlds of the lessons: the one that the seed gives, from the same start each time, which with the test's own
-environment is that of the test; or the ones that follow it, each lesson another one.
+"""Worlds of the lessons: that of the seed, from the same start each time, which is the world of the test if the
+environments are the same; or those that follow it, a different one for each lesson.
 """
 
 
 class Transfer(NamedTuple):
-    """Lessons before a test, as a study's table `transfer` has them."""
+    """Lessons before a test: the table `transfer` of a study."""
 
     lessons: tuple[int, ...]
     """Numbers of episodes before the test, each at least 1."""
     students: tuple[str, ...]
-    """Who is taught and tested; by default those of the study who remember."""
+    """The students that are taught and tested; by default those of the study that remember."""
     teachers: tuple[str, ...]
-    """Who teaches; by default those of the study."""
+    """The teachers of the lessons; by default those of the study."""
     feedback_types: tuple[str, ...]
-    """Those of the lessons; by default the study's."""
+    """Feedback types of the lessons; by default those of the study."""
     taught: tuple[str, ...] = ()
-    """Ids of the environments of the lessons, each before tests in its own family; none: each environment itself."""
+    """Ids of the environments of the lessons, each for tests in its own family; empty: the environment of the test."""
     worlds: tuple[str, ...] = (SAME,)
     """Some of `WORLDS`."""
 
 
 def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any]:
-    """The table in canonical form; what is wrong with it is added to the problems.
+    """The table in canonical form.
 
     Args:
-        table: as the study's file has it; empty: none.
-        study: with the other lists in canonical form.
-        problems: are added to.
+        table: as in the study's file; empty: no tests.
+        study: with its other fields in canonical form.
+        problems: gets what is wrong with the table.
     """
     if not table:
         return {}
@@ -92,13 +92,13 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
     forget = [student for student in students if not parse_student(student).remembers]
     if forget or not students:
         problems.append(
-            f"transfer: {', '.join(forget) or 'no student of the study'} remembers nothing of an episode in the next; "
-            "obedient(forget=False) does, as do text_only and learners with forget=False, and agents of your own may"
+            f"transfer: students must remember earlier episodes, got {', '.join(forget) or 'none that does'}; allowed: "
+            "obedient, text_only and learners with forget=False, and agents of your own"
         )
     taught = lists.get("taught", [])
     families = {entry(id).family.name for id in study.ids}
     if unknown_names := [id for id in taught if entry(id).family.name not in families]:
-        problems.append(f"transfer: taught: no id of the study is of the family of {', '.join(unknown_names)}")
+        problems.append(f"transfer: taught: the study has no id of the family of {', '.join(unknown_names)}")
     for id in taught:
         if lacking := [type_ for type_ in study.instruction_types if type_ not in supported_types(id)[0]]:
             problems.append(f"transfer: taught: {id} cannot have the instruction types {', '.join(lacking)}")
@@ -126,48 +126,48 @@ def _list(name: str, value: Any, problems: list[str]) -> list[Any]:
 
 
 class InterimAnalyses(NamedTuple):
-    """When one looks, and how the error is spent."""
+    """The interim analyses of a sequential design."""
 
     at: tuple[int, ...]
-    """Numbers of seeds, ascending; the last is all."""
+    """Numbers of seeds, ascending; the last is that of the study."""
     spending: str = "obrien_fleming"
     """One of `SPENDING`."""
     stop: bool = False
-    """Whether the study ends at the first look at which every comparison has found a difference."""
+    """Whether the study ends as soon as every comparison is significant."""
 
     def last(self, seeds: int) -> int | None:
-        """The last look, counted from 0, for which so many seeds are enough; None before the first."""
+        """The last analysis, counted from 0, that needs at most these seeds; None before the first."""
         return max((i for i, needed in enumerate(self.at) if needed <= seeds), default=None)
 
 
 def check_interim_analyses(table: Any, seeds: int, problems: list[str]) -> InterimAnalyses | None:
-    """The design that a study's table `looks` declares; what is wrong with it is added to the problems.
+    """The design in a study's table `interim_analyses`.
 
     Args:
-        table: `at`, `spending` if it is another than O'Brien and Fleming's, and `stop`; empty: none.
+        table: has `at`, and may have `spending` and `stop`; empty: no design.
         seeds: the study's number of seeds.
-        problems: are added to.
+        problems: gets what is wrong with the table.
     """
     if not table:
         return None
     if not isinstance(table, Mapping) or "at" not in table:
-        problems.append(f"looks must be a table with `at`, as in {{at = [10, 20, 40]}}, got {table!r}")
+        problems.append(f"interim_analyses must be a table with `at`, as in {{at = [10, 20, 40]}}, got {table!r}")
         return None
     problems += [
-        f"looks: {unknown('key', name, InterimAnalyses._fields)}"
+        f"interim_analyses: {unknown('key', name, InterimAnalyses._fields)}"
         for name in table
         if name not in InterimAnalyses._fields
     ]
     at, spending, stop = table["at"], table.get("spending", "obrien_fleming"), table.get("stop", False)
     if not isinstance(stop, bool):
-        problems.append(f"looks: stop must be true or false, got {stop!r}")
+        problems.append(f"interim_analyses: stop must be true or false, got {stop!r}")
     if spending not in SPENDING:
-        problems.append(f"looks: {unknown('spending', spending, SPENDING)}")
+        problems.append(f"interim_analyses: {unknown('spending', spending, SPENDING)}")
     counts = isinstance(at, Sequence) and not isinstance(at, str) and len(at) > 0 and all(map(is_count, at))
     if not counts or list(at) != sorted(set(at)) or at[-1] != seeds:
         problems.append(
-            f"looks: at must be ascending numbers of seeds, the last one the study's {seeds}, got {at!r}; allowed is, "
-            f"for example, {sorted({max(1, seeds // 2), seeds})}"
+            f"interim_analyses: at must be ascending numbers of seeds, the last one the study's {seeds}, got {at!r}; "
+            f"for example {sorted({max(1, seeds // 2), seeds})}"
         )
         return None
     return InterimAnalyses(tuple(at), spending, stop)

@@ -1,4 +1,4 @@
-"""Short names of teachers and students, for reports: those that a study gives them, else what tells them apart."""
+"""Short names of teachers and students in reports: those of the study, else their distinguishing parameters."""
 
 import contextlib
 from collections import Counter
@@ -11,12 +11,12 @@ from llf_teacher.studies.definition.custom_specs import student_spec, teacher_sp
 from teachers.spec import unknown
 
 LONGEST = 60
-"""Characters of a name."""
+"""Greatest number of characters of a name."""
 _ALWAYS, _WHERE = ("model",), ("base_url", "endpoint")
 
 
 def check_names(given: Any, known: Iterable[str], problems: list[str]) -> dict[str, str]:
-    """The table `names`, of names by spec, in canonical form; what is wrong with it is added to the problems."""
+    """The table `names`, of names by spec, in canonical form; `problems` gets what is wrong with it."""
     known = dict.fromkeys(known)
     if not isinstance(given, Mapping):
         problems.append(f"names must be a table of specs with their names, got {given!r}")
@@ -27,12 +27,14 @@ def check_names(given: Any, known: Iterable[str], problems: list[str]) -> dict[s
         if not isinstance(name, str) or not name.strip() or len(name) > LONGEST or not name.isprintable():
             problems.append(f"names: a name must be a text of 1 to {LONGEST} printable characters, got {name!r}")
     taken = Counter([*map(str, names.values()), *(spec for spec in known if spec not in names)])
-    problems += [f"names: {name!r} stands for several" for name, count in taken.items() if count > 1]
+    problems += [
+        f"names: a name must be unique, got {name!r} several times" for name, count in taken.items() if count > 1
+    ]
     return names
 
 
 def _canonical(spec: str, known: Iterable[str]) -> str:
-    """A spec as the study has it, however it is written."""
+    """A spec in the study's form."""
     for canonical in (teacher_spec, student_spec):
         with contextlib.suppress(ValueError, TypeError):
             if (found := canonical(spec)) in known:
@@ -41,13 +43,15 @@ def _canonical(spec: str, known: Iterable[str]) -> str:
 
 
 def short_names(specs: Mapping[str, Any], given: Mapping[str, str]) -> dict[str, str]:
-    """A name for each spec: the one that it is given; `llm(gpt-4o)` for who asks a model, with what tells it from
-    others of the same model; else the spec itself.
+    """A name for each spec.
+
+    It is the given one; for teachers and students that ask a model, `llm(gpt-4o)` with the parameters that differ
+    between those of the same model; for others the spec itself.
 
     Args:
-        specs: what the specs describe.
+        specs: the objects by their specs.
         given: names by spec.
-    """  # noqa: D205
+    """
     models: dict[str, dict[str, Any]] = {}
     for spec, value in specs.items():
         asks: Any = value.wording if isinstance(value, Voiced) else value

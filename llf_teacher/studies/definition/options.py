@@ -9,19 +9,19 @@ from llf_teacher.registry import entry
 from teachers.spec import unknown
 
 _OURS = ("visual", "failure_reward")
-"""Options of environments beside those of their worlds."""
+"""Options of environments that are not those of their worlds."""
 _NOT = ("render_mode",)
 
 
 def check_options(given: Any, ids: Sequence[str], problems: list[str]) -> dict[str, dict[str, Any]]:
-    """The tables in canonical form; what is wrong with them is added to the problems."""
+    """The tables in canonical form; `problems` gets what is wrong with them."""
     if not isinstance(given, Mapping) or not all(isinstance(table, Mapping) for table in given.values()):
         problems.append(f"options must be a table of tables, got {given!r}")
         return {}
     for pattern, table in given.items():
         where = f"options.{json.dumps(pattern)}"
         if not any(fnmatchcase(id, pattern) for id in ids):
-            problems.append(f"{where} fits none of the ids")
+            problems.append(f"{where} matches none of the ids")
         try:
             json.dumps(dict(table), allow_nan=False)
         except (TypeError, ValueError):
@@ -37,7 +37,7 @@ def _check(where: str, id: str, table: Mapping[str, Any], problems: list[str]) -
     family, options = entry(id).family, entry(id).options
     allowed = sorted({*family.options(), *_OURS} - {*_NOT})
     if unknown_names := [name for name in table if name not in allowed]:
-        problems.append(f"{where}: {id} does not take these: {unknown('option', unknown_names[0], allowed)}")
+        problems.append(f"{where}: {id}: {unknown('option', unknown_names[0], allowed)}")
         return
     try:
         own = {name: value for name, value in table.items() if name not in _OURS or name in family.options()}
@@ -55,18 +55,18 @@ def _check(where: str, id: str, table: Mapping[str, Any], problems: list[str]) -
 
 
 def options_of(tables: Mapping[str, Mapping[str, Any]], id: str) -> str:
-    """The options of an id, of the first pattern that fits it, as JSON; empty without any."""
+    """The options of an id, those of the first pattern that matches it, as JSON; empty without any."""
     table = next((table for pattern, table in tables.items() if fnmatchcase(id, pattern)), {})
     return json.dumps(table, sort_keys=True) if table else ""
 
 
 def read_options(text: str, id: str, words: bool) -> dict[str, Any]:
-    """Options as `make` takes them, of what `options_of` gave.
+    """Options as keyword arguments of `make`.
 
     Args:
-        text: JSON.
+        text: JSON, from `options_of`.
         id: of the environment.
-        words: whether the student reads texts; where images come beside texts only, others do without.
+        words: whether the student reads texts; if images come only beside texts, other students get none.
     """
     options: dict[str, Any] = json.loads(text) if text else {}
     if not words and not entry(id).family.visual:

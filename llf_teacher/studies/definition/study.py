@@ -1,7 +1,8 @@
-"""A study: which students meet which teachers in which environments, as a value that files hold."""
+"""A study: which students and teachers meet in which environments, as a value, and as a TOML file."""
 
 import itertools
 import json
+import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
@@ -25,9 +26,11 @@ from teachers.seeds import TREE
 from teachers.session import is_count
 from teachers.spec import unknown
 
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
 
 class Grid(NamedTuple):
-    """What is crossed with one another for an id."""
+    """The lists that are crossed for an id."""
 
     teachers: tuple[str, ...]
     students: tuple[str, ...]
@@ -36,59 +39,60 @@ class Grid(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """The full cross of its lists, but for the ids that have `fewer`. Lists are kept as tuples, in canonical form.
+    """The full cross of its lists, except for ids with `fewer`. Lists are stored as tuples, in canonical form.
 
     Raises:
-        ValueError: one error that lists all that is not allowed.
+        ValueError: a field is not allowed; one error lists all problems.
     """
 
     ids: Sequence[str]
     teachers: Sequence[Any]
-    """Spec strings, or objects, which are kept as such: personalities, also with a voice, as in
-    `oracle | voice(tone='curt')`; `llm_teacher(...)`; `module:factory` of your own.
+    """Spec strings, or objects, which are stored as such: personalities, also with a voice, as in
+    `oracle | voice(tone='curt')`; `llm_teacher(...)`; `module:factory` for your own.
     """
     students: Sequence[Any]
-    """Spec strings, or factories of agents of your own, kept as `module:factory`."""
+    """Spec strings, or factories of your own agents, which are stored as `module:factory`."""
     instruction_types: Sequence[str] = ("b",)
     feedback_types: Sequence[str] = ("a",)
-    """What may be said; `"subsets"` stands for every subset of the five kinds, for an ablation."""
+    """Which kinds teachers may use; `"subsets"` stands for every subset of the five kinds, for an ablation."""
     seeds: int | Sequence[int] = 10
     """The seeds, each at least 0; a number n stands for 0 to n - 1."""
     max_turns: int | None = None
-    """Turns after which episodes are truncated; None: each family's."""
+    """Turns after which episodes are truncated; None: the number of each family."""
     samples: int = 1
-    """How often each episode is played, by students that draw otherwise each time, in the same world with the same
-    teacher. The report averages them within a seed; see `llf_teacher.studies.analysis.samples`. Tests behind lessons
-    are played once.
+    """How often each episode is played, in the same world with the same teacher, by students with different random
+    streams. The report averages samples within a seed; see `llf_teacher.studies.analysis.pass_at_k`. Tests after
+    lessons are played once.
     """
     fewer: Mapping[str, Mapping[str, Sequence[str] | Sequence[int] | int]] = field(default_factory=dict)
-    """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for simulators that
-    are slow. Where several patterns fit an id, the first counts.
+    """Per pattern of ids, as in `llf-some-*`, shorter lists of `teachers`, `students` and `seeds`, for slow simulators.
+    If several patterns match an id, the first counts.
     """
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Per pattern of ids, as in `llf-metaworld-*`, options of the environment: those of its world, `visual` and
-    `failure_reward`. Where several patterns fit an id, the first counts. They are part of an episode's identity.
+    `failure_reward`. If several patterns match an id, the first counts. They are part of an episode's identity.
     """
     baseline: str = BASELINE
-    """The teacher that the others are compared with, one of `teachers`; without `silent` among them, and unless another
-    is named, there is no comparison.
+    """The teacher that the others are compared with, one of `teachers`. There is no comparison if it is the default and
+    not one of them.
     """
-    looks: Mapping[str, Any] = field(default_factory=dict)
-    """A sequential design: after how many seeds (`at`) p-values may be looked at, how the error is spent (`spending`),
-    and whether the study ends when all is found (`stop`). See
+    interim_analyses: Mapping[str, Any] = field(default_factory=dict)
+    """A sequential design: the numbers of seeds at which the study is tested (`at`), the alpha-spending function
+    (`spending`), and whether the study ends when every comparison is significant (`stop`). See
     `llf_teacher.studies.definition.design.InterimAnalyses`. Episodes are played in that order.
     """
     transfer: Mapping[str, Any] = field(default_factory=dict)
-    """Tests without a teacher after so many `lessons`, beside the other episodes. See
-    `llf_teacher.studies.definition.design.Transfer`. Whom `fewer` leaves out of an environment is left out there, too.
+    """Tests without a teacher after numbers of `lessons`, beside the other episodes. See
+    `llf_teacher.studies.definition.design.Transfer`. Teachers and students that `fewer` leaves out of an environment
+    are left out of its tests, too.
     """
     names: Mapping[str, str] = field(default_factory=dict)
-    """What the report calls teachers and students, by their specs; without one, who asks a model is `llm(model)`, and
-    others are their specs.
+    """Names of teachers and students in the report, by their specs. Without one, those that ask a model are called
+    `llm(model)`, and others by their specs.
     """
     transcripts: Sequence[Mapping[str, Any]] = ()
-    """The episodes that the report shows turn by turn: tables of patterns of `id`, `teacher` and `student`, and of
-    `seeds`, a list; without seeds, the first. Without any table, a few of each family.
+    """The episodes that the report shows turn by turn: tables with patterns of `id`, `teacher` and `student`, and with
+    a list of `seeds`, by default the first one. Without tables, a few of each family.
     """
 
     def __post_init__(self) -> None:
@@ -105,8 +109,8 @@ class Study:
         set_(self, "fewer", self._shortened(problems))
         set_(self, "options", check_options(self.options, self.ids, problems))
         set_(self, "baseline", self._compared(problems))
-        looks = check_interim_analyses(self.looks, len(self._seeds), problems)
-        set_(self, "looks", looks._asdict() if looks else {})
+        design = check_interim_analyses(self.interim_analyses, len(self._seeds), problems)
+        set_(self, "interim_analyses", design._asdict() if design else {})
         if not problems:
             set_(self, "transfer", check_transfer(self.transfer, self, problems))
         set_(self, "names", check_names(self.names, self._specs("teachers") + self._specs("students"), problems))
@@ -126,20 +130,20 @@ class Study:
                 served = {family.name: family.serves(needed_of(parse_teacher(spec))) for family in asked.values()}
                 if unable := [id for id, family in asked.items() if not served[family.name]]:
                     problems.append(
-                        f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle does not give what that "
-                        "needs; see docs/personalities.md, or leave it out there by `fewer`"
+                        f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle lacks what it needs; "
+                        "see docs/personalities.md, or leave it out there by `fewer`"
                     )
         if problems:
             raise ValueError("; ".join(dict.fromkeys(problems)))
 
     @property
     def named(self) -> dict[str, str]:
-        """What the report calls each teacher and student."""
+        """The name of each teacher and student in the report, by spec."""
         asks = {spec: parse_teacher(spec) for spec in self._specs("teachers")}
         return short_names(asks | {spec: parse_student(spec) for spec in self._specs("students")}, self.names)
 
     def _specs(self, name: str) -> tuple[str, ...]:
-        """All `teachers` or all `students`, of tests too."""
+        """All `teachers` or all `students`, those of tests included."""
         return tuple(dict.fromkeys((*getattr(self, name), *self.transfer.get(name, ()))))
 
     @property
@@ -147,7 +151,7 @@ class Study:
         return cast(Sequence[int], self.seeds)
 
     def _compared(self, problems: list[str]) -> str:
-        """`baseline` in canonical form; what is wrong with it is added to the problems."""
+        """`baseline` in canonical form; `problems` gets what is wrong with it."""
         try:
             baseline = teacher_spec(self.baseline)
         except ValueError as error:
@@ -158,7 +162,7 @@ class Study:
         return baseline
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
-        """`fewer` in canonical form; what is wrong with it is added to the problems."""
+        """`fewer` in canonical form; `problems` gets what is wrong with it."""
         if not isinstance(self.fewer, Mapping) or not all(isinstance(v, Mapping) for v in self.fewer.values()):
             problems.append(f"fewer must be a table of tables, got {self.fewer!r}")
             return {}
@@ -166,7 +170,7 @@ class Study:
         for pattern, lists in self.fewer.items():
             where = f"fewer.{json.dumps(pattern)}"
             if not any(fnmatchcase(id, pattern) for id in self.ids):
-                problems.append(f"{where} fits none of the ids")
+                problems.append(f"{where} matches none of the ids")
             problems += [f"{where}: {unknown('key', name, Grid._fields)}" for name in lists if name not in Grid._fields]
             shortened[pattern] = {
                 name: _listed(f"{where}: {name}", lists[name], _CHECKS[name], problems)
@@ -176,7 +180,7 @@ class Study:
             for name, values in shortened[pattern].items():
                 extra = [value for value in values if value not in getattr(self, name)]
                 if extra:
-                    problems.append(f"{where}: {name} must be some of the study's, got also {extra}")
+                    problems.append(f"{where}: {name} must be among the study's, got {extra}")
         return shortened
 
     def grid(self, id: str) -> "Grid":
@@ -185,7 +189,7 @@ class Study:
         return Grid(**{name: lists.get(name, getattr(self, name)) for name in Grid._fields})
 
     def tests(self, id: str) -> Transfer:
-        """What is crossed with one another and with the seeds for the tests in an environment; empty without tests."""
+        """What is crossed, beside the seeds, for the tests in an environment; empty without tests."""
         if not self.transfer:
             return Transfer((), (), (), ())
         plan, grid, family = Transfer(**self.transfer), self.grid(id), entry(id).family
@@ -196,10 +200,8 @@ class Study:
         )
 
     def episodes(self) -> Iterator[EpisodeSpec]:
-        """Every episode, seeds innermost; with `looks`, those of a look before those of the next, and with `transfer`,
-        the tests behind the others.
-        """  # noqa: D205
-        bounds = [0, *self.looks["at"]] if self.looks else [0, len(self._seeds)]
+        """Every episode, seeds innermost, in the order of interim analyses; tests come after the others."""
+        bounds = [0, *self.interim_analyses["at"]] if self.interim_analyses else [0, len(self._seeds)]
         for first, last in itertools.pairwise(bounds):
             wave = frozenset(self._seeds[first:last])
             for id, instruction_type in itertools.product(self.ids, self.instruction_types):
@@ -269,7 +271,7 @@ _CHECKS: dict[str, Callable[[Any], Any]] = {
 
 
 def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[str]) -> tuple[Any, ...]:
-    """The values in canonical form, without repetitions; what is wrong with them is added to the problems."""
+    """The different values in canonical form; `problems` gets what is wrong with them."""
     given = values
     if check is _seed and isinstance(values, int) and not isinstance(values, bool):
         values = tuple(range(values))
@@ -287,10 +289,10 @@ def _listed(name: str, values: Any, check: Callable[[Any], Any], problems: list[
 
 
 def load_study(path: Path) -> Study:
-    """The study that a TOML file describes; its keys are the fields of `Study`.
+    """The study in a TOML file, whose keys are the fields of `Study`.
 
     Raises:
-        ValueError: the file cannot be read, or describes no study; the message names the file.
+        ValueError: the file cannot be read, or is no study; the message names the file.
     """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -307,10 +309,45 @@ def load_study(path: Path) -> Study:
         raise ValueError(f"{path}: {error}") from None
 
 
+def to_toml(study: Study) -> str:
+    """The study as the text of a TOML file, which `load_study` reads."""
+    values = study.as_dict()
+    patterns = {name: values.pop(name) for name in ("fewer", "options")}
+    tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
+    values["transcripts"] = values["transcripts"] or None
+    lines = _assignments(values)
+    for name, table in tables.items():
+        lines += ["", f"[{name}]", *_assignments(table)]
+    for name, tables_ in patterns.items():
+        for pattern, lists in tables_.items():
+            lines += ["", f"[{name}.{json.dumps(pattern)}]", *_assignments(lists)]
+    return "\n".join(lines) + "\n"
+
+
+def _assignments(values: Mapping[str, Any]) -> list[str]:
+    lines = []
+    for key, value in values.items():
+        name = key if _BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)
+        if name == "seeds" and value == list(range(len(value))):
+            lines.append(f"{name} = {len(value)}")
+        elif isinstance(value, list) and len(value) > 1:
+            items = "".join(f"    {_value(item)},\n" for item in value)
+            lines.append(f"{name} = [\n{items}]")
+        elif value is not None:
+            lines.append(f"{name} = {_value(value)}")
+    return lines
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{name} = {_value(each)}" for name, each in value.items()) + " }"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_value, value))}]"
+    return json.dumps(value)
+
+
 def quickstart() -> Study:
-    """The built-in study: every family that is installed, controls and some personalities, students who read different
-    things.
-    """  # noqa: D205
+    """The built-in study: every installed family, controls and some personalities, students with different inputs."""
     families = [family for family in all_families() if not family.missing()]
     return Study(
         ids=tuple(PREFIX + name for family in families for name in family.showcase),

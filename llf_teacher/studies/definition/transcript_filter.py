@@ -1,4 +1,4 @@
-"""Which episodes a report shows turn by turn, as a study file says it."""
+"""Which episodes a report shows turn by turn: the tables `transcripts` of a study."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -10,7 +10,7 @@ _KEYS = (*PATTERNS, "seeds")
 
 
 def check_transcripts(given: Any, problems: list[str]) -> tuple[dict[str, Any], ...]:
-    """Patterns in canonical form; what is wrong with them is added to the problems."""
+    """The tables in canonical form; `problems` gets what is wrong with them."""
     if isinstance(given, str | Mapping) or not isinstance(given, Iterable):
         problems.append(f"transcripts must be a list of tables, got {given!r}")
         return ()

@@ -1,1 +1,1 @@
-"""How a study is played: runner, executors, limits, and what plays an episode in a worker."""
+"""The execution of a study: runner, executors, limits, and the worker that plays an episode."""

@@ -1,4 +1,4 @@
-"""What a sequential design decides at a look, while a study is played."""
+"""The decision of a sequential design at an interim analysis, while a study is played."""
 
 from typing import NamedTuple
 
@@ -8,45 +8,47 @@ from llf_teacher.studies.store import Store
 
 
 class Decision(NamedTuple):
-    """What is decided at a look."""
+    """The result of an interim analysis."""
 
-    look: int
+    analysis: int
     """Counted from 1."""
     of: int
+    """Number of interim analyses."""
     seeds: int
+    """Number of seeds so far."""
     level: float
-    """The greatest adjusted p-value that is a finding."""
+    """The greatest adjusted p-value that is significant."""
     comparisons: int
-    """Those that can differ."""
-    found: int
-    """Those of them that have found a difference."""
+    """Number of comparisons that can differ."""
+    significant: int
+    """Number of those that are significant."""
     stops: bool
-    """Whether the study ends here, though it has more looks."""
+    """Whether the study ends before its last analysis."""
 
     def __str__(self) -> str:
-        what = "it was the last" if self.look == self.of else "the study goes on"
+        then = "it was the last" if self.analysis == self.of else "the study goes on"
         return (
-            f"Look {self.look} of {self.of}, after {self.seeds} seeds: {self.found} of {self.comparisons} comparisons "
-            f"found a difference (p <= {self.level:.2g}, adjusted); "
-            f"{'the study ends here, as it declares' if self.stops else what}."
+            f"Interim analysis {self.analysis} of {self.of}, after {self.seeds} seeds: {self.significant} of "
+            f"{self.comparisons} comparisons are significant after Holm (p <= {self.level:.2g}); "
+            f"{'the study ends here, as it declares' if self.stops else then}."
         )
 
 
 def decision(data: Data) -> Decision | None:
-    """What is decided at the last look for which all has been played; None before the first, or without looks."""
-    if data.test is None or not data.test.look:
+    """The result of the last complete interim analysis; None before the first, and without a design."""
+    if data.test is None or not data.test.analysis:
         return None
     return Decision(
-        data.test.look,
-        len(data.study.looks["at"]),
+        data.test.analysis,
+        len(data.study.interim_analyses["at"]),
         len(data.test.seeds),
         data.test.level,
         sum(len(section.differences) for section in data.sections),
-        data.found,
+        data.significant,
         data.stopped,
     )
 
 
 def decide(store: Store, study: Study) -> Decision | None:
-    """The same, of what a store holds of a study."""
-    return None if store.empty or not study.looks else decision(read(store, study))
+    """The result of the last complete interim analysis of a store; None as in `decision`."""
+    return None if store.empty or not study.interim_analyses else decision(read(store, study))

@@ -1,4 +1,4 @@
-"""Limits of time and memory, kept within the process that plays."""
+"""Limits of time and memory, enforced in the process that plays."""
 
 import contextlib
 import signal
@@ -13,28 +13,28 @@ try:
 except ImportError:  # no POSIX
     resource = None  # type: ignore[assignment]
 
-_GRACE = 10.0  # seconds after which a process that does not end an episode by itself is ended by force
+_GRACE = 10.0  # seconds beyond a limit, after which a process that has not ended the episode is killed
 _MEGABYTE = 1 << 20
 
 
 class TimeIsUp(BaseException):
-    """A limit of time is reached. Not an `Exception`, since agents catch those."""
+    """A limit of time is reached. It is no `Exception`, since agents catch those."""
 
 
 class Limits(NamedTuple):
-    """What an episode may take; None: as much as it likes."""
+    """Limits of an episode; None: no limit."""
 
     episode_seconds: float | None = None
     turn_seconds: float | None = None
-    """From one answer of the environment to the next."""
+    """Seconds from one answer of the environment to the next."""
     memory: int | None = None
-    """Megabytes of the process that plays, as Linux counts its data: interpreter and libraries take some 300."""
+    """Megabytes of data of the process that plays, as Linux counts them: interpreter and libraries take some 300."""
 
     def check(self) -> None:
-        """Whether they can be kept here.
+        """Check that the limits can be enforced here.
 
         Raises:
-            ValueError: they cannot.
+            ValueError: a limit is not above 0, or this is no POSIX system.
         """
         for name, value in self._asdict().items():
             if value is not None and not value > 0:
@@ -43,14 +43,14 @@ class Limits(NamedTuple):
             raise ValueError("limits of time and memory need a POSIX system; leave them out")
 
     def hard_seconds(self, turns: int) -> float | None:
-        """Seconds after which an episode of so many turns is ended by force."""
+        """Seconds after which the process of an episode with this number of turns is killed; None without limits."""
         each = None if self.turn_seconds is None else self.turn_seconds * (turns + 1)
         longest = [seconds for seconds in (self.episode_seconds, each) if seconds is not None]
         return min(longest) + _GRACE if longest else None
 
 
 class Clock:
-    """Raises `TimeIsUp` in the main thread of this process, when an episode or a turn has taken too long."""
+    """Raises `TimeIsUp` in the main thread of this process when an episode or a turn takes too long."""
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
@@ -58,10 +58,12 @@ class Clock:
         self._turn = 0
         self._kept = limits.episode_seconds is not None or limits.turn_seconds is not None
         if self._kept and threading.current_thread() is not threading.main_thread():
-            raise ValueError("limits of time can be kept in the main thread only")
+            raise ValueError(
+                "limits of time can be enforced in the main thread only; play in processes, or leave them out"
+            )
 
     def turn(self, turn: int) -> None:
-        """A turn begins."""
+        """Start the time of a turn."""
         if not self._kept:
             return
         self._turn = turn
@@ -70,7 +72,7 @@ class Clock:
             left.append(self._began + self._limits.episode_seconds - time.monotonic())
         if self._limits.turn_seconds is not None and turn:
             left.append(self._limits.turn_seconds)
-        # Again and again, for agents that go on after whatever is raised.
+        # The alarm repeats, for agents that catch what is raised.
         signal.setitimer(signal.ITIMER_REAL, max(min(left), 1e-6) if left else 0, 0.1)
 
     def _ring(self, signal_number: int, frame: FrameType | None) -> None:
@@ -81,7 +83,7 @@ class Clock:
 
     @contextlib.contextmanager
     def running(self) -> Iterator[None]:
-        """Run from here on; what was set for the alarm before is set again at the end."""
+        """Run the clock; the earlier handler of the alarm is restored at the end."""
         if not self._kept:
             yield
             return
@@ -94,13 +96,13 @@ class Clock:
             signal.signal(signal.SIGALRM, before)
 
     def stop(self) -> None:
-        """Raise no more."""
+        """Stop the clock."""
         signal.setitimer(signal.ITIMER_REAL, 0)
 
 
 @contextlib.contextmanager
 def within_memory(megabytes: int | None) -> Iterator[None]:
-    """Let this process have no more, so that what asks for more raises `MemoryError`."""
+    """Limit the memory of this process, so that larger requests raise `MemoryError`."""
     if megabytes is None:
         yield
         return

@@ -14,11 +14,11 @@ from llf_teacher.studies.definition.options import read_options
 
 
 def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Record:
-    """Play an episode of a study, and account for it; the lessons before a test are played and not recorded.
+    """Play an episode of a study and record it; the lessons before a test are played and not recorded.
 
     Args:
         spec: the episode.
-        begins: is called with the number of each turn that begins.
+        begins: called with the number of each turn when it begins.
     """
     player = parse_student(spec.student)
     teacher, feedback_type = (TESTER, TEST_TYPE) if spec.lessons else (spec.teacher, spec.feedback_type)
@@ -44,10 +44,10 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
 
 
 def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
-    """Have the student's policy go through the lessons of an episode.
+    """Play the lessons before a test with the student's policy.
 
-    The seed's streams go on from lesson to lesson, the test being their first episode. Lessons end as episodes of
-    studies do; `finish` of the policy is called at the end of each.
+    The seed's streams continue from lesson to lesson; the test has their first episode. Lessons end as episodes of
+    studies do, each with a call of the policy's `finish`.
     """
     env = make(
         spec.taught,

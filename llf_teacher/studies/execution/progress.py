@@ -1,4 +1,4 @@
-"""How far a study is: a bar on a terminal, a line a minute elsewhere."""
+"""The progress of a study: a bar on a terminal, a line per minute elsewhere."""
 
 import time
 from types import TracebackType
@@ -7,15 +7,15 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-_OFTEN = 0.1  # seconds between looks at a terminal
+_OFTEN = 0.1  # seconds between updates of a terminal
 _SELDOM = 60.0  # seconds between lines elsewhere
 
 
 class StudyProgress:
-    """Shows how many episodes are done. Nothing is shown of a study that cannot start.
+    """Shows how many episodes are done, and nothing if the study cannot start.
 
     Args:
-        console: where.
+        console: the output.
     """
 
     def __init__(self, console: Console) -> None:
@@ -27,7 +27,7 @@ class StudyProgress:
         self._shown = (0.0, 0)
 
     def __call__(self, done: int, total: int) -> None:
-        """So many episodes are done, of so many."""
+        """Show the number of episodes that are done, of the total."""
         now = time.monotonic()
         terminal = self._console.is_terminal
         if self._began is None:

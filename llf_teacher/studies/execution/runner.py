@@ -1,4 +1,4 @@
-"""The runner: plays what a store lacks of a study, by whatever executor, in memory that does not grow with it."""
+"""The runner: plays the episodes of a study that a store lacks, by any executor, in constant memory."""
 
 import contextlib
 import itertools
@@ -29,24 +29,24 @@ from llf_teacher.studies.store.store_lock import lock_store
 if TYPE_CHECKING:
     from llf_teacher.studies.execution.interim import Decision
 
-_PATIENCE = 1.0  # seconds without news, after which progress is told all the same
+_PATIENCE = 1.0  # seconds between reports of progress without results
 
 
 class EpisodeError(RuntimeError):
-    """Episodes failed. What was played is stored, and so is why these were not."""
+    """Episodes failed. Played episodes and the reasons of failures are stored."""
 
     trace: str = ""
-    """The traceback of the first in the process that played it, if it tells more than the message."""
+    """The traceback of the first failure in the process that played it; empty if the message says it all."""
     played: int = 0
-    """The number of episodes that were played."""
+    """Number of episodes that were played."""
 
 
 class StudyError(EpisodeError):
-    """The study cannot go on. What was played is stored."""
+    """The study cannot go on. Played episodes are stored."""
 
 
 class Shard(NamedTuple):
-    """A part of a study's episodes: every `of`-th, from the `number`-th on."""
+    """A part of a study's episodes: every `of`-th, starting with the `number`-th."""
 
     number: int
     of: int
@@ -56,10 +56,10 @@ class Shard(NamedTuple):
 
 
 def parse_shard(text: str) -> Shard:
-    """A shard as it is written on the command line, as in `3/8`.
+    """Parse a shard of the command line, such as `3/8`.
 
     Raises:
-        ValueError: bad syntax, or there is no such part.
+        ValueError: bad syntax, or no such part.
     """
     match = re.fullmatch(r"(\d+)/(\d+)", text)
     shard = Shard(*map(int, match.groups())) if match else Shard(0, 0)
@@ -69,39 +69,38 @@ def parse_shard(text: str) -> Shard:
 
 
 class RunOptions(NamedTuple):
-    """How a study is played; what is played does not depend on it."""
+    """How a study is played; its episodes do not depend on it."""
 
     executor: str | None = None
-    """What plays the episodes: a name of `executors.NAMES`.
+    """A name of `executors.NAMES`.
 
-    None: `processes`, but `here` for one worker without limits, which are sure to be kept only where a process can be
-    ended.
+    None: `here` for one worker without limits, else `processes`, where limits can be enforced by killing a process.
     """
     address: str | None = None
-    """Where the executor's cluster is."""
+    """Address of the executor's cluster."""
     limits: Limits = Limits()
     shard: Shard = Shard(1, 1)
     retry_failed: bool = False
-    """Play episodes again that failed in an earlier run."""
+    """Whether episodes that failed in an earlier run are played again."""
     fail_fast: bool = False
-    """Begin no more episodes after one that failed."""
+    """Whether no more episodes begin after a failure."""
 
     def engine(self, workers: int | None) -> str:
-        """The executor for so many workers."""
+        """Name of the executor for this number of workers."""
         return self.executor or ("here" if workers == 1 and self.limits == Limits() else "processes")
 
 
 class _Tally(NamedTuple):
-    """What a store has of a study, and what is to be played."""
+    """Numbers of episodes of a study, by their state."""
 
     there: int
     lost: int
-    """Those that failed earlier and are not played again."""
+    """Episodes that failed earlier and are not played again."""
     todo: int
     students: tuple[str, ...]
-    """Of the episodes to be played."""
+    """Students of the episodes to be played."""
     turns: int
-    """The most turns that one of these may have."""
+    """Greatest number of turns of an episode to be played."""
 
     @property
     def done(self) -> int:
@@ -123,26 +122,27 @@ def run(
 ) -> int:
     """Play and store every episode of the study that the store lacks.
 
-    A study with looks is played look by look. One that declares to stop ends where it may; its shards are refused.
+    A study with interim analyses is played and tested step by step. With `stop` it ends as soon as the design allows,
+    and cannot be split into shards.
 
     Args:
         study: what to play.
-        store: where episodes go, each as it ends.
-        workers: how many episodes are played at once; None: one a core. One plays in this process, unless `way` says
-            otherwise.
-        progress: called with the number of episodes that are done, and of all.
+        store: gets each episode as it ends.
+        workers: number of episodes that are played at once; None: one per core. With 1 this process plays, unless
+            `options` say otherwise.
+        progress: called with the number of episodes that are done, and the total.
         environment: environment variables for the workers, such as `LLF_LLM_BUDGET`, beside those of this process.
         options: how to play.
-        on_interim: called with what is decided at each look that this run reaches.
+        on_interim: called with the decision of each interim analysis of this run.
 
     Returns:
         The number of episodes that were played.
 
     Raises:
         EpisodeError: episodes failed, now or earlier; all others are stored.
-        StudyError: the study cannot go on, as when a spending limit is reached; what was played is stored.
+        StudyError: the study cannot go on, for example after a spending limit; played episodes are stored.
         ValueError, ModuleNotFoundError: a student cannot play here, or the store is damaged; nothing was played. Or the
-            store can no longer be written; what was played before is in it.
+            store can no longer be written; episodes that were played before are in it.
     """
     options.limits.check()
     with lock_store(store.path):
@@ -172,15 +172,15 @@ class _Run:
         self._first: EpisodeError | None = None
         """The first episode that failed."""
         self._error: EpisodeError | None = None
-        """Why no more episodes are begun."""
+        """Why no more episodes begin."""
 
     def play(self, workers: int | None) -> int:
         """See `run`."""
         store, options = self._store, self._options
-        if options.shard.of > 1 and self._study.looks.get("stop"):
+        if options.shard.of > 1 and self._study.interim_analyses.get("stop"):
             raise ValueError(
-                f"a shard ({options.shard}) does not know what the others found, so that a study of looks with `stop` "
-                "cannot be played in shards; play it whole, or leave out `stop`"
+                f"a study whose interim analyses may stop it cannot be played in shards, got shard {options.shard}; "
+                "play it whole, or leave out `stop`"
             )
         tally = self._count()
         for student in tally.students:
@@ -199,7 +199,7 @@ class _Run:
                 with executors.start(executor, work, workers, options.address) as engine:
                     self._play(engine, tally)
             finally:
-                with contextlib.suppress(StoreError):  # of which the user hears, or which costs no episode
+                with contextlib.suppress(StoreError):  # the manifest lacks the costs; no episode is lost
                     if spent := spending(self._cache):
                         store.write_manifest({"llm": spent})
         if error := self._error or self._failures(tally):
@@ -232,29 +232,29 @@ class _Run:
                 turns = max(turns, spec.max_turns * (spec.lessons + 1))
         return _Tally(there, lost, todo, tuple(students), turns)
 
-    def _ends(self, look: int) -> bool:
-        """Whether the design ends the study at the last look that is whole, of which is told from `look` on."""
-        if not self._study.looks or self._options.shard.of > 1:
+    def _ends(self, analysis: int) -> bool:
+        """Whether the design ends the study now; decisions from this analysis on are reported."""
+        if not self._study.interim_analyses or self._options.shard.of > 1:
             return False
-        from llf_teacher.studies.execution.interim import decide  # which draws, too: not needed without looks
+        from llf_teacher.studies.execution.interim import decide  # imports Matplotlib
 
         decision = decide(self._store, self._study)
-        if decision and decision.look >= max(look, 1):
+        if decision and decision.analysis >= max(analysis, 1):
             self._on_interim(decision)
         return decision is not None and decision.stops
 
     def _play(self, engine: Executor[EpisodeSpec, Packed | Failure | Stop], tally: _Tally) -> None:
         todo = (spec for spec in self._specs() if not self._is_there(spec) and not self._is_lost(spec))
-        if not self._study.looks:
+        if not self._study.interim_analyses:
             self._play_these(engine, todo, tally)
             return
-        looks = {
-            seed: 1 + bisect_right(self._study.looks["at"], i)
+        analyses = {
+            seed: 1 + bisect_right(self._study.interim_analyses["at"], i)
             for i, seed in enumerate(cast(Sequence[int], self._study.seeds))
         }
-        for look, specs in itertools.groupby(todo, lambda spec: looks[spec.seed]):
+        for analysis, specs in itertools.groupby(todo, lambda spec: analyses[spec.seed]):
             self._play_these(engine, specs, tally)
-            if self._error or self._ends(look):
+            if self._error or self._ends(analysis):
                 return
 
     def _play_these(
@@ -275,11 +275,11 @@ class _Run:
                 for spec, result in ended:
                     self._take(spec, result)
             self._progress(tally.done + self._played + self._failed, tally.total)
-            if running and self._error is not None:  # play no more, but keep what is being played
+            if running and self._error is not None:  # begin no more; running episodes still count
                 under_way -= len(engine.cancel())
 
     def _take(self, spec: EpisodeSpec, result: Packed | Failure | Stop | Lost | None) -> None:
-        """Store what came of an episode."""
+        """Store the result of an episode."""
         if result is None:
             return
         if isinstance(result, Lost):
@@ -299,7 +299,7 @@ class _Run:
                 self._error = self._error or self._first
 
     def _failures(self, tally: _Tally) -> EpisodeError | None:
-        """What to say of episodes that failed, if any did."""
+        """The error that reports failed episodes; None without any."""
         first = self._first
         if first is None:
             lost = f"{tally.lost} of {tally.total} episodes failed in an earlier run"
@@ -312,14 +312,14 @@ class _Run:
 
 
 def speakers(study: Study) -> Iterator[Speaker]:
-    """The teachers of a study that are no personalities alone."""
+    """The teachers of a study that are not personalities alone."""
     for spec in dict.fromkeys((*study.teachers, *study.transfer.get("teachers", ()))):
         if isinstance(teacher := parse_teacher(spec), Speaker):
             yield teacher
 
 
 def manifest(study: Study) -> dict[str, Any]:
-    """What is needed to repeat a study: its definition, and versions of what it ran on."""
+    """What is needed to repeat a study: its definition, and the versions of its software."""
     return {
         "study": study.as_dict(),
         "students": {spec: facts for spec in study.students if (facts := parse_student(spec).facts())},
@@ -331,7 +331,7 @@ def manifest(study: Study) -> dict[str, Any]:
 
 
 def _versions() -> dict[str, str]:
-    """Of this package and of what it asks for, tests aside, as far as it is installed."""
+    """Versions of this package and of its installed dependencies, without those of tests."""
     own = "llf-teacher"
     asked = [each for each in metadata.requires(own) or () if "test" not in each.partition(";")[2]]
     names = sorted({re.split(r"[^\w.-]", each, maxsplit=1)[0] for each in asked} - {own})

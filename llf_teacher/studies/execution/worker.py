@@ -1,4 +1,4 @@
-"""One attempt at an episode, in the process that plays it: whatever the agent does, what came of it is a value."""
+"""The worker: plays an episode and returns its result as a value, whatever the agent raises."""
 
 import os
 import random
@@ -17,13 +17,13 @@ from llf_teacher.studies.execution.play import play
 
 
 class Stop(NamedTuple):
-    """Why the study cannot go on, with this episode or another."""
+    """Why the study as a whole cannot go on."""
 
     error: str
 
 
 class Packed(NamedTuple):
-    """An episode, ready for the store."""
+    """An episode in the form of the store."""
 
     episode: EpisodeRow
     turns: bytes
@@ -35,7 +35,7 @@ def set_up(environment: Mapping[str, str]) -> None:
 
 
 def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
-    """Play an episode and pack its turns; global generators are seeded for agents that use them."""
+    """Play an episode and pack its turns. Global generators are seeded, for agents that use them."""
     clock = Clock(limits)
     seed = int(spec.key, 16)
     random.seed(seed)
@@ -57,20 +57,20 @@ def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failur
     except MemoryError as error:
         Process.spoiled = True
         most = "" if limits.memory is None else f"of {limits.memory} MB "
-        return failure("memory", f"no memory {most}is left: {_shown(error)}", traceback.format_exc())
+        return failure("memory", f"no memory {most}is left: {_repr(error)}", traceback.format_exc())
     except BaseException as error:  # an agent may raise anything
         if isinstance(error, KeyboardInterrupt) and not Process.owned:
             raise
-        return failure("raised", _shown(error), traceback.format_exc())
+        return failure("raised", _repr(error), traceback.format_exc())
 
 
 def describe_episode(spec: EpisodeSpec) -> str:
-    """An episode in words."""
+    """An episode as text, for messages."""
     return f"episode {spec._asdict()}"
 
 
-def _shown(error: BaseException) -> str:
+def _repr(error: BaseException) -> str:
     try:
         return repr(error)
-    except Exception:  # of its own making, too
+    except Exception:  # its own `__repr__` may raise
         return type(error).__name__

@@ -1,7 +1,7 @@
-"""Formats in which other programs take a study's episodes: a module each, found by its name.
+"""Export formats of a study's episodes: one module each, found by its name.
 
-A module has `write(results, path, ...) -> int`, whose keyword arguments are the format's options, and which gives the
-number of what it has written. All read the store's record and hold one episode at a time.
+A module has `write(results, path, ...) -> int`, whose keyword-only arguments are the format's options, and which
+returns the number of rows or files. All formats read the store and hold one episode at a time.
 """
 
 import importlib
@@ -23,18 +23,18 @@ def export_names() -> tuple[str, ...]:
 
 
 def write_export(results: Results, path: Path | str, spec: str) -> int:
-    """Write what a store holds in a format.
+    """Export a store in a format.
 
     Args:
         results: the store.
-        path: the file, or the folder where a format makes several; it is replaced.
-        spec: the format, with options if need be: `chat`, `sft(success=True, regret_below=0.5)`, ...
+        path: the file, or the folder for formats of several files; it is replaced.
+        spec: the format, with or without options: `chat`, `sft(success=True, regret_below=0.5)`, ...
 
     Returns:
         The number of rows, or of data sets.
 
     Raises:
-        ValueError: there is no such format, or it does not take such an option.
+        ValueError: an unknown format or option.
         ModuleNotFoundError: a library that the format needs is not installed; the message has the pip line.
     """
     call = parse_call("format", spec, "`name` or `name(key=value)`, such as sft(success=True)")

@@ -1,16 +1,17 @@
-"""chat: an episode a line, as messages, with the facts of each turn."""
+"""chat: one episode per line, as messages, with the facts of each turn."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.studies.export.dialogue import exchanges, facts, write_lines
+from llf_teacher.serialization import write_json_lines
+from llf_teacher.studies.export.dialogue import exchanges, facts
 from llf_teacher.studies.results import Results
 
 
 def write(results: Results, path: Path) -> int:
-    """Write the file; the number of episodes."""
-    return write_lines(path, _rows(results))
+    """Write the file; gives the number of episodes."""
+    return write_json_lines(path, _rows(results))
 
 
 def _rows(results: Results) -> Iterator[dict[str, Any]]:
@@ -19,7 +20,7 @@ def _rows(results: Results) -> Iterator[dict[str, Any]]:
         turns = []
         closing = ""
         for exchange in exchanges(results, episode):
-            row, told = exchange.row, exchange.told
+            row = exchange.row
             messages = [*exchange.prompt, {"role": "assistant", "content": exchange.answer}]
             closing = row["feedback"]
             turns.append(
@@ -31,7 +32,8 @@ def _rows(results: Results) -> Iterator[dict[str, Any]]:
                     "success": row["success"],
                     "parse_failure": row["parse_failure"] is not None,
                     "heard": [
-                        {"kind": f"{atom['kind'] or 'brief'}", "label": f"{atom['label']}"} for atom in told["atoms"]
+                        {"kind": f"{atom['kind'] or 'brief'}", "label": f"{atom['label']}"}
+                        for atom in exchange.before["atoms"]
                     ],
                 }
             )

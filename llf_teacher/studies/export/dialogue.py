@@ -1,9 +1,8 @@
-"""A stored episode as a chat model would have had it."""
+"""Stored episodes as the messages that a chat model gets and answers."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from llf_teacher.registry import entry
@@ -16,63 +15,63 @@ Message = dict[str, Any]
 
 
 class Answered(NamedTuple):
-    """One turn: what was asked, and what was answered."""
+    """One turn: a prompt and its answer."""
 
     prompt: list[Message]
-    """All that was sent: instruction, past turns, and the question."""
+    """The messages: instruction, past turns, and the question."""
     action: str
-    """What the student did, as it is written in text mode."""
+    """The action as text, as in text mode."""
     answer: str
-    """What a model answered, without its thoughts; of other students `said(action)`."""
+    """The answer of a model, without its thoughts; for other students `as_answer(action)`."""
     thought: str
-    """What a model thought before; empty if that is not known."""
+    """The thoughts of a model; empty if unknown."""
     row: dict[str, Any]
     """The turn, as fields of `TurnRow`."""
-    told: dict[str, Any]
-    """The turn before it, at whose end the student was told what it knows."""
+    before: dict[str, Any]
+    """The turn before it, whose feedback the student has heard."""
 
 
 def exchanges(results: Results, episode: dict[str, Any], history: int = 1000) -> Iterator[Answered]:
-    """The turns of an episode."""
-    told, *turns = results.turns(episode["key"])
+    """The turns of an episode; prompts have at most `history` past turns."""
+    before, *turns = results.turns(episode["key"])
     conversation = Conversation(history=history)
-    instruction = told["instruction"] or ""
+    instruction = before["instruction"] or ""
     for turn in turns:
         left = episode["max_turns"] - turn["turn"] + 1
-        seen = {"observation": told["observation"], "instruction": instruction, "feedback": told["feedback"]}
-        action = written(episode["id"], turn)
-        answer = turn.get("answer") or said(action)
-        yield Answered(conversation.ask(seen, left), action, answer, turn.get("thought") or "", turn, told)
+        seen = {"observation": before["observation"], "instruction": instruction, "feedback": before["feedback"]}
+        action = action_text(episode["id"], turn)
+        answer = turn.get("answer") or as_answer(action)
+        yield Answered(conversation.ask(seen, left), action, answer, turn.get("thought") or "", turn, before)
         conversation.answer(answer)
-        told, instruction = turn, ""
+        before, instruction = turn, ""
 
 
-def said(action: str) -> str:
-    """An answer of a chat model with an action, as its prompt asks for it."""
+def as_answer(action: str) -> str:
+    """An action in the form of answer that prompts ask for."""
     return f"Response: {action}"
 
 
-def written(id: str, turn: dict[str, Any]) -> str:
-    """What was done in a turn, as it is written in text mode; of a text that was no action, its beginning."""
+def action_text(id: str, turn: dict[str, Any]) -> str:
+    """The action of a turn as text, as in text mode; for a text that was no action, its beginning."""
     failed: str | None = turn["parse_failure"]
-    return failed if failed is not None else spelt(id, turn["action"])
+    return failed if failed is not None else spell(id, turn["action"])
 
 
-def spelt(id: str, action: Any) -> str:
-    """An action, decoded from JSON, as it is written in text mode: in a word if there is one for it."""
+def spell(id: str, action: Any) -> str:
+    """An action, decoded from JSON, as text: its word if it has one, else JSON."""
     return action if isinstance(action, str) else _words(id).get(to_json(action), to_json(action))
 
 
 @cache
 def _words(id: str) -> dict[str, str]:
-    """The words for actions, each by the action in JSON."""
+    """The word of each action, by the action as JSON."""
     found = entry(id)
     words = found.family.make_world(**found.options).action_words
     return {to_json(action): word for word, action in words.items()}
 
 
 def advised(row: dict[str, Any]) -> Any:
-    """The action that true advice of a turn names for the next one; None if there is none, or more than one."""
+    """The action that true advice names for the next turn; None if there is none, or more than one."""
     actions = {
         json.dumps(atom["action"]): atom["action"]
         for atom in row["atoms"]
@@ -82,16 +81,6 @@ def advised(row: dict[str, Any]) -> Any:
 
 
 def facts(episode: dict[str, Any]) -> dict[str, Any]:
-    """What tells an episode from others."""
+    """The fields that identify an episode."""
     names = ("key", "id", "family", "teacher", "student", "instruction_type", "feedback_type", "seed", "sample")
     return {name: episode[name] for name in names}
-
-
-def write_lines(path: Path, rows: Iterable[dict[str, Any]]) -> int:
-    """Write rows as JSON, one a line; the number of them."""
-    count = 0
-    with path.open("w", encoding="utf-8") as file:
-        for row in rows:
-            file.write(to_json(row) + "\n")
-            count += 1
-    return count

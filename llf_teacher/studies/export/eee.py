@@ -1,4 +1,4 @@
-"""eee: results in the schema of Every Eval Ever, a file a student, in a folder."""
+"""eee: results in the schema of Every Eval Ever, one file per student, in a folder."""
 
 import hashlib
 import json
@@ -23,20 +23,20 @@ _CELL = ("id", "teacher", "instruction_type", "feedback_type", "max_turns")
 
 
 class _Mean:
-    """A mean with its spread, of numbers that come one by one (Welford)."""
+    """Mean and standard deviation of numbers that come one by one (Welford)."""
 
     def __init__(self) -> None:
         self.count, self.mean, self._squares = 0, 0.0, 0.0
 
     def add(self, number: float) -> None:
-        """Take in a number."""
+        """Add a number."""
         self.count += 1
         off = number - self.mean
         self.mean += off / self.count
         self._squares += off * (number - self.mean)
 
     def details(self) -> dict[str, Any]:
-        """Score and uncertainty."""
+        """Score and uncertainty, as the schema has them."""
         uncertainty: dict[str, Any] = {"num_samples": self.count}
         if self.count > 1:
             spread = math.sqrt(self._squares / (self.count - 1))
@@ -54,18 +54,19 @@ def write(
     deployment: str = "unknown",
     availability: str = "unknown",
 ) -> int:
-    """Write the files; the number of them.
+    """Write the files; gives their number.
 
     Args:
         results: the store.
         path: the folder.
-        organization: who ran the study.
-        relationship: to who made the models: `first_party`, `third_party`, `collaborative` or `other`.
-        deployment: who served them: `self_deployed`, `externally_managed` or `unknown`.
-        availability: of their weights: `open_weights`, `closed_weights` or `unknown`.
+        organization: that ran the study.
+        relationship: of this organization to the makers of the models: `first_party`, `third_party`, `collaborative` or
+            `other`.
+        deployment: of the models: `self_deployed`, `externally_managed` or `unknown`.
+        availability: of the models' weights: `open_weights`, `closed_weights` or `unknown`.
 
     Raises:
-        ValueError: one of the last three is none of these.
+        ValueError: one of the last three has another value.
     """
     _check("relationship", relationship, _RELATIONSHIPS)
     _check("deployment", deployment, _DEPLOYMENTS)
@@ -77,7 +78,7 @@ def write(
         cells = students.setdefault(row["student"], {})
         means = cells.setdefault(tuple(row[name] for name in _CELL), {name: _Mean() for name in _METRICS})
         means["success"].add(float(row["success"]))
-        means["regret"].add(max(0.0, row["regret"]) / max(1, row["turns"]))  # rounding may leave less than nothing
+        means["regret"].add(max(0.0, row["regret"]) / max(1, row["turns"]))  # rounding may give less than 0
         means["failures"].add(row["parse_failures"] / max(1, row["turns"]))
     path.mkdir(parents=True, exist_ok=True)
     stamp = f"{time.time():.0f}"
@@ -90,7 +91,7 @@ def write(
             "source_organization_name": organization,
             "evaluator_relationship": relationship,
         }
-        told = {
+        report = {
             "schema_version": SCHEMA,
             "evaluation_id": f"llf-teacher-{_digest(student)}/{model['id']}/{stamp}",
             "retrieved_timestamp": stamp,
@@ -100,7 +101,7 @@ def write(
             "evaluation_results": [each for cell, means in cells.items() for each in _results(cell, means)],
         }
         name = f"{re.sub(r'[^A-Za-z0-9]+', '-', model['name']).strip('-')[:60]}-{_digest(student)}.json"
-        (path / name).write_text(json.dumps(told, indent=1, ensure_ascii=False), encoding="utf-8")
+        (path / name).write_text(json.dumps(report, indent=1, ensure_ascii=False), encoding="utf-8")
     return len(students)
 
 
@@ -112,7 +113,7 @@ def _model(student: str) -> dict[str, Any]:
 
 
 def _results(cell: tuple[Any, ...], means: dict[str, _Mean]) -> list[dict[str, Any]]:
-    told = {name: f"{value}" for name, value in zip(_CELL, cell, strict=True)}
+    setting = {name: f"{value}" for name, value in zip(_CELL, cell, strict=True)}
     unit = entry(cell[0]).family.regret_unit
     share: dict[str, Any] = {"metric_unit": "proportion", "max_score": 1.0}
     loss = {"metric_unit": f"{unit} a turn", "max_score": "Infinity"}
@@ -125,7 +126,7 @@ def _results(cell: tuple[Any, ...], means: dict[str, _Mean]) -> list[dict[str, A
         {
             "evaluation_result_id": _digest(json.dumps([name, *cell])),
             "evaluation_name": f"{cell[0]} {name}",
-            "source_data": {"dataset_name": cell[0], "source_type": "other", "additional_details": told},
+            "source_data": {"dataset_name": cell[0], "source_type": "other", "additional_details": setting},
             "metric_config": {
                 "evaluation_description": description,
                 "metric_id": f"llf-teacher.{name}",
@@ -134,7 +135,7 @@ def _results(cell: tuple[Any, ...], means: dict[str, _Mean]) -> list[dict[str, A
                 "score_type": "continuous",
                 "min_score": 0.0,
                 **scale,
-                "additional_details": told,
+                "additional_details": setting,
             },
             "score_details": means[name].details(),
         }

@@ -1,4 +1,4 @@
-"""minari: data sets of Minari, one for each environment, teacher and kind of feedback, in a folder."""
+"""minari: Minari data sets, one per environment, teacher and feedback type, in a folder."""
 
 import os
 import re
@@ -15,7 +15,7 @@ from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv, make
 from llf_teacher.studies.definition.custom_specs import parse_teacher
 from llf_teacher.studies.definition.options import read_options
-from llf_teacher.studies.export.dialogue import written
+from llf_teacher.studies.export.dialogue import action_text
 from llf_teacher.studies.results import Results
 from teachers.personality import Personality
 from worlds.actions import native
@@ -25,33 +25,34 @@ _SETTING = ("id", "teacher", "instruction_type", "feedback_type", "max_turns", "
 
 
 def write(results: Results, path: Path, *, text: bool = False, author: str = "unknown", email: str = "unknown") -> int:
-    """Write the data sets; the number of them. With the folder as `MINARI_DATASETS_PATH` Minari loads them.
+    """Write the data sets; gives their number. Minari loads them if `MINARI_DATASETS_PATH` is the folder.
 
-    A store has no observations in numbers: episodes are played again, with the seed and the actions that it has, and
-    must give the rewards that it has. `recover_environment` gives the environment with its teacher.
+    A store has no numeric observations: episodes are replayed with the stored seed and actions, and must give the
+    stored rewards. `recover_environment` gives the environment with its teacher.
 
     Args:
         results: the store.
         path: the folder.
-        text: texts in, texts out; else the world's own spaces, without episodes in which a text was no action.
-        author: for the data sets' metadata, as `email` is.
-        email: of the author.
+        text: whether observations and actions are texts; else they are in the world's spaces, and episodes in which a
+            text was no action are left out.
+        author: for the metadata.
+        email: of the author, for the metadata.
 
     Raises:
         ModuleNotFoundError: Minari is not installed.
-        ValueError: an episode cannot be played again as it was.
+        ValueError: a replayed episode gives other rewards.
     """
     try:
         import minari
         from minari.data_collector import EpisodeBuffer
     except ModuleNotFoundError:
-        raise ModuleNotFoundError("the format needs Minari: pip install 'llf-teacher[data]'") from None
+        raise ModuleNotFoundError("the format minari needs Minari; run: pip install 'llf-teacher[data]'") from None
     if not isinstance(text, bool):
         raise ValueError(f"text must be True or False, got {text!r}")
     settings = dict.fromkeys(_setting(row) for row in results.rows() if _fits(row, text))
     path.mkdir(parents=True, exist_ok=True)
     with _folder(path.resolve()), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of Minari's, on links to code and the like
+        warnings.simplefilter("ignore")  # those of Minari on links to code and the like
         for setting in settings:
             id, teacher, instruction_type, feedback_type, max_turns, options = setting
             env = make(
@@ -80,7 +81,7 @@ def write(results: Results, path: Path, *, text: bool = False, author: str = "un
 
 
 def _fits(row: dict[str, Any], text: bool) -> bool:
-    """Whether an episode can be played again: it is no test after lessons, and its teacher has a name of ours."""
+    """Whether an episode can be replayed: it is no test after lessons, and its teacher is built in."""
     again = ":" not in row["teacher"] and isinstance(parse_teacher(row["teacher"]), Personality)
     return not row["lessons"] and again and (text or not row["parse_failures"])
 
@@ -95,10 +96,10 @@ def _rows(results: Results, setting: tuple[Any, ...], text: bool) -> Iterator[di
 
 
 def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) -> dict[str, Any]:
-    """The fields of an episode, which is played again."""
+    """The fields of an episode, which is replayed."""
     stored = results.turns(row["key"])
     did = [
-        (turn.get("answer") or written(row["id"], turn)) if text else _native(env.action_space, turn["action"])
+        (turn.get("answer") or action_text(row["id"], turn)) if text else _native(env.action_space, turn["action"])
         for turn in stored[1:]
     ]
     seen, rewards, ends = [], [], []
@@ -109,12 +110,12 @@ def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) 
         reward = played.moment.reward
         if not np.isclose(reward, turn["reward"]):
             raise ValueError(
-                f"the episode {row['key']} does not play as it did: turn {turn['turn']} pays {reward:g}, not "
-                f"{turn['reward']:g}; use the release that played it, {row['version']}"
+                f"the replay of episode {row['key']} must give the stored reward {turn['reward']:g} in turn "
+                f"{turn['turn']}, got {reward:g}; use the release that played it, {row['version']}"
             )
         rewards.append(float(reward))
         ends.append((played.terminated, played.truncated))
-    ends[-1] = ends[-1][0], not ends[-1][0]  # a study ends an episode when it is solved
+    ends[-1] = ends[-1][0], not ends[-1][0]  # a study truncates an episode at success
     return {
         "seed": row["seed"],
         "observations": _columns(seen),
@@ -127,7 +128,7 @@ def _played(results: Results, row: dict[str, Any], env: StudentEnv, text: bool) 
 
 
 class _Replay:
-    """A policy that acts as it did before."""
+    """A policy that repeats stored actions."""
 
     def __init__(self, actions: list[Any]) -> None:
         self._actions = actions
@@ -137,12 +138,12 @@ class _Replay:
         self._left = iter(self._actions)
 
     def act(self, observation: Any, info: dict[str, Any]) -> Any:
-        """The next of the actions."""
+        """The next action."""
         return next(self._left)
 
 
 def _columns(values: list[Any]) -> Any:
-    """Dicts and tuples of lists in place of a list of dicts and tuples."""
+    """A list of dicts or tuples as a dict or tuple of lists."""
     if isinstance(values[0], dict):
         return {name: _columns([value[name] for value in values]) for name in values[0]}
     if isinstance(values[0], tuple):
@@ -151,7 +152,7 @@ def _columns(values: list[Any]) -> Any:
 
 
 def _native(space: spaces.Space[Any], action: Any) -> Any:
-    """An action, decoded from JSON, in the form that the space has."""
+    """An action, decoded from JSON, as an element of the space."""
     if isinstance(space, spaces.Discrete):
         return np.int64(action)
     return native(space, action)
@@ -159,15 +160,15 @@ def _native(space: spaces.Space[Any], action: Any) -> Any:
 
 def _name(setting: tuple[Any, ...], text: bool) -> str:
     """The id of a data set, such as `llf/gridworld-oracle-b-a-20-native-v0`."""
-    id, *told = setting
+    id, *rest = setting
     name, _, version = id.removeprefix("llf-").rpartition("-v")
-    words = filter(None, [name, *told, "text" if text else "native"])
+    words = filter(None, [name, *rest, "text" if text else "native"])
     return f"llf/{'-'.join(re.sub(r'[^A-Za-z0-9]+', '_', f'{word}').strip('_') for word in words)}-v{version}"
 
 
 @contextmanager
 def _folder(path: Path) -> Iterator[None]:
-    """Have Minari write into a folder."""
+    """Set the folder of Minari's data sets."""
     before = os.environ.get(_FOLDER)
     os.environ[_FOLDER] = f"{path}"
     try:

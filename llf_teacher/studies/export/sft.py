@@ -1,10 +1,11 @@
-"""sft: a turn a line, as prompt and completion, for supervised fine-tuning."""
+"""sft: one turn per line, as prompt and completion, for supervised fine-tuning."""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from llf_teacher.studies.export.dialogue import advised, exchanges, facts, said, spelt, write_lines
+from llf_teacher.serialization import write_json_lines
+from llf_teacher.studies.export.dialogue import advised, as_answer, exchanges, facts, spell
 from llf_teacher.studies.results import Results
 from teachers.spec import check_range
 
@@ -17,21 +18,22 @@ def write(
     regret_below: float | None = None,
     hindsight: bool = False,
 ) -> int:
-    """Write the file; the number of turns.
+    """Write the file; gives the number of turns.
 
     Args:
         results: the store.
         path: the file.
         success: only episodes that end in success.
-        regret_below: only turns of less regret than this; what is put in place of an action is not asked for its own.
-        hindsight: where the student was truly advised one action, that is the completion, and `hindsight` is true.
+        regret_below: only turns with less regret than this, or with a hindsight completion; None: all.
+        hindsight: whether true advice of a single action replaces the student's action; then the column `hindsight` is
+            true.
     """
     if regret_below is not None:
         check_range("regret_below", regret_below, 0, 1e9)
     for name, value in (("success", success), ("hindsight", hindsight)):
         if not isinstance(value, bool):
             raise ValueError(f"{name} must be True or False, got {value!r}")
-    return write_lines(path, _rows(results, success, regret_below, hindsight))
+    return write_json_lines(path, _rows(results, success, regret_below, hindsight))
 
 
 def _rows(results: Results, success: bool, regret_below: float | None, hindsight: bool) -> Iterator[dict[str, Any]]:
@@ -40,12 +42,12 @@ def _rows(results: Results, success: bool, regret_below: float | None, hindsight
             continue
         for exchange in exchanges(results, episode):
             row = exchange.row
-            better = advised(exchange.told) if hindsight else None
+            better = advised(exchange.before) if hindsight else None
             if better is None and (
                 row["parse_failure"] is not None or (regret_below is not None and row["regret"] >= regret_below)
             ):
                 continue
-            answer = exchange.answer if better is None else said(spelt(episode["id"], better))
+            answer = exchange.answer if better is None else as_answer(spell(episode["id"], better))
             yield {
                 **facts(episode),
                 "turn": row["turn"],

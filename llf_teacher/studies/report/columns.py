@@ -1,13 +1,13 @@
-"""What a report needs of a store's episodes, from its columns: sums by SQL, curves in a sorted stream.
+"""What a report needs from the columns of a store: sums by SQL, curves in a sorted stream.
 
-Turns are never read. All is of one moment: a study may go on meanwhile.
+Turns are not read. All queries see the same state of the store, though a study may go on.
 """
 
 import itertools
 import sqlite3
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +18,11 @@ from llf_teacher.registry import entry
 from llf_teacher.studies.analysis.outcomes import SETTING, Column, Outcomes, gathered
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.store import Store
+from llf_teacher.studies.store.database import read_only
 from teachers.atoms import KINDS, Label
 
 CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
-"""Labels of claims; text without claims does not occur in studies."""
+"""Labels of checked claims."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
     *("unchecked", "changes"),
@@ -33,36 +34,36 @@ _SEED = EpisodeSpec._fields.index("seed")
 _SHARED = ", ".join(name for name in EpisodeSpec._fields if name != "seed")
 
 Plan = Mapping[EpisodeSpec, tuple[int, ...]]
-"""What a study plays: the seeds of each setting, which is an episode with seed 0."""
+"""The seeds of each setting of a study; a setting is an episode's spec with seed 0."""
 
 
 class Sums(NamedTuple):
-    """Of the episodes of one setting."""
+    """Sums over the episodes of one setting."""
 
     episodes: int
     first: int
-    """The least seed."""
+    """The smallest seed."""
     sums: Mapping[str, float]
-    """Of each column that counts something, and of the regret."""
+    """Sums of the columns that count something, and of the regret."""
 
 
 class Answers(NamedTuple):
-    """What a student got of its model, over all its episodes."""
+    """Answers of a student's model, over all its episodes."""
 
     turns: int
     answers: int
     failures: int
-    """Those that were no action."""
+    """Answers that were no action."""
     truncated: int
-    """Those that were cut for their length."""
+    """Answers that were cut at the greatest length."""
     input_tokens: float | None
-    """None if one is unknown; so with the next."""
+    """None if an addend is unknown, as the next ones."""
     output_tokens: float | None
     usd: float | None
     seconds: float | None
 
     def plus(self, other: "Answers") -> "Answers":
-        """Both together."""
+        """The sums of both."""
         return Answers._make(
             None if one is None or two is None else one + two for one, two in zip(self, other, strict=True)
         )
@@ -76,11 +77,11 @@ class Curves(NamedTuple):
     success: NDArray[np.bool_]
     """At the last turn, shape (seeds,)."""
     regrets: NDArray[np.float64]
-    """Cumulative regret after each turn, shape (seeds, max_turns); it stays as it is after the end."""
+    """Cumulative regret after each turn, shape (seeds, max_turns); constant after the end of an episode."""
 
 
 def plan(study: Study) -> Plan:
-    """The settings of a study with their seeds; samples are settings of their own."""
+    """The settings of a study with their seeds; each sample is a setting."""
     found: dict[EpisodeSpec, list[int]] = {}
     for _, alike in itertools.groupby(study.episodes(), lambda spec: (*spec[:_SEED], *spec[_SEED + 1 :])):
         specs = list(alike)
@@ -89,11 +90,11 @@ def plan(study: Study) -> Plan:
 
 
 class Columns:
-    """The episodes of a study that a store holds.
+    """The episodes of a study in a store.
 
     Args:
-        db: a connection of one's own.
-        planned: the settings.
+        db: a connection that nothing else uses.
+        planned: the settings with their seeds.
     """
 
     def __init__(self, db: sqlite3.Connection, planned: Plan) -> None:
@@ -112,18 +113,18 @@ class Columns:
                 db.execute("INSERT INTO wanted VALUES (?, ?, 0)", (number, lists[planned[spec]]))
 
     def has(self, spec: EpisodeSpec) -> bool:
-        """Whether an episode is there."""
+        """Whether the store has an episode."""
         query = "SELECT 1 FROM result WHERE key = ?"
         return self._db.execute(query, (bytes.fromhex(spec.key),)).fetchone() is not None
 
     def count(self, seeds: Iterable[int]) -> int:
-        """How many episodes of some seeds are there."""
+        """Number of episodes with these seeds."""
         rows = self._db.execute(f"SELECT seed, count(*) FROM {_WANTED} GROUP BY seed")  # noqa: S608 (names of ours)
         chosen = set(seeds)
         return sum(count for seed, count in rows if seed in chosen)
 
     def sums(self) -> dict[EpisodeSpec, Sums]:
-        """By setting; those without an episode are left out."""
+        """Sums by setting; settings without an episode are left out."""
         sums = ", ".join(f"total({name})" for name in _SUMMED)
         query = f"SELECT setting, count(*), min(seed), {sums} FROM {_WANTED} GROUP BY setting"  # noqa: S608
         found: dict[EpisodeSpec, Sums] = {}
@@ -132,13 +133,13 @@ class Columns:
         return found
 
     def answers(self) -> dict[str, Answers]:
-        """Of each student that asks a model."""
+        """The answers of each student that asks a model."""
         sums = ", ".join(f"total({name})" for name in ("turns", "parse_failures", "truncated", "answers"))
         known = ", ".join(f"count({name}) < count(*), total({name})" for name in _COSTS)
         query = f"SELECT setting, {sums}, {known} FROM {_WANTED} WHERE answers IS NOT NULL GROUP BY setting"  # noqa: S608
         found: dict[str, Answers] = {}
         for setting, turns, failures, truncated, answers, *costs in self._db.execute(query):
-            told = Answers(
+            own = Answers(
                 int(turns),
                 int(answers),
                 int(failures),
@@ -146,17 +147,17 @@ class Columns:
                 *(None if unknown else total for unknown, total in zip(costs[::2], costs[1::2], strict=True)),
             )
             student = self._there[setting].student
-            found[student] = told if student not in found else found[student].plus(told)
+            found[student] = found[student].plus(own) if student in found else own
         return found
 
     def sampled(self) -> Iterator[dict[str, Any]]:
-        """The episodes of a study of several samples, as `llf_teacher.studies.analysis.samples` takes them."""
+        """The episodes of a study with several samples, as `llf_teacher.studies.analysis.pass_at_k` takes them."""
         rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
         for setting, seed, first in rows:
             yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}
 
     def failures(self) -> dict[tuple[str, str], int]:
-        """How many of the study's episodes have failed, and were not played since, by student and reason."""
+        """Number of episodes that failed and were not played since, by student and reason."""
         wanted = {setting: set(seeds) for setting, seeds in self._planned.items()}
         found: Counter[tuple[str, str]] = Counter()
         for seed, reason, *shared in self._db.execute(f"SELECT seed, reason, {_SHARED} FROM failure"):  # noqa: S608
@@ -166,7 +167,7 @@ class Columns:
         return dict(sorted(found.items()))
 
     def curves(self, order: Iterable[EpisodeSpec]) -> Iterator[Curves]:
-        """The settings that have episodes, one by one in the given order; one that is not in it is left out."""
+        """The settings with episodes, one by one in the given order; others are left out."""
         ranks = {spec: rank for rank, spec in enumerate(order)}
         for setting, spec in self._there.items():
             self._db.execute("UPDATE wanted SET rank = ? WHERE setting = ?", (ranks.get(spec, -1), setting))
@@ -178,7 +179,7 @@ class Columns:
             yield _curves(specs[rank], list(alike))
 
     def outcomes(self, study: Study) -> Outcomes:
-        """What came of the episodes, by teacher and student; environments with the same grid are averaged."""
+        """The outcomes of the episodes; environments with the same grid are averaged."""
         names = "setting, seed, regret, success, coalesce(first_success, 9e999)"
         rows = self._db.execute(f"SELECT {names} FROM {_WANTED} ORDER BY setting")  # noqa: S608 (names of ours)
         tables = {
@@ -189,12 +190,12 @@ class Columns:
 
 
 def _column(spec: EpisodeSpec, table: NDArray[np.float64]) -> Column:
-    told = spec._asdict() | {"family": entry(spec.id).family.name}
+    fields = spec._asdict() | {"family": entry(spec.id).family.name}
     seeds = table[:, 1].astype(np.int64)
-    return Column(tuple(told[name] for name in SETTING), seeds, table[:, 2:], np.full_like(seeds, spec.sample))
+    return Column(tuple(fields[name] for name in SETTING), seeds, table[:, 2:], np.full_like(seeds, spec.sample))
 
 
-_WANTED = "result CROSS JOIN wanted USING (setting) CROSS JOIN seeds USING (list, seed)"  # in this order: rows once
+_WANTED = "result CROSS JOIN wanted USING (setting) CROSS JOIN seeds USING (list, seed)"  # reads each row once
 
 
 def _curves(spec: EpisodeSpec, rows: list[tuple[int, int, int, bytes]]) -> Curves:
@@ -208,7 +209,7 @@ def _curves(spec: EpisodeSpec, rows: list[tuple[int, int, int, bytes]]) -> Curve
 
 @contextmanager
 def columns(store: Store, planned: Plan) -> Iterator[Columns]:
-    """Read a store's columns by a connection of one's own."""
-    with closing(sqlite3.connect(f"{store.path.absolute().as_uri()}?mode=ro", uri=True)) as db:
+    """Read a store's columns through a connection of their own, in one transaction."""
+    with read_only(store.path) as db:
         db.execute("BEGIN")
         yield Columns(db, planned)

@@ -1,4 +1,4 @@
-"""What a report is made of: a study, and what a store holds of it."""
+"""The data of a report: a study, and its episodes in a store."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -22,90 +22,96 @@ from pz_envs.family import all_families
 
 @dataclass(frozen=True, kw_only=True)
 class Data:
-    """What the parts of a report are made of."""
+    """The data that the parts of a report show."""
 
     study: Study
     store: Store
-    """For the turns of single episodes, and for the manifest."""
+    """Gives the turns of single episodes, and the manifest."""
     planned: Plan
     sums: Mapping[EpisodeSpec, Sums]
-    """Of the study's episodes that are there, by setting."""
+    """Sums over the played episodes, by setting."""
     failures: Mapping[tuple[str, str], int]
-    """Episodes that failed, and were not played since, by student and reason."""
+    """Number of episodes that failed and were not played since, by student and reason."""
     sections: tuple[Section, ...]
-    """In the order of families, types and grids; those without an episode are left out."""
+    """Sections in the order of families, types and grids; those without an episode are left out."""
     test: Test | None
-    """How comparisons are tested; None as long as they are not."""
+    """How comparisons are tested; None while they are not."""
 
     @cached_property
     def named(self) -> dict[str, str]:
-        """What each teacher and student is called."""
+        """The name of each teacher and student, by spec."""
         return self.study.named
 
     def called(self, spec: str) -> str:
-        """The name of a teacher or a student; of anything else, it itself."""
+        """The name of a teacher or a student; other texts are returned unchanged."""
         return self.named.get(spec, spec)
 
     @property
     def expected(self) -> int:
-        """Episodes that the study plays."""
+        """Number of episodes of the study."""
         return sum(map(len, self.planned.values()))
 
     @property
     def present(self) -> int:
-        """Those that the store holds."""
+        """Number of episodes in the store."""
         return sum(each.episodes for each in self.sums.values())
 
     @property
-    def found(self) -> int:
-        """Comparisons that have found a difference, at the level at which they are tested now."""
+    def significant(self) -> int:
+        """Number of significant comparisons, at the level of the current test."""
         level = self.test.level if self.test else -1.0
         return sum(each.p <= level for section in self.sections for each in section.differences.values())
 
     @property
     def stopped(self) -> bool:
-        """Whether the study has ended at a look, before its last, because there all has been found."""
-        if self.test is None or not self.study.looks.get("stop") or self.test.look == len(self.study.looks["at"]):
+        """Whether the study has ended before its last interim analysis, since every comparison was significant."""
+        design = self.study.interim_analyses
+        if self.test is None or not design.get("stop") or self.test.analysis == len(design["at"]):
             return False
         seeds = self.test.seeds
         played = self.present == sum(len(seeds.intersection(each)) for each in self.planned.values())
-        return played and self.found == sum(len(section.differences) for section in self.sections) > 0
+        return played and self.significant == sum(len(section.differences) for section in self.sections) > 0
 
     @property
     def final(self) -> bool:
-        """Whether nothing of the study is still to be played."""
+        """Whether no episode remains to be played."""
         return self.present == self.expected or self.stopped
 
     @property
     def unreadable(self) -> tuple[str, ...]:
-        """Students none of whose answers was an action, which says more of how they are read than of what they know."""
+        """Students whose answers were all no actions, so that their figures say little."""
         answers: dict[str, list[float]] = {}
         for setting, each in self.sums.items():
-            told = answers.setdefault(setting.student, [0.0, 0.0])
+            counts = answers.setdefault(setting.student, [0.0, 0.0])
             for i, name in enumerate(("parse_failures", "turns")):
-                told[i] += each.sums[name]
+                counts[i] += each.sums[name]
         return tuple(student for student, (failed, turns) in answers.items() if failed == turns > 0)
 
     @cached_property
+    def units(self) -> dict[str, str]:
+        """The unit of regret of each family."""
+        return {family.name: family.regret_unit for family in all_families()}
+
+    @cached_property
     def outcomes(self) -> Outcomes:
-        """What came of the episodes, for what is said over sections."""
+        """The outcomes of all episodes, for parts that span sections."""
         with columns(self.store, self.planned) as there:
             return there.outcomes(self.study)
 
     @cached_property
     def taught(self) -> Outcomes:
-        """What came of the episodes that have sections: those with a teacher, and not those of an ablation."""
+        """The outcomes of the episodes in sections: those with a teacher that are not only part of an ablation."""
         types = main_types(self.study.feedback_types)
         return {g: cells for g, cells in self.outcomes.items() if not g.lessons and g.feedback_type in types}
 
     @cached_property
     def manifest(self) -> dict[str, Any]:
-        """Facts about the study and what it ran on."""
+        """The study's definition, and the versions of its software."""
         return self.store.manifest()
 
 
 def read(store: Store, study: Study) -> Data:
-    """Gather what a store holds of a study: a few numbers of each episode, whatever it has turns.
+    """Read the data of a report from a store, without the turns of episodes.
 
     Raises:
         ValueError: no episode of the study has been played.
@@ -142,7 +148,7 @@ def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], te
 
 
 def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> tuple[EpisodeSpec, ...]:
-    """The episodes that a study wants to be shown, of those that are there."""
+    """The played episodes that a study wants to show."""
     wanted = (
         setting._replace(seed=seed)
         for pattern, (setting, each) in product(study.transcripts, sums.items())
@@ -153,15 +159,15 @@ def _chosen(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums]) -> t
 
 
 def _cell(curves: list[Curves], needed: int) -> Cell | None:
-    """A cell of all environments and all samples."""
+    """A cell of all environments and samples; None if one is missing."""
     return cell(curves) if len(curves) == needed else None
 
 
 def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[str, Any]]:
-    """The fields of each section but for its cells."""
+    """The fields of each section without its cells."""
     groups: dict[tuple[str, str, str], dict[EpisodeSpec, Sums]] = {}
     for setting, each in sums.items():
-        if setting.lessons:  # a test without a teacher, which is not compared with what was taught
+        if setting.lessons:  # a test without a teacher, which has its own part
             continue
         name = entry(setting.id).family.name
         groups.setdefault((name, setting.instruction_type, setting.feedback_type), {})[setting] = each

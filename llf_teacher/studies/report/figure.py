@@ -1,7 +1,7 @@
-"""A figure of a report with its data: as SVG within the page, and as files that stand alone.
+"""A figure of a report with its data: as SVG in the page, and as separate files.
 
-Within the page, colours are custom properties (`var(--ink)`, `var(--series-0)`, ...) that it defines for light and for
-dark, and text takes the page's font.
+In the page, colours are custom properties (`var(--ink)`, `var(--series-0)`, ...), which it defines for light and dark
+mode, and text has the page's font.
 """
 
 import csv
@@ -19,25 +19,25 @@ from matplotlib.figure import Figure
 from llf_teacher.studies.report.plots import STYLE
 from llf_teacher.theme import SHADES
 
-_LOOKS: list[str | Path | dict[str, Any]] = ["default", STYLE]
-_PLAIN = "!$&'()*+,-./:;=?@[]_~ "  # stands in a data URI as it is
+_STYLES: list[str | Path | dict[str, Any]] = ["default", STYLE]
+_PLAIN = "!$&'()*+,-./:;=?@[]_~ "  # characters that a data URI need not quote
 _NOTHING: dict[str, Any] = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 FORMATS = ("svg", "pdf", "csv")
-"""Suffixes of the files of a figure."""
+"""Suffixes of a figure's files."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plot:
-    """A figure that is drawn when it is asked for."""
+    """A figure that is drawn on demand."""
 
     name: str
-    """Of its files, and the id of the figure in the page."""
+    """Stem of its files, and id of the figure in the page."""
     title: str
-    """What it shows, for those who cannot see it."""
+    """Alternative text."""
     draw: Callable[[], Figure]
     columns: Sequence[str]
     rows: Sequence[Sequence[Any]]
-    """Its data; numbers are written with five digits."""
+    """The data; floats are written with five digits."""
 
     @property
     def csv(self) -> str:
@@ -50,7 +50,7 @@ class Plot:
 
     @property
     def data_uri(self) -> str:
-        """The data as an address that needs no server."""
+        """The data as a data URI."""
         return f"data:text/csv;charset=utf-8,{quote(self.csv, safe=_PLAIN)}"
 
     def save(self, folder: Path) -> list[Path]:
@@ -60,7 +60,7 @@ class Plot:
             The files.
         """
         files = [folder / f"{self.name}.{suffix}" for suffix in FORMATS]
-        with matplotlib.style.context(_LOOKS):
+        with matplotlib.style.context(_STYLES):
             figure = self.draw()
             figure.savefig(files[0], metadata={"Date": None})
             figure.savefig(files[1], metadata={"CreationDate": None})
@@ -68,20 +68,20 @@ class Plot:
         return files
 
     def svg(self) -> str:
-        """An SVG element with ids of its own, and with colours and fonts left to the page."""
+        """An SVG element with unique ids, whose colours and fonts are the page's."""
         buffer = io.StringIO()
-        with matplotlib.style.context(_LOOKS):
+        with matplotlib.style.context(_STYLES):
             self.draw().savefig(buffer, format="svg", metadata=_NOTHING, transparent=True)
         svg = buffer.getvalue()
         svg = svg[svg.index("<svg") :]
         svg = re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
-        svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)  # would reach beyond the figure
+        svg = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", svg, flags=re.DOTALL)  # would apply to the whole page
         svg = re.sub(r"font-family: [^;\"]*;? ?", "", svg)
-        svg = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", svg)  # how older releases of matplotlib put it
+        svg = re.sub(r"font: ([\d.]+px) [^;\"]*", r"font-size: \1", svg)  # of older Matplotlib
         svg = re.sub(r'style="([^"]*)"', _attributes, svg)
         svg = re.sub(r'(?<==")[^"]*(?=")', _rounded, svg)
-        svg = re.sub(r' transform="rotate\(-?0 [^"]*"', "", svg)  # turned by nothing
-        svg = re.sub(r'<path d="[^"]*" fill="none"/>', "", svg)  # drawn with nothing
+        svg = re.sub(r' transform="rotate\(-?0 [^"]*"', "", svg)  # rotations by 0
+        svg = re.sub(r'<path d="[^"]*" fill="none"/>', "", svg)  # invisible paths
         used = set(re.findall(r"#([\w.-]+)", svg))
         svg = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", svg)
         svg = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{self.name}-", svg)
@@ -92,7 +92,7 @@ class Plot:
 
 
 def _attributes(style: re.Match[str]) -> str:
-    """A style as attributes, which a content security policy need not allow."""
+    """A style as attributes, which need no permission of the content security policy."""
     pairs = (part.split(":", 1) for part in style[1].split(";") if ":" in part)
     return " ".join(f'{name.strip()}="{value.strip()}"' for name, value in pairs)
 

@@ -1,7 +1,7 @@
-"""What teachers spare students over all families, on one axis.
+"""Gains over all families: the share of regret that a teacher saves a student.
 
-The unit of regret differs by family. What is compared is its share: how much of the mean regret with the baseline the
-same student is spared on the same seeds. 1 is all of it, 0 is none, and below 0 the teacher does harm.
+Families measure regret in different units. A share compares them: how much of the same student's mean regret with the
+baseline, on the same seeds, the teacher saves. 1 is all of it, 0 is none, and below 0 the teacher does harm.
 """
 
 from collections import defaultdict
@@ -19,19 +19,19 @@ _RESAMPLES = 1999
 
 
 class Gain(NamedTuple):
-    """What a teacher spares a student."""
+    """The gain of a student with a teacher."""
 
     estimate: Estimate
-    """Mean of the families' shares, with the percentile interval of the stratified bootstrap, which draws seeds anew in
-    each family; n counts families.
+    """Mean of the families' shares, with the percentile interval of the stratified bootstrap over seeds within
+    families; n counts families.
     """
     sections: tuple[Section, ...]
     shares: tuple[float, ...]
-    """Of each section."""
+    """The share of each section."""
 
 
 def gains(sections: Sequence[Section]) -> dict[tuple[str, str], Gain]:
-    """By teacher and student; a section in which the student has no regret with the baseline says nothing."""
+    """Gains by teacher and student; sections in which the student has no regret with the baseline are left out."""
     found: dict[tuple[str, str], list[tuple[Section, float, NDArray[np.float64]]]] = defaultdict(list)
     for stratum, section in enumerate(sections, start=1):
         paired = {
@@ -41,7 +41,7 @@ def gains(sections: Sequence[Section]) -> dict[tuple[str, str], Gain]:
         }
         for seeds in sorted({both.shape[1] for both in paired.values()}):
             alike = {pair: both for pair, both in paired.items() if both.shape[1] == seeds}
-            table = np.concatenate(list(alike.values())).T  # columns by turns with the teacher and with the baseline
+            table = np.concatenate(list(alike.values())).T  # columns alternate: teacher, baseline
             drawn = _shares(bootstrap_means(table, _RESAMPLES, stratum))
             if seeds == 1:
                 drawn[:] = np.nan
@@ -51,7 +51,7 @@ def gains(sections: Sequence[Section]) -> dict[tuple[str, str], Gain]:
 
 
 def _shares(means: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What is spared, of mean regrets by turns with teachers and with the baseline; NaN where that has none."""
+    """Shares of saved regret, from columns that alternate teacher and baseline; NaN if the baseline has no regret."""
     own, other = means[..., ::2], means[..., 1::2]
     return 1 - np.divide(own, other, out=np.full_like(own, np.nan), where=other > 0)
 

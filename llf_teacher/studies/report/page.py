@@ -1,4 +1,4 @@
-"""The report of a study: what a store holds of it, as one HTML page that needs nothing else."""
+"""The report of a study: one self-contained HTML page."""
 
 import base64
 import hashlib
@@ -17,46 +17,49 @@ from llf_teacher.studies.report.section import reads
 from llf_teacher.studies.store import Store
 from llf_teacher.theme import pages, style
 
-_FIGURES, _SHOWN = 3_000_000, 1_000_000  # bytes of figures with their data, and of transcripts: what a browser bears
+_FIGURES, _SHOWN = (
+    3_000_000,
+    1_000_000,
+)  # bytes of figures with their data, and of transcripts, that browsers display well
 
 
 class ByteBudget:
-    """Place in the page for what may be left out.
+    """A limit for the size of optional contents of the page.
 
     Args:
-        left: bytes.
+        left: bytes that remain.
     """
 
     def __init__(self, left: int) -> None:
         self._left = left
 
     def take(self, text: str) -> bool:
-        """Whether there is place for a text, which takes it then."""
+        """Whether a text fits; if so, its size is subtracted."""
         fits = len(text) <= self._left
         self._left -= len(text) if fits else 0
         return fits
 
 
 def check_writable(path: Path) -> None:
-    """Refuse a path where no report can be written, before time is spent on a study.
+    """Check that a report can be written to a path, before a study is played.
 
     Raises:
-        ValueError: it is a folder, or its folder is missing or cannot be written.
+        ValueError: it is a folder, or its folder is missing or not writable.
     """
     if path.is_dir():
-        raise ValueError(f"cannot write the report to {path}: it is a folder; give the name of a file")
+        raise ValueError(f"cannot write the report to {path}: it is a folder; give a file")
     folder = path.absolute().parent
     if not folder.is_dir():
-        raise ValueError(f"cannot write the report to {path}: there is no folder {folder}; make it first")
+        raise ValueError(f"cannot write the report to {path}: there is no folder {folder}; create it first")
     if not os.access(folder, os.W_OK):
         raise ValueError(f"cannot write the report to {path}: the folder {folder} is not writable")
 
 
 def write_report(store: Store, study: Study, path: Path) -> Data:
-    """Write what a store holds of a study as one HTML file; the file is replaced as a whole.
+    """Write the report as an HTML file, which is replaced atomically.
 
     Returns:
-        What the report is made of.
+        The data of the report.
 
     Raises:
         ValueError: no episode of the study has been played, or the path cannot be written.
@@ -75,16 +78,16 @@ def write_report(store: Store, study: Study, path: Path) -> Data:
 def render(store: Store, study: Study) -> str:
     """The report as HTML; the same episodes give the same text.
 
-    Columns are taken as they are: `Store.damage` says whether they are as they were written.
+    Columns are not verified; `Store.damage` does that.
 
     Raises:
-        ValueError: no episode of the study has been played, or the turns of one that is shown are missing.
+        ValueError: no episode of the study has been played, or turns of a transcript are missing.
     """
     return page(read(store, study))
 
 
 def write_figures(store: Store, study: Study, folder: Path) -> list[Path]:
-    """Write each figure as SVG and PDF that stand alone, with its data as CSV, into a folder, which is made.
+    """Write each figure as SVG and PDF, with its data as CSV, into a folder, which is created.
 
     Returns:
         The files.
@@ -98,7 +101,7 @@ def write_figures(store: Store, study: Study, folder: Path) -> list[Path]:
 
 
 class Report:
-    """A report for a notebook, which shows it in a frame of its own.
+    """A report for a notebook, which shows it in a frame.
 
     Args:
         html: the page.
@@ -116,7 +119,7 @@ class Report:
 
 
 def page(data: Data) -> str:
-    """What has been gathered, as HTML."""
+    """The report as HTML."""
     environment = _environment()
     environment.filters["named"] = data.called
     filled = [(part, values) for part in PARTS if (values := part.values(data)) is not None]
@@ -129,15 +132,15 @@ def page(data: Data) -> str:
         )
         for part, values in filled
     ]
-    look, script = (Markup(text) for text in (style(), environment.get_template("script.js").render()))  # noqa: S704 (files of ours)
-    allowed = f"style-src {_hash(look)}; script-src {_hash(script)}"
+    css, script = (Markup(text) for text in (style(), environment.get_template("script.js").render()))  # noqa: S704 (files of ours)
+    allowed = f"style-src {_hash(css)}; script-src {_hash(script)}"
     policy = Markup(f"default-src 'none'; {allowed}; base-uri 'none'; form-action 'none'")  # noqa: S704 (as above)
     frame = environment.get_template("page.html.j2")
-    return escape_control_chars(frame.render(parts=parts, style=look, script=script, policy=policy))
+    return escape_control_chars(frame.render(parts=parts, style=css, script=script, policy=policy))
 
 
 def _hash(text: str) -> str:
-    """A text as a content security policy names it."""
+    """The hash of a text for a content security policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 

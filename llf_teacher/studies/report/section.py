@@ -1,4 +1,4 @@
-"""A section of a report: what a study says of one family under one instruction type and feedback type."""
+"""A section of a report: the results of one family under one instruction type and feedback type."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,11 +23,11 @@ from llf_teacher.studies.report.plots import curve_plot, dot_plot
 from pz_envs.family import Family
 
 _CURVES = 8
-"""Curves in a panel that can be told apart."""
+"""Greatest number of curves in a panel."""
 
 
 class Cell(NamedTuple):
-    """One teacher with one student: the seeds for which every environment of the section has been played."""
+    """One teacher with one student, at the seeds for which every environment of the section has been played."""
 
     seeds: NDArray[np.int64]
     success: NDArray[np.bool_]
@@ -37,11 +37,11 @@ class Cell(NamedTuple):
     band: Band
     """Cumulative regret after each turn, averaged over the environments."""
     areas: NDArray[np.float64]
-    """Mean height of that curve, shape (seeds,)."""
+    """Mean height of each seed's curve, shape (seeds,)."""
 
 
 def cell(curves: Sequence[Curves]) -> Cell | None:
-    """A cell of the curves of each environment and sample; None if there is no seed that all have."""
+    """A cell from the curves of each environment and sample; None without a common seed."""
     seeds = curves[0].seeds
     for each in curves[1:]:
         seeds = np.intersect1d(seeds, each.seeds, assume_unique=True)
@@ -55,29 +55,29 @@ def cell(curves: Sequence[Curves]) -> Cell | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """What a study says of one family under one instruction type and feedback type."""
+    """The results of one family under one instruction type and feedback type."""
 
     family: Family
     instruction_type: str
     feedback_type: str
     part: int
-    """Counts the sections of the same family and types from 0: environments with other grids are told apart."""
+    """Number of the section among those of the same family and types, from 0; each has another grid."""
     ids: tuple[str, ...]
-    """Environments that have been played at all."""
+    """Environments with at least one episode."""
     grid: Grid
-    """The teachers, students and seeds that the study has for them."""
+    """The study's teachers, students and seeds for them."""
     cells: Mapping[tuple[str, str], Cell]
-    """By teacher and student; one without a complete seed is missing."""
+    """Cells by teacher and student; those without a complete seed are missing."""
     sums: Mapping[EpisodeSpec, Sums]
-    """Of all episodes of the section, by setting."""
+    """Sums over all episodes of the section, by setting."""
     reference: str
     """The teacher that others are compared with."""
     test: Test | None
-    """How differences are tested; None as long as they are not."""
+    """How differences are tested; None while they are not."""
     named: Mapping[str, str]
-    """What each teacher and student is called."""
+    """The name of each teacher and student, by spec."""
     chosen: tuple[EpisodeSpec, ...] | None = None
-    """Episodes that the study wants to be shown; None if that is left to the report."""
+    """Episodes that the study wants to show; None: the report chooses."""
 
     @property
     def anchor(self) -> str:
@@ -87,7 +87,7 @@ class Section:
 
     @property
     def digits(self) -> int:
-        """Decimals for regrets: three figures of the greatest mean."""
+        """Decimals of regrets: 1 if the greatest mean is at least 10, else 2."""
         greatest = max((estimate.mean for estimate in self.regret.values()), default=0)
         return 1 if greatest >= 10 else 2
 
@@ -105,11 +105,11 @@ class Section:
         return dict(zip(self.cells, estimates, strict=True))
 
     def paired(self, teacher: str, student: str, among: Collection[int] | None = None) -> NDArray[np.float64] | None:
-        """Regrets under a teacher and under the reference on the same seeds, shape (2, seeds); None without any.
+        """Regrets with a teacher and with the reference on the same seeds, shape (2, seeds); None without any.
 
         Args:
             teacher: not the reference.
-            student: of both.
+            student: that both teach.
             among: the seeds that count; None: all.
         """
         one, other = self.cells.get((teacher, student)), self.cells.get((self.reference, student))
@@ -123,13 +123,13 @@ class Section:
 
     @property
     def compared(self) -> list[tuple[str, str]]:
-        """The cells that can differ from that of the same student with the reference."""
+        """The cells that can differ from those of the same student with the reference."""
         return [pair for pair in self.cells if can_differ(pair[0], self.reference, pair[1], self.feedback_type)]
 
     @cached_property
     def differences(self) -> dict[tuple[str, str], Difference]:
-        """Regret less that under the reference on the same seeds, where the two can differ; p-values are adjusted for
-        the number of these differences.
+        """Regret minus that with the reference on the same seeds, for cells that can differ; p-values are adjusted by
+        Holm's method over these differences.
         """  # noqa: D205
         among = self.test.seeds if self.test else None
         both = {pair: each for pair in self.compared if (each := self.paired(*pair, among)) is not None}
@@ -140,13 +140,13 @@ class Section:
 
     @cached_property
     def least(self) -> float:
-        """The least adjusted p-value that so many differences of so many seeds can have."""
+        """The smallest adjusted p-value that this number of differences and seeds can have."""
         seeds = max((each.estimate.n for each in self.differences.values()), default=1)
         return min(1.0, len(self.differences) * least_p(seeds))
 
     @cached_property
     def areas(self) -> dict[tuple[str, str], Estimate]:
-        """Area under each cell's curve of cumulative regret, per turn: its mean height."""
+        """Area under each cell's curve of cumulative regret, divided by the turns: its mean height."""
         estimates = statistics.mean_intervals([cell.areas for cell in self.cells.values()])
         return dict(zip(self.cells, estimates, strict=True))
 
@@ -199,8 +199,8 @@ class Section:
 
     @cached_property
     def drawn(self) -> tuple[str, ...]:
-        """The teachers whose curves are drawn: all, or if they are too many to be told apart, the reference and others
-        from the one with whom the regret of `reader` is least to the one with whom it is greatest, evenly spread.
+        """The teachers whose curves are drawn: all, or if they are too many, the reference and teachers at even ranks
+        of the regret of `reader`, the least and the greatest included.
         """  # noqa: D205
         if len(self.grid.teachers) <= _CURVES:
             return self.grid.teachers
@@ -212,7 +212,7 @@ class Section:
 
     @cached_property
     def split(self) -> Split | None:
-        """How the variance of regret splits between teachers and students; None unless every cell has been played."""
+        """Shares of the variance of regret; None unless every cell has a common seed, and if all regrets are equal."""
         pairs = [self.cells.get(pair) for pair in product(self.grid.teachers, self.grid.students)]
         cells = [cell for cell in pairs if cell is not None]
         seeds = set.intersection(*(set(cell.seeds.tolist()) for cell in cells)) if len(cells) == len(pairs) else set()
@@ -223,20 +223,22 @@ class Section:
 
     @cached_property
     def reader(self) -> str:
-        """The student to look at closely: one who reads words if any, else atoms, else any."""
+        """The student of transcripts and examples: one that reads words if any, else atoms, else any."""
         there = {setting.student for setting in self.sums}
         played = [student for student in self.grid.students if student in there]
         return min(played, key=lambda student: (*TAUGHT, reads(student)).index(reads(student)))
 
     def taught(self, teacher: str, student: str) -> dict[EpisodeSpec, Sums]:
-        """The settings of a teacher with a student that have episodes, with their sums."""
+        """The sums of a teacher with a student, by setting."""
         return {each: s for each, s in self.sums.items() if (each.teacher, each.student) == (teacher, student)}
 
     @cached_property
     def contrast(self) -> tuple[str, ...]:
-        """Two teachers of `reader`: of the truthful ones the one with whom regret is least, and the one whose claims
-        hold least. If all are truthful, the second is the one with whom regret is greatest; if one has played, it.
-        """  # noqa: D205
+        """The teachers of the two transcripts: those whose claims hold most often and least often.
+
+        Among equals, the first has the least regret of `reader`, the second the greatest. It is one teacher if only one
+        has played.
+        """
         ranks = {}
         for teacher in self.grid.teachers:
             if taught := list(self.taught(teacher, self.reader).values()):
@@ -248,7 +250,7 @@ class Section:
 
     @property
     def transcripts(self) -> list[EpisodeSpec]:
-        """Those that the study chooses, else the first episode of `reader` with each teacher of `contrast`."""
+        """The episodes that the study chooses, else the first episode of `reader` with each teacher of `contrast`."""
         if self.chosen is not None:
             return list(self.chosen)
         found = []
@@ -268,10 +270,10 @@ def added(all_sums: Iterable[Sums], name: str) -> float:
 
 
 def share(all_sums: Sequence[Sums], part: str, whole: str) -> float | None:
-    """What a column's sum is of another's; None if that is 0."""
+    """The ratio of the sums of two columns; None if the second is 0."""
     return added(all_sums, part) / total if (total := added(all_sums, whole)) else None
 
 
 def reads(student: str) -> str:
-    """What a student learns from, one of `llf_teacher.students.student.READS`."""
+    """What a student reads, one of `llf_teacher.students.student.READS`."""
     return parse_student(student).reads

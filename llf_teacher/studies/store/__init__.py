@@ -1,4 +1,4 @@
-"""Where the episodes of a study are kept: one SQLite file, with its lock, merging, and migration of older files."""
+"""The store of a study's episodes: one SQLite file, its lock, merging, and migration of older files."""
 
 from llf_teacher.studies.store.database import Store, StoreError
 

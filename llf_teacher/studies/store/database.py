@@ -1,8 +1,8 @@
-"""The store: a study's episodes in one SQLite file, each written whole as it ends.
+"""The store: a study's episodes in one SQLite file, each written as a whole when it ends.
 
-What tables and curves need of an episode is in columns of `result`, its turns are one compressed value in `story`, and
-what many episodes share is a row of `setting`. The view `episode` joins the first and the last. An episode that failed
-is a row of `failure`, until it is played after all.
+The table `result` has the columns for tables and curves, `story` the turns as one compressed value, and `setting` what
+many episodes share. The view `episode` joins `result` and `setting`. A failed episode is a row of `failure` until it is
+played successfully.
 """
 
 import contextlib
@@ -33,10 +33,10 @@ _TYPES = {
 }
 _FIELDS = EpisodeSpec.__annotations__ | EpisodeRow.__annotations__
 _KINDS = _FIELDS | Failure.__annotations__
-_ONES_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))
-_SHARED = tuple(name for name in _FIELDS if name not in _ONES_OWN)
+_OWN = ("seed", *(name for name in EpisodeRow._fields if name not in ("family", "reads")))
+_SHARED = tuple(name for name in _FIELDS if name not in _OWN)
 _FLAGS = tuple(i for i, kind in enumerate(_FIELDS.values()) if kind is bool)
-_of_shared, _of_ones_own = (itemgetter(*map(list(_FIELDS).index, names)) for names in (_SHARED, _ONES_OWN))
+_of_shared, _of_own = (itemgetter(*map(list(_FIELDS).index, names)) for names in (_SHARED, _OWN))
 
 
 def _columns(names: Iterable[str]) -> str:
@@ -46,7 +46,7 @@ def _columns(names: Iterable[str]) -> str:
 _TABLES = {
     "manifest": ("name", "value"),
     "setting": ("setting", *_SHARED),
-    "result": ("number", "key", "setting", *_ONES_OWN, "digest"),
+    "result": ("number", "key", "setting", *_OWN, "digest"),
     "story": ("number", "packed"),
     "failure": ("number", "key", *EpisodeSpec._fields, *Failure._fields, "digest"),
     "episode": ("key", *_FIELDS),
@@ -58,7 +58,7 @@ _SCHEMA = f"""
 CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
 CREATE TABLE setting (setting INTEGER PRIMARY KEY, {_columns(_SHARED)}, UNIQUE ({", ".join(_SHARED)}));
 CREATE TABLE result (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE,
-setting INTEGER NOT NULL REFERENCES setting (setting), {_columns(_ONES_OWN)}, digest BLOB NOT NULL);
+setting INTEGER NOT NULL REFERENCES setting (setting), {_columns(_OWN)}, digest BLOB NOT NULL);
 CREATE TABLE story (number INTEGER PRIMARY KEY REFERENCES result (number), packed BLOB NOT NULL);
 CREATE TABLE failure (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE, {_columns(EpisodeSpec._fields)},
 {_columns(Failure._fields)}, digest BLOB NOT NULL);
@@ -66,31 +66,31 @@ CREATE VIEW episode AS SELECT {_EPISODE} FROM {_JOINED};
 PRAGMA application_id = {_APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """  # noqa: S608
-_PAGE = 16_384  # bytes; of smaller pages much would be empty, since few turns fill one
+_PAGE = 16_384  # bytes; smaller pages would be partly empty
 _ORDER = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version, rules"
 
 
 class StoreError(ValueError):
-    """A file that cannot serve as a store; nothing in it was changed."""
+    """A file cannot serve as a store; it was not changed."""
 
 
 class Store:
-    """Episodes on disk. One process writes; others may read meanwhile.
+    """Episodes on disk. One process writes; others may read at the same time.
 
-    As a context, it removes a file that it has made if an error leaves it without episodes.
+    As a context, it deletes a file that it has created if an error leaves it empty.
 
     Args:
-        path: the file; it is made if there is none.
+        path: the file; it is created if it does not exist.
 
     Raises:
-        StoreError: the file is of another schema version, incomplete or no store, or cannot be written.
+        StoreError: the file has another schema version, is incomplete or no store, or cannot be written.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = path = Path(path)
         self._made = not path.exists()
         try:
-            # A store that nobody uses any more may be collected, and closed, in any thread.
+            # An unused store may be collected, and closed, in any thread.
             self._db = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
             weakref.finalize(self, self._db.close)
             self._db.row_factory = sqlite3.Row
@@ -98,7 +98,7 @@ class Store:
             with contextlib.ExitStack() as on_error:
                 on_error.callback(self.close)
                 self._prepare()
-                self._place = place(path)
+                self._identity = file_identity(path)
                 on_error.pop_all()
         except sqlite3.DatabaseError as error:
             raise StoreError(f"cannot use {path} as a store: {error}; give another file by --store") from None
@@ -109,11 +109,11 @@ class Store:
         )
         empty = not self._db.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
         if not empty and application != _APPLICATION_ID:
-            raise StoreError(f"{self.path} is a database of something else; give another file by --store")
+            raise StoreError(f"{self.path} is another kind of database; give another file by --store")
         if not empty and version != SCHEMA_VERSION:
             raise StoreError(
                 f"{self.path} has schema version {version}, this release reads version {SCHEMA_VERSION}; give another "
-                "file by --store, write its episodes into one by `llf study migrate`, or use the release that wrote it"
+                "file by --store, convert it by `llf study migrate`, or use the release that wrote it"
             )
         for table, columns in () if empty else _TABLES.items():
             there = {row["name"] for row in self._db.execute(f"PRAGMA table_info({table})")}
@@ -127,27 +127,27 @@ class Store:
             self._db.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
 
     def _incomplete(self, what: str) -> StoreError:
-        return StoreError(f"{self.path} is no complete store: {what}; give another file by --store")
+        return StoreError(f"{self.path} is incomplete or damaged: {what}; give another file by --store")
 
     def check(self) -> None:
-        """Check that of each episode all is there, as it was written.
+        """Check that every episode is complete.
 
         Raises:
-            StoreError: it is not so.
+            StoreError: an episode is not.
         """
         for number, problem in self.damage():
             raise self._incomplete(f"{problem} (row {number})")
 
     def damage(self, *, thorough: bool = False) -> Iterator[tuple[int, str]]:
-        """What is not as it was written: the number of a row of `result` or `story`, and what is wrong with it.
+        """Damage: the number of a row of `result`, `story` or `failure` (0: of the file), and what is wrong with it.
 
         Args:
-            thorough: read all that is stored, where otherwise it is only looked at what is missing.
+            thorough: whether to compare everything with its digest; else only missing rows are found.
         """
         for here, there in (("result", "story"), ("story", "result")):
             query = f"SELECT number FROM {here} WHERE number NOT IN (SELECT number FROM {there})"  # noqa: S608
             for (number,) in self._db.execute(query):
-                yield number, "of an episode only parts are there"
+                yield number, "an episode is incomplete"
         if thorough:
             for (message,) in self._db.execute("PRAGMA integrity_check"):
                 if message != "ok":
@@ -155,32 +155,32 @@ class Store:
             query = f"SELECT number, digest, {_EPISODE}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
             for number, digest, key, *values, packed in self._db.execute(query):
                 if _digest(key, values, packed) != digest:
-                    yield number, f"the episode {key} is not as it was written"
+                    yield number, f"the episode {key} differs from its digest"
             query = f"SELECT number, digest, lower(hex(key)), {_FAILED} FROM failure"  # noqa: S608
             for number, digest, key, *values in self._db.execute(query):
                 if _digest(key, values) != digest:
-                    yield number, f"the failure of the episode {key} is not as it was written"
+                    yield number, f"the failure of the episode {key} differs from its digest"
 
     def add(self, record: Record) -> None:
-        """Write an episode and its turns, all or nothing; one that is there already stays as it is."""
+        """Write an episode and its turns, all or nothing; an episode that is there stays unchanged."""
         self.add_packed(record.spec, record.episode, pack_turns(record.turns))
 
     def add_packed(self, spec: EpisodeSpec, episode: EpisodeRow, turns: bytes) -> None:
-        """The same, of turns as `pack_turns` makes them."""
+        """Write an episode whose turns `pack_turns` has packed; see `add`."""
         values: list[Any] = [*spec, *episode]
         for i in _FLAGS:
             values[i] = int(values[i])
         key = spec.key
         with self._writing() as db:
             setting = self._setting(_of_shared(values))
-            row = (bytes.fromhex(key), setting, *_of_ones_own(values), _digest(key, values, turns))
+            row = (bytes.fromhex(key), setting, *_of_own(values), _digest(key, values, turns))
             added = db.execute(f"INSERT OR IGNORE INTO result VALUES (NULL, {_marks(row)})", row)  # noqa: S608
             if added.rowcount:
                 db.execute("INSERT INTO story VALUES (?, ?)", (added.lastrowid, turns))
                 db.execute("DELETE FROM failure WHERE key = ?", row[:1])
 
     def add_failure(self, spec: EpisodeSpec, failure: Failure) -> None:
-        """Write why an episode failed; what an earlier attempt left is replaced."""
+        """Write why an episode failed; an earlier failure is replaced."""
         row = (bytes.fromhex(spec.key), *spec, *failure, _digest(spec.key, (*spec, *failure)))
         with self._writing() as db:
             db.execute(f"INSERT OR REPLACE INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
@@ -193,34 +193,34 @@ class Store:
             yield EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
 
     def failed(self) -> Iterator[tuple[EpisodeSpec, Failure]]:
-        """All that failed, as `add_failure` takes them."""
+        """All failed episodes, as `add_failure` takes them."""
         size = len(EpisodeSpec._fields)
         for values in self._db.execute(f"SELECT {_FAILED} FROM failure"):  # noqa: S608
             yield EpisodeSpec(*values[:size]), Failure(*values[size:])
 
     def failures(self) -> Iterator[dict[str, Any]]:
-        """The episodes that failed: `key`, the fields of `EpisodeSpec`, and those of `Failure`."""
+        """The failed episodes: `key`, the fields of `EpisodeSpec`, and those of `Failure`."""
         query = f"SELECT lower(hex(key)) AS key, {_FAILED} FROM failure ORDER BY {_ORDER}"  # noqa: S608
         yield from map(dict, self._db.execute(query))
 
     @contextlib.contextmanager
     def together(self) -> Iterator[None]:
-        """Write all that is added within, or nothing of it; once for many episodes costs less than for each."""
+        """Write everything that is added within in one transaction, which is faster for many episodes."""
         with self._writing():
             yield
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[sqlite3.Connection]:
-        """Write all or nothing; within another, with that.
+        """A transaction; a nested one joins the outer one.
 
         Raises:
-            StoreError: the file is gone, or nothing can be written to it.
+            StoreError: the file is gone or cannot be written.
         """
         db = self._db
         if db.in_transaction:
             yield db
             return
-        self.check_place()
+        self.check_file()
         try:
             db.execute("BEGIN IMMEDIATE")
             yield db
@@ -228,25 +228,25 @@ class Store:
         except BaseException as error:
             self._settings.clear()
             with contextlib.suppress(sqlite3.Error):
-                if db.in_transaction:  # SQLite itself may have ended it
+                if db.in_transaction:  # SQLite may have ended it
                     db.execute("ROLLBACK")
             if isinstance(error, sqlite3.OperationalError):
                 raise StoreError(
-                    f"cannot write to {self.path}: {error}; what was written before is in it. Mend this, and the same "
-                    "command goes on from there"
+                    f"cannot write to {self.path}: {error}; earlier episodes are in it. Solve this, and run the same "
+                    "command to go on"
                 ) from None
             raise
 
-    def check_place(self) -> None:
-        """Check that the file is still where it was.
+    def check_file(self) -> None:
+        """Check that the path still names the open file.
 
         Raises:
-            StoreError: it was deleted, moved or replaced since it was opened.
+            StoreError: the file was deleted, moved or replaced.
         """
-        if place(self.path) != self._place:
+        if file_identity(self.path) != self._identity:
             raise StoreError(
-                f"{self.path} was deleted, moved or replaced while it was in use; what is written from here on is "
-                "lost. If it was moved, put it back, and the same command goes on from there"
+                f"{self.path} was deleted, moved or replaced while it was in use, so that nothing more can be stored; "
+                "if it was moved, put it back, and run the same command to go on"
             )
 
     def _setting(self, shared: tuple[Any, ...]) -> int:
@@ -259,32 +259,32 @@ class Store:
 
     @property
     def count(self) -> int:
-        """How many episodes are there."""
+        """Number of episodes."""
         (count,) = self._db.execute("SELECT count(*) FROM result").fetchone()
         return int(count)
 
     def keys(self) -> set[str]:
-        """The keys of the episodes that are there."""
+        """The keys of all episodes."""
         return {row[0] for row in self._db.execute("SELECT key FROM episode")}
 
     def has(self, key: str) -> bool:
-        """Whether an episode is there."""
+        """Whether the store has an episode."""
         return self._found("SELECT 1 FROM result WHERE key = ?", bytes.fromhex(key))
 
     def has_failed(self, key: str) -> bool:
-        """Whether an episode has failed, and was not played since."""
+        """Whether an episode has failed and was not played since."""
         return self._found("SELECT 1 FROM failure WHERE key = ?", bytes.fromhex(key))
 
     @property
     def empty(self) -> bool:
-        """Whether there is no episode, and none that failed."""
+        """Whether there is neither an episode nor a failed one."""
         return not self._found("SELECT 1 FROM result LIMIT 1") and not self._found("SELECT 1 FROM failure LIMIT 1")
 
     def _found(self, query: str, *values: Any) -> bool:
         return self._db.execute(query, values).fetchone() is not None
 
     def episodes(self, keys: set[str] | None = None) -> list[sqlite3.Row]:
-        """Episodes in a fixed order: all, or those of the given keys."""
+        """Episodes in a fixed order: all, or those with the given keys."""
         rows = self._db.execute(f"SELECT * FROM episode ORDER BY {_ORDER}")  # noqa: S608
         return [row for row in rows if keys is None or row["key"] in keys]
 
@@ -292,16 +292,16 @@ class Store:
         """An episode.
 
         Raises:
-            StoreError: it is not there.
+            StoreError: the store does not have it.
         """
         query = f"SELECT {_EPISODE} FROM {_JOINED} WHERE key = ?"  # noqa: S608
-        row: sqlite3.Row | None = self._db.execute(query, (_packed(key),)).fetchone()
+        row: sqlite3.Row | None = self._db.execute(query, (_key(key),)).fetchone()
         if row is None:
             raise StoreError(f"{self.path} has no episode {key!r}; `llf study export` writes the keys of all")
         return row
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """All episodes one by one, in the order in which they were written, as they are after decoding."""
+        """All episodes one by one, decoded, in the order in which they were written."""
         for row in map(dict, self._db.execute("SELECT * FROM episode")):
             yield {**row, "success": bool(row["success"]), "regrets": unpack_regrets(row["regrets"]).tolist()}
 
@@ -312,7 +312,7 @@ class Store:
             StoreError: they cannot be read.
         """
         query = "SELECT number, packed FROM story JOIN result USING (number) WHERE key = ?"
-        row = self._db.execute(query, (_packed(key),)).fetchone()
+        row = self._db.execute(query, (_key(key),)).fetchone()
         try:
             return unpack_turns(row["packed"]) if row else []
         except (zlib.error, ValueError) as error:
@@ -323,12 +323,10 @@ class Store:
     def regrets(self, key: str) -> list[float]:
         """The regret of each turn of an episode, the opening not included."""
         query = "SELECT regrets FROM result WHERE key = ?"
-        return [each for row in self._db.execute(query, (_packed(key),)) for each in unpack_regrets(row[0]).tolist()]
+        return [each for row in self._db.execute(query, (_key(key),)) for each in unpack_regrets(row[0]).tolist()]
 
     def answers(self) -> list[sqlite3.Row]:
-        """Per student that asks a model: its episodes, and the sums of `answers` and of what they cost; null if one is
-        unknown.
-        """  # noqa: D205
+        """Per student that asks a model: its episodes, and sums of answers and costs; null if an addend is unknown."""
         sums = ", ".join(f"sum({name}) AS {name}" for name in ("answers", "truncated", "parse_failures"))
         known = ", ".join(
             f"CASE WHEN count({name}) = count(*) THEN total({name}) END AS {name}"
@@ -340,13 +338,13 @@ class Store:
         ).fetchall()
 
     def write_manifest(self, values: dict[str, Any]) -> None:
-        """Keep facts about the study and its surroundings."""
+        """Write facts about the study and its software."""
         rows = [(name, json.dumps(value, ensure_ascii=False)) for name, value in values.items()]
         with self._writing() as db:
             db.executemany("INSERT OR REPLACE INTO manifest VALUES (?, ?)", rows)
 
     def manifest(self) -> dict[str, Any]:
-        """What `write_manifest` kept."""
+        """All that `write_manifest` has written."""
         rows = self._db.execute("SELECT name, value FROM manifest ORDER BY name")
         return {row["name"]: json.loads(row["value"]) for row in rows}
 
@@ -358,26 +356,33 @@ class Store:
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        vain = error is not None and self._made and self.empty and place(self.path) == self._place
+        useless = error is not None and self._made and self.empty and file_identity(self.path) == self._identity
         self.close()
-        if vain:
+        if useless:
             self.path.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def read_only(path: Path) -> Iterator[sqlite3.Connection]:
+    """A connection to a store of any schema version, which is closed at the end and cannot write."""
+    with contextlib.closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as db:
+        yield db
 
 
 def _marks(values: tuple[Any, ...]) -> str:
     return ", ".join("?" * len(values))
 
 
-def _packed(key: str) -> bytes:
-    """A key as the store has it; of what is none, nothing."""
+def _key(key: str) -> bytes:
+    """A key as bytes; empty if the text is no key."""
     try:
         return bytes.fromhex(key)
     except ValueError:
         return b""
 
 
-def place(path: Path | int) -> tuple[int, int] | None:
-    """Which file is at a path, if any, or open under a number."""
+def file_identity(path: Path | int) -> tuple[int, int] | None:
+    """Device and inode of the file at a path, or of an open file by its number; None if there is none."""
     try:
         found = os.stat(path)
     except OSError:
@@ -386,7 +391,7 @@ def place(path: Path | int) -> tuple[int, int] | None:
 
 
 def _digest(key: str, values: Iterable[Any], turns: bytes = b"") -> bytes:
-    """Of all that is written of an episode."""
+    """A digest of everything that is stored of an episode."""
     digest = hashlib.blake2b(repr((key, *values)).encode(), digest_size=8)
     digest.update(turns)
     return digest.digest()

@@ -1,4 +1,4 @@
-"""Stores of the parts of a study, put together into one."""
+"""Merging of the stores of a study's shards."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -9,31 +9,33 @@ from llf_teacher.studies.store.store_lock import lock_store
 
 
 def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], object] | None = None) -> int:
-    """Write what several stores hold into one. An episode that several have is taken from the first of them.
+    """Copy several stores into one. If several stores have an episode, that of the first one counts.
 
     Args:
-        into: where everything goes; it is made, or goes on where an earlier merging has stopped.
+        into: the target; it is created, or completed after an interrupted merge.
         parts: the stores; they are only read.
-        progress: called with the number of episodes that are done, and of all.
+        progress: called with the number of episodes that are done, and the total.
 
     Returns:
-        The number of episodes that are there in the end.
+        The number of episodes in the target.
 
     Raises:
-        StoreError: a part is no store, is damaged, or is what is written to; nothing of it is taken.
+        StoreError: a part is no store, is damaged, or is the target; nothing of it is copied.
     """
     for path in parts:
         if not path.is_file():
             raise StoreError(f"there is no file {path}; give stores that `llf study run` made")
         if into.exists() and into.samefile(path):
-            raise StoreError(f"{into} cannot be one of its own parts; give it as the first file only")
+            raise StoreError(f"the target {into} cannot be a part; give it as the first file only")
     with lock_store(into), Store(into) as whole:
         done, total = 0, 0
         spent: dict[str, dict[str, Any]] = {}
         for path in parts:
             with Store(path) as part:
                 for number, problem in part.damage(thorough=True):
-                    raise StoreError(f"{path}, row {number}: {problem}; play it anew, or leave this store out")
+                    raise StoreError(
+                        f"{path}, row {number}: {problem}; play the episode again, or leave this store out"
+                    )
                 total += part.count
                 for spec, episode, turns in part.packed():
                     whole.add_packed(spec, episode, turns)

@@ -1,24 +1,24 @@
-"""One run a store: whoever plays into it holds a lock beside it, which goes with its holder, however that ends."""
+"""The lock of a store: only one run writes to it. The operating system releases the lock with its process."""
 
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
 from llf_teacher.studies.store import StoreError
-from llf_teacher.studies.store.database import place
+from llf_teacher.studies.store.database import file_identity
 
 try:
     import fcntl
-except ImportError:  # no POSIX: two runs on one store play the same, and each episode is stored once
+except ImportError:  # no POSIX: two runs on one store play the same episodes, and each is stored once
     fcntl = None  # type: ignore[assignment]
 
 
 @contextlib.contextmanager
 def lock_store(store: Path) -> Iterator[None]:
-    """Hold a store for oneself.
+    """Lock a store.
 
     Raises:
-        StoreError: another run has it.
+        StoreError: another run has locked it.
     """
     if fcntl is None:
         yield
@@ -31,10 +31,10 @@ def lock_store(store: Path) -> Iterator[None]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise StoreError(
-                    f"another run plays into {store}; wait for it, or give another file by --store and put both "
-                    "together by `llf study merge`"
+                    f"another run writes to {store}; wait for it, or give another file by --store and merge both by "
+                    "`llf study merge`"
                 ) from None
-            if place(path) == place(file.fileno()):
-                break  # else its holder has just removed the file: lock the one that is there now
+            if file_identity(path) == file_identity(file.fileno()):
+                break  # else the holder has just deleted the file: lock the new one
         held.callback(path.unlink, missing_ok=True)
         yield

@@ -1,7 +1,7 @@
-"""Executors: engines that play episodes side by side, a module each, found by its name.
+"""Executors: engines that play episodes in parallel, one module each, found by its name.
 
-An engine knows no study: it calls a function on tasks, in processes of its own, and says what came of each. Who calls
-it knows no engine: `start` gives one, and that has three methods.
+An engine does not depend on studies: it calls a function on tasks, in its own processes, and returns the results. The
+runner does not depend on engines: `start` gives one, which has the methods of `Executor`.
 """
 
 import os
@@ -16,46 +16,46 @@ from teachers.spec import unknown
 T = TypeVar("T", bound=Hashable)
 R = TypeVar("R")
 AHEAD = 3
-"""Tasks under way for each that is played: enough to keep processes busy, few to lose."""
+"""Tasks in progress per worker: enough to keep processes busy, few to lose."""
 NAMES = tuple(sorted({module.name for module in pkgutil.iter_modules(__path__)} - {"batches"}))
-"""Every executor."""
+"""Names of all executors."""
 HERE = frozenset({"here", "threads"})
-"""Those that play in this process, where what a notebook or a program defines itself is at hand."""
+"""Executors that play in this process, where definitions of a notebook or a program are available."""
 
 SPOILED = 77
-"""Exit status of a process that an earlier task has spoiled: the task that it has taken is for another process."""
+"""Exit status of a process that an earlier task has spoiled; its task is played by another process."""
 
 
 class Work(NamedTuple, Generic[T, R]):
-    """What an engine does in each of its processes. All of it must survive the way there."""
+    """What an engine does in each of its processes. All fields must be picklable."""
 
     begin: Callable[[], object]
-    """Is called first, once a process."""
+    """Called first, once per process."""
     call: Callable[[T], R]
-    """Is called on each task; it raises nothing."""
+    """Called with each task; it raises nothing."""
     tasks: int
-    """How many there will be."""
+    """Number of tasks."""
     seconds: float | None = None
-    """How long a call may take before its process is ended, unless it ends by itself."""
+    """Seconds after which the process of a call is killed."""
 
 
 class Process:
-    """What is to be known of this process."""
+    """State of this process."""
 
     owned = False
-    """Whether it is an engine's own, which may be ended."""
+    """Whether it belongs to an engine, and may be ended."""
     spoiled = False
-    """Whether a task was ended in the middle of it, or may hold much memory: better play the next one elsewhere."""
+    """Whether a task was interrupted or may hold much memory, so that the next task needs another process."""
 
     @classmethod
     def replace(cls) -> None:
-        """Let the engine play what this process has been given in a fresh one."""
+        """End this process, so that the engine plays its task in a new one."""
         if cls.owned:
             os._exit(SPOILED)
 
 
 class Lost(NamedTuple):
-    """Of a task that its process took with it."""
+    """Result of a task whose process ended."""
 
     reason: str
     """`time`, `memory` or `died`."""
@@ -63,20 +63,24 @@ class Lost(NamedTuple):
 
 
 class Executor(Protocol[T, R]):
-    """Tasks go in by `submit`, come out by `wait`, in any order. Leaving the context ends all by force."""
+    """Takes tasks by `submit` and returns results by `wait`, in any order. Leaving the context kills all processes."""
 
     @property
     def room(self) -> int:
-        """How many tasks should be under way, so that it never has to wait for more."""
+        """Number of tasks that should be in progress to keep all workers busy."""
 
     def submit(self, task: T) -> None:
-        """Take a task, to be played when there is room."""
+        """Take a task."""
 
     def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
-        """What has come of tasks since the last call; if nothing yet, wait for it so long. None: it was dropped."""
+        """Results since the last call; waits at most `seconds` for the first. None: the task was dropped."""
 
     def cancel(self) -> list[T]:
-        """Drop the tasks that have not begun, or all, of engines that do not know; say which, or let `wait` say it."""
+        """Drop the tasks that have not begun, or all if that is unknown.
+
+        Returns:
+            The dropped tasks, except those that `wait` will return.
+        """
 
     def __enter__(self) -> Self:
         """The engine itself."""
@@ -84,24 +88,24 @@ class Executor(Protocol[T, R]):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End all processes, and what they play, within seconds."""
+        """Kill all processes, within seconds."""
 
 
 class ExecutorError(RuntimeError):
-    """An engine cannot work; this has nothing to do with a task."""
+    """An engine cannot work, for a reason other than a task."""
 
 
 def start(name: str, work: Work[T, R], workers: int | None = None, address: str | None = None) -> Executor[T, R]:
-    """An executor by its name.
+    """Start an executor.
 
     Args:
         name: one of `NAMES`.
         work: what it does.
-        workers: how many tasks it plays at once, at most; None: as many as there are cores.
-        address: where a cluster is, for those that have one.
+        workers: greatest number of tasks that it plays at once; None: one per core.
+        address: of the cluster, for executors that have one.
 
     Raises:
-        ValueError: an unknown name, or arguments that it has no use for.
+        ValueError: an unknown name, or arguments that it does not take.
         ModuleNotFoundError: it needs a package that is not installed; the message says which.
     """
     if name not in NAMES:

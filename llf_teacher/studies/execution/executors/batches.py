@@ -1,7 +1,7 @@
-"""Short tasks travel together: to send one to a process costs more than some take.
+"""Batches of short tasks, since sending a task to a process may cost more than playing it.
 
-Not an engine, but what engines of processes are wrapped into. A batch that is lost is played again task by task, so
-that only the task is lost that took its process with it.
+This is no engine, but a wrapper of engines with processes. A lost batch is played again task by task, so that only the
+task that ended its process is lost.
 """
 
 import time
@@ -12,17 +12,17 @@ from typing import Generic, Self
 
 from llf_teacher.studies.execution.executors import Executor, Lost, Process, R, T, Work
 
-_SECONDS = 1.0  # what a batch should take
+_SECONDS = 1.0  # that a batch should take
 _MOST = 32  # tasks in a batch
 _NEWS = 0.3  # weight of the last batch in the mean time of a task
 
 Batch = tuple[T, ...]
-Told = tuple[list[R], float]
-"""The results of a batch, and the seconds that they took; after a task that spoiled the process there are no more."""
+BatchResult = tuple[list[R], float]
+"""The results of a batch, up to a task that spoiled the process, and the seconds that they took."""
 
 
-def _each(call: Callable[[T], R], tasks: Batch[T]) -> Told[R]:
-    """Play a batch, in a process of the engine's."""
+def _each(call: Callable[[T], R], tasks: Batch[T]) -> BatchResult[R]:
+    """Play a batch, in a process of the engine."""
     if Process.spoiled:
         Process.replace()
     begun = time.perf_counter()
@@ -34,21 +34,21 @@ def _each(call: Callable[[T], R], tasks: Batch[T]) -> Told[R]:
     return results, time.perf_counter() - begun
 
 
-def in_batches(work: Work[T, R]) -> Work[Batch[T], Told[R]]:
-    """The same work, of an engine that plays batches."""
+def in_batches(work: Work[T, R]) -> Work[Batch[T], BatchResult[R]]:
+    """The same work for an engine that plays batches."""
     return Work(work.begin, partial(_each, work.call), work.tasks, work.seconds)
 
 
 class Batches(Generic[T, R]):
-    """An executor of tasks by an engine of batches.
+    """An executor of tasks on top of an engine for batches.
 
     Args:
         engine: plays batches.
-        tasks: how many there will be; the last ones travel in small company, so that all processes have some.
-        single: one task a batch, for those that have a limit of time.
+        tasks: their number; the last batches are small, so that all processes are busy.
+        single: whether each batch has one task, for tasks with a limit of time.
     """
 
-    def __init__(self, engine: Executor[Batch[T], Told[R]], tasks: int, single: bool) -> None:
+    def __init__(self, engine: Executor[Batch[T], BatchResult[R]], tasks: int, single: bool) -> None:
         self._engine, self._single, self._left = engine, single, tasks
         self._waiting: list[T] = []
         self._mean: float | None = None
@@ -61,11 +61,11 @@ class Batches(Generic[T, R]):
 
     @property
     def room(self) -> int:
-        """Tasks for all batches that the engine wants."""
+        """Number of tasks in all batches that the engine should have in progress."""
         return self._engine.room * self._size
 
     def submit(self, task: T) -> None:
-        """Send a task as soon as there is a batch, or somebody waits."""
+        """Take a task; it is sent with a full batch, or at the next `wait`."""
         self._waiting.append(task)
         self._left -= 1
         if len(self._waiting) >= self._size:
@@ -77,20 +77,20 @@ class Batches(Generic[T, R]):
             self._waiting.clear()
 
     def wait(self, seconds: float) -> list[tuple[T, R | Lost | None]]:
-        """What has come of tasks."""
+        """Results of tasks."""
         self._send()
         ended: list[tuple[T, R | Lost | None]] = []
-        for tasks, told in self._engine.wait(seconds):
-            if told is None:
+        for tasks, result in self._engine.wait(seconds):
+            if result is None:
                 ended += [(task, None) for task in tasks]
                 continue
-            if isinstance(told, Lost):
+            if isinstance(result, Lost):
                 if len(tasks) == 1:
-                    ended.append((tasks[0], told))
+                    ended.append((tasks[0], result))
                     continue
                 rest = tasks
             else:
-                results, took = told
+                results, took = result
                 mean = took / len(results)
                 self._mean = mean if self._mean is None else self._mean + _NEWS * (mean - self._mean)
                 ended += zip(tasks, results, strict=False)
@@ -100,7 +100,7 @@ class Batches(Generic[T, R]):
         return ended
 
     def cancel(self) -> list[T]:
-        """Drop what has not begun."""
+        """Drop the tasks that have not begun."""
         dropped = [*self._waiting, *(task for tasks in self._engine.cancel() for task in tasks)]
         self._waiting.clear()
         return dropped

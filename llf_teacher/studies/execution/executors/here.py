@@ -1,7 +1,7 @@
-"""`here`: tasks are played in this process, one after the other, as they are waited for.
+"""`here`: this process plays the tasks, one after the other.
 
-Anything can be played so, functions and classes of a notebook too. But nothing can be ended by force, so an agent that
-ends its process takes the study with it. Environment and global generators are left as they were.
+It can play everything, including functions and classes of a notebook. It cannot kill anything: an agent that ends its
+process ends the study. Environment variables and global generators are restored at the end.
 """
 
 import os
@@ -56,5 +56,7 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
         ValueError: more than one worker, or an address.
     """
     if workers not in (None, 1) or address is not None:
-        raise ValueError(f"the executor 'here' has one worker and no address, got {workers} and {address!r}")
+        raise ValueError(
+            f"the executor 'here' has one worker and no address, got workers={workers} and address={address!r}"
+        )
     return _Here(work)

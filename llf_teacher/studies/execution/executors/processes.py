@@ -1,4 +1,4 @@
-"""`processes`: the processes of this machine. One that dies, or is ended, takes only its own task with it."""
+"""`processes`: processes of this machine. If one ends, only its own task is lost."""
 
 import multiprocessing
 import os
@@ -18,15 +18,15 @@ from pebble import ProcessExpired, ProcessPool
 from llf_teacher.studies.execution.executors import AHEAD, SPOILED, Executor, ExecutorError, Lost, Process, R, T, Work
 from llf_teacher.studies.execution.executors.batches import Batches, in_batches
 
-_LEFT = 78  # instead of 0: of a worker that should not have ended
-_BROKEN = 3  # times that no process could begin, one after the other
+_LEFT = 78  # instead of 0: exit status of a worker that ended unexpectedly
+_BROKEN = 3  # consecutive failures to start a process
 
 
 class _Worker(SpawnProcess):
     """A process that plays."""
 
     def start(self) -> None:
-        """Begin, deaf to Ctrl-C, which is for the parent."""
+        """Start and ignore Ctrl-C, which the parent handles."""
         if not hasattr(signal, "pthread_sigmask"):
             return super().start()
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -37,7 +37,7 @@ class _Worker(SpawnProcess):
 
     @property
     def exitcode(self) -> int | None:
-        """Never 0, which the pool would take for an end that somebody wanted."""
+        """Never 0, which the pool takes for an intended end."""
         return super().exitcode if super().exitcode != 0 else _LEFT
 
 
@@ -80,7 +80,7 @@ class _Processes(Generic[T, R]):
                 results.append((task, future.result()))
                 self._broken = 0
             except TimeoutError:
-                error = f"not over {self._work.seconds:g} seconds after its beginning, and did not end by itself"
+                error = f"not over after {self._work.seconds:g} seconds, and did not end by itself"
                 results.append((task, Lost("time", error)))
             except ProcessExpired as error:
                 if error.exitcode == SPOILED:
@@ -88,30 +88,30 @@ class _Processes(Generic[T, R]):
                 else:
                     results.append((task, Lost("died", _how(error.exitcode))))
             except BrokenProcessPool as error:
-                self._again([task, *self._tasks.values()], error)
+                self._restart([task, *self._tasks.values()], error)
                 break
         return results
 
-    def _again(self, tasks: list[T], error: BrokenProcessPool) -> None:
-        """Begin with new processes."""
+    def _restart(self, tasks: list[T], error: BrokenProcessPool) -> None:
+        """Start new processes for the tasks."""
         self._broken += 1
         self._end()
         if self._broken == _BROKEN:
-            raise ExecutorError(f"the processes that play end as soon as they begin: {error}")
+            raise ExecutorError(f"worker processes end as soon as they start: {error}")
         self._tasks.clear()
         self._begin()
         for task in tasks:
             self.submit(task)
 
     def cancel(self) -> list[T]:
-        """Which tasks have begun only their processes know: a future's `cancel` might end one in the middle."""
+        """Have the processes drop tasks; a future's `cancel` could interrupt one that has begun."""
         self._over.set()
         return []
 
     def _end(self) -> None:
         self._pool.stop()  # type: ignore[no-untyped-call]  # the package has types but for a few
         for process in self._context.processes:
-            if process.is_alive():  # as pool.stop would do in turn, after seconds for each
+            if process.is_alive():  # pool.stop would do it one by one, after seconds each
                 process.kill()
         self._pool.join()
 
@@ -125,16 +125,16 @@ class _Processes(Generic[T, R]):
 
 
 _over: Event
-"""In a process that plays: whether no more tasks should begin."""
+"""In a worker: set if no more tasks should begin."""
 
 
 def _unless_over(call: Callable[[T], R], task: T) -> R | None:
-    """Play a task, in a process of the engine's."""
+    """Play a task, in a worker."""
     return None if _over.is_set() else call(task)
 
 
 def _begin(begin: Callable[[], object], over: Event) -> None:
-    """Set up a process. It ends when its parent is gone, even if that was killed."""
+    """Set up a worker, which ends with its parent, even if that is killed."""
     global _over
     _over = over
     Process.owned = True
@@ -150,7 +150,7 @@ def _begin(begin: Callable[[], object], over: Event) -> None:
 
 
 def _how(code: int) -> str:
-    """How a process has ended."""
+    """How a process ended, as text."""
     if code < 0:
         try:
             return f"its process was ended by {signal.Signals(-code).name}"
@@ -166,6 +166,6 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
         ValueError: an address.
     """
     if address is not None:
-        raise ValueError(f"the executor 'processes' plays on this machine and has no address, got {address!r}")
+        raise ValueError(f"the executor 'processes' has no address, got address={address!r}")
     engine = _Processes(in_batches(work), min(workers or os.cpu_count() or 1, work.tasks))
     return Batches(engine, work.tasks, single=work.seconds is not None)

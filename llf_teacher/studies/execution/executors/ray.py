@@ -1,4 +1,4 @@
-"""`ray`: the machines of a Ray cluster. Tasks of a worker or a node that is gone are played again elsewhere."""
+"""`ray`: the machines of a Ray cluster. Tasks of a lost worker or node are played again elsewhere."""
 
 import faulthandler
 import os
@@ -16,12 +16,12 @@ try:
 except ModuleNotFoundError as missing:
     raise ModuleNotFoundError("the executor 'ray' needs Ray; run: pip install 'llf-teacher[ray]'") from missing
 
-_RETRIES = 3  # times that a task is played again whose process or node is gone
-_ANSWER = 15.0  # seconds in which a cluster is to be reached
+_RETRIES = 3  # times that a task is played again after its process or node was lost
+_ANSWER = 15.0  # seconds within which a cluster must answer
 
 
 def _call(work: Work[T, R], task: T) -> R:
-    """Play a task, in a process of Ray's."""
+    """Play a task, in a process of Ray."""
     if not Process.owned:
         Process.owned = True
         work.begin()
@@ -34,10 +34,10 @@ def _call(work: Work[T, R], task: T) -> R:
 
 
 def _reach(address: str) -> None:
-    """Make sure that something answers: Ray tries for minutes, and then ends the process.
+    """Check that a cluster answers; Ray itself tries for minutes, and then ends the process.
 
     Raises:
-        ConnectionError: nothing does.
+        ConnectionError: nothing answers.
     """
     if not (at := re.fullmatch(r"(?:ray://)?\[?(.+?)\]?:(\d+)", address)):
         return  # `auto`, or what Ray refuses at once
@@ -47,7 +47,7 @@ def _reach(address: str) -> None:
     except (OSError, OverflowError) as error:
         raise ConnectionError(
             f"no Ray cluster can be reached at {address}: {error}; expected the address that `ray start --head` "
-            "prints, as in 10.0.0.1:6379. Without an address a cluster is begun on this machine"
+            "prints, as in 10.0.0.1:6379. Without an address a cluster is started on this machine"
         ) from None
 
 
@@ -61,7 +61,7 @@ class _Ray(Generic[T, R]):
             local = {} if address is not None else {"num_cpus": workers, "include_dashboard": False}
             before = signal.getsignal(signal.SIGTERM)
             ray.init(address=address or "local", log_to_driver=False, **local)
-            signal.signal(signal.SIGTERM, before)  # Ray has set one of its own
+            signal.signal(signal.SIGTERM, before)  # which Ray has replaced
         cores = int(ray.cluster_resources().get("CPU", 1))
         self.room = max(1, min(cores if workers is None else workers, work.tasks)) * AHEAD
         self._work = ray.put(work)
@@ -78,7 +78,7 @@ class _Ray(Generic[T, R]):
         return [(self._tasks.pop(ref), _result(ref)) for ref in ready]
 
     def cancel(self) -> list[T]:
-        """Drop all tasks: which of them have begun Ray does not say."""
+        """Drop all tasks, since Ray does not say which have begun."""
         dropped = list(self._tasks.values())
         for ref in self._tasks:
             ray.cancel(ref, force=True)
@@ -102,13 +102,13 @@ def _result(ref: Any) -> Any:
     except ray.exceptions.OutOfMemoryError:
         return Lost("memory", "its node had no memory left")
     except ray.exceptions.RayError as error:
-        return Lost("died", f"its process or node was gone {_RETRIES + 1} times: {type(error).__name__}")
+        return Lost("died", f"its process or node was lost {_RETRIES + 1} times: {type(error).__name__}")
 
 
 def start(work: Work[T, R], workers: int | None, address: str | None) -> Executor[T, R]:
-    """See `executors.start`; without an address, a cluster is begun on this machine, and ended with the study.
+    """See `executors.start`; without an address, a cluster is started on this machine, and ended with the study.
 
     Raises:
-        ConnectionError: no cluster is there.
+        ConnectionError: no cluster answers.
     """
     return Batches(_Ray(in_batches(work), workers, address), work.tasks, single=work.seconds is not None)

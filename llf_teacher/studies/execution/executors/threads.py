@@ -1,7 +1,7 @@
-"""`threads`: many at once in this process, for students that wait for a network; others gain nothing by it.
+"""`threads`: many tasks at once in this process, for students that wait for a network.
 
-Functions of a notebook can be played so. Threads cannot be ended by force, so there are no limits of time; and what an
-agent draws from Python's or NumPy's global generator differs from run to run.
+They can play functions of a notebook. Threads cannot be killed, so that there are no limits of time; draws of an agent
+from Python's or NumPy's global generator differ from run to run.
 """
 
 import os
@@ -12,7 +12,7 @@ from typing import Generic, Self
 
 from llf_teacher.studies.execution.executors import AHEAD, Executor, Lost, R, T, Work
 
-_MANY = 64  # unless said otherwise
+_MANY = 64  # by default
 
 
 class _Threads(Generic[T, R]):
@@ -26,7 +26,7 @@ class _Threads(Generic[T, R]):
         while (task := self._tasks.get()) is not None:
             try:
                 self._results.put((task, self._work.call(task)))
-            except BaseException as error:  # which it should not raise; whoever waits must hear of the task
+            except BaseException as error:  # `call` should raise nothing; `wait` must still return the task
                 self._results.put((task, Lost("died", f"its thread ended: {error!r}")))
 
     def submit(self, task: T) -> None:
@@ -53,7 +53,7 @@ class _Threads(Generic[T, R]):
     def __enter__(self) -> Self:
         self._environment = dict(os.environ)
         self._work.begin()
-        for number in range(self._workers):  # nobody waits for them at the end: they may be waiting themselves
+        for number in range(self._workers):  # daemons, which may wait for a network at the end
             threading.Thread(target=self._play, name=f"llf-player-{number}", daemon=True).start()
         return self
 
@@ -74,7 +74,7 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
         ValueError: an address, or a limit of time.
     """
     if address is not None:
-        raise ValueError(f"the executor 'threads' has no address, got {address!r}")
+        raise ValueError(f"the executor 'threads' has no address, got address={address!r}")
     if work.seconds is not None:
-        raise ValueError("the executor 'threads' can keep no limits of time; leave them out, or use 'processes'")
+        raise ValueError("the executor 'threads' cannot enforce limits of time; leave them out, or use 'processes'")
     return _Threads(work, min(workers or _MANY, work.tasks))

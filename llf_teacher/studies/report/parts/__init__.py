@@ -1,9 +1,8 @@
-"""The parts of a report, each a module with a template of the same name; here is their order."""
+"""The parts of a report in their order; each is a module with a template of the same name."""
 
 from llf_teacher.studies.report.parts import (
     ablation,
     accounting,
-    attempts,
     families,
     findings,
     introduction,
@@ -13,6 +12,7 @@ from llf_teacher.studies.report.parts import (
     notes,
     overall,
     samples,
+    time_to_success,
     transfer,
 )
 from llf_teacher.studies.report.parts.part import Part
@@ -24,7 +24,7 @@ PARTS: tuple[Part, ...] = (
     overall.PART,
     families.PART,
     samples.PART,
-    attempts.PART,
+    time_to_success.PART,
     ablation.PART,
     matrix.PART,
     transfer.PART,

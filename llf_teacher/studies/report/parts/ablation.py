@@ -1,14 +1,13 @@
 """What each kind of feedback adds."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from llf_teacher.studies.analysis.ablation import Ablation, ablations
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
-from llf_teacher.studies.report.panels import Pane, panel_plot
 from llf_teacher.studies.report.parts.part import Part
-from pz_envs.family import all_families
+from llf_teacher.studies.report.plots import Pane, panel_plot
 from teachers.atoms import KINDS
 
 _ALL = "all kinds"
@@ -18,20 +17,19 @@ def _found(data: Data) -> list[Ablation]:
     return list(ablations({group: cells for group, cells in data.outcomes.items() if not group.lessons}))
 
 
-def _plot(found: Sequence[Ablation], called: Callable[[str], str]) -> Plot:
+def _plot(data: Data, found: Sequence[Ablation]) -> Plot:
     """A panel a family and instruction type, a row a kind."""
-    units = {family.name: family.regret_unit for family in all_families()}
     kinds = [kind for kind in KINDS if any(kind in each.shares for each in found)]
     typed = len({each.group.instruction_type for each in found}) > 1
     taught = len({each.teacher for each in found}) > 1
     panes: dict[tuple[str, ...], Pane] = {}
     series: dict[str, None] = {}
     for each in found:
-        name = f"{called(each.teacher)}, {called(each.student)}" if taught else called(each.student)
+        name = f"{data.called(each.teacher)}, {data.called(each.student)}" if taught else data.called(each.student)
         series[name] = None
         group = each.group
         title = f"{group.family} ({group.instruction_type})" if typed else group.family
-        pane = panes.setdefault((title, *group.ids), Pane(title, units[group.family], {}))
+        pane = panes.setdefault((title, *group.ids), Pane(title, data.units[group.family], {}))
         rows = {**each.shares, _ALL: each.total}
         panes[title, *group.ids] = pane._replace(
             dots={**pane.dots, **{(row, name): estimate for row, estimate in rows.items()}}
@@ -50,7 +48,7 @@ def _plot(found: Sequence[Ablation], called: Callable[[str], str]) -> Plot:
 
 
 def _plots(data: Data) -> list[Plot]:
-    return [_plot(found, data.called)] if (found := _found(data)) else []
+    return [_plot(data, found)] if (found := _found(data)) else []
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
@@ -59,10 +57,9 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         return None
     kinds = [kind for kind in KINDS if any(kind in each.shares for each in found)]
     return {
-        "plot": _plot(found, data.called),
+        "plot": _plot(data, found),
         "found": found,
         "kinds": kinds,
-        "units": {family.name: family.regret_unit for family in all_families()},
     }
 
 

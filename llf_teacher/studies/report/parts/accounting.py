@@ -14,30 +14,30 @@ from teachers.atoms import KINDS
 
 
 class Account(NamedTuple):
-    """What a teacher said, over all episodes under one instruction type and feedback type."""
+    """Counts of what a teacher said, over all episodes under one instruction type and feedback type."""
 
     teacher: str
     per_turn: dict[str, float]
-    """Claims per turn of the student, by kind; what is said at the opening counts."""
+    """Claims per turn of the student, by kind, those of the opening included."""
     labels: dict[str, float]
-    """Share of the claims by label; none if there are no claims."""
+    """Share of the claims by label; empty without claims."""
     unchecked: float | None
-    """Share of the sentences of feedback that no claim vouches for; None if nothing was said."""
+    """Share of the sentences of feedback without a claim; None if nothing was said."""
     changes: int
     """Sentences in which a rewriting voice changed numbers or names."""
     uptake: float | None
-    """Of the turns before which a student who can be reached was advised an action, the share in which it took one;
-    None if there are none.
+    """Share of the turns after advice in which a student that teachers can reach took an advised action; None without
+    advice.
     """
     words: float
     """Words of feedback per turn of the student."""
     parse_failures: int
-    """Answers of students that were no action."""
+    """Number of answers that were no action."""
     turns: int
 
 
 def accounts(data: Data, instruction_type: str, feedback_type: str) -> Iterator[Account]:
-    """What each teacher said; teachers without an episode are left out."""
+    """The account of each teacher; teachers without an episode are left out."""
     for teacher in data.study.teachers:
         mine = {
             setting: each
@@ -68,9 +68,9 @@ def _account(teacher: str, mine: Sequence[Sums], uptake: float | None) -> Accoun
 
 def _values(data: Data) -> Mapping[str, Any]:
     types = product(data.study.instruction_types, main_types(data.study.feedback_types))
-    told = {pair: list(accounts(data, *pair)) for pair in types}
+    found = {pair: list(accounts(data, *pair)) for pair in types}
     return {
-        "accounts": {pair: rows for pair, rows in told.items() if rows},
+        "accounts": {pair: rows for pair, rows in found.items() if rows},
         "kinds": KINDS,
         "labels": CHECKED,
     }

@@ -1,13 +1,37 @@
-"""What each family says: success and regret of every teacher with every student, and transcripts."""
+"""The results of each family: success and regret of every teacher with every student, and transcripts."""
 
+import sqlite3
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
+from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.report.transcript import transcript
+from llf_teacher.studies.store import Store, StoreError
+from llf_teacher.theme import prepare_turns
+
+
+class Transcript(NamedTuple):
+    """An episode with its turns."""
+
+    episode: sqlite3.Row
+    """As `Store.episode` gives it."""
+    turns: list[dict[str, Any]]
+    """As `prepare_turns` gives them."""
+
+
+def transcript(store: Store, spec: EpisodeSpec) -> Transcript:
+    """An episode of the store with its turns.
+
+    Raises:
+        StoreError: its turns are incomplete or cannot be read.
+    """
+    episode, turns = store.episode(spec.key), store.turns(spec.key)
+    if len(turns) != episode["turns"] + 1:
+        raise StoreError(f"{store.path}: the turns of the episode {spec.key} are incomplete; see `llf study check`")
+    return Transcript(episode, prepare_turns(turns, episode["family"]))
 
 
 def _values(data: Data) -> Mapping[str, Any]:

@@ -1,4 +1,4 @@
-"""What the study finds: one picture over all families, and what can be read off it, computed."""
+"""The findings of a study: a figure over all families, and sentences that are computed from it."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -11,7 +11,7 @@ from llf_teacher.studies.report.plots import gain_plot
 
 
 class Ranked(NamedTuple):
-    """A teacher with the student that it serves in this way."""
+    """A teacher and a student with their gain."""
 
     teacher: str
     student: str
@@ -19,7 +19,7 @@ class Ranked(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """How many of the comparisons in the families' tables have an adjusted p of at most the level."""
+    """Number of comparisons in the families' tables, and of those that are significant after Holm."""
 
     all: int
     better: int
@@ -45,7 +45,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
 
 
 def _widest(found: Mapping[tuple[str, str], Gain]) -> dict[str, int]:
-    """In how many families each teacher was compared, for the student with most."""
+    """Number of families in which each teacher was compared, for the student with most."""
     widest: dict[str, int] = {}
     for (teacher, _), gain in found.items():
         widest[teacher] = max(widest.get(teacher, 0), len(gain.sections))
@@ -53,9 +53,9 @@ def _widest(found: Mapping[tuple[str, str], Gain]) -> dict[str, int]:
 
 
 def _tested(data: Data, level: float) -> Tally:
-    sure = [d.estimate.mean for section in data.sections for d in section.differences.values() if d.p <= level]
+    significant = [d.estimate.mean for section in data.sections for d in section.differences.values() if d.p <= level]
     every = sum(len(section.differences) for section in data.sections)
-    return Tally(every, sum(mean < 0 for mean in sure), sum(mean > 0 for mean in sure))
+    return Tally(every, sum(mean < 0 for mean in significant), sum(mean > 0 for mean in significant))
 
 
 def _plot(data: Data, found: Mapping[tuple[str, str], Gain]) -> Plot:

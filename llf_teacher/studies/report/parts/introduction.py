@@ -1,4 +1,4 @@
-"""What was studied, and how much of it has been played."""
+"""What is studied, and how much of it has been played."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,7 +9,7 @@ from llf_teacher.studies.report.parts.part import Part
 
 def _values(data: Data) -> Mapping[str, Any]:
     students = dict.fromkeys(student for student, _ in data.failures)
-    failures = {one: {why: n for (other, why), n in data.failures.items() if other == one} for one in students}
+    failures = {each: {why: n for (student, why), n in data.failures.items() if student == each} for each in students}
     return {"failures": failures, "families": list(dict.fromkeys(section.family.name for section in data.sections))}
 
 

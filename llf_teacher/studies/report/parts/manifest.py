@@ -4,8 +4,8 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
+from llf_teacher.studies.definition.study import to_toml
 from llf_teacher.studies.report.data import Data
-from llf_teacher.studies.report.definition import to_toml
 from llf_teacher.studies.report.parts.part import Part
 
 

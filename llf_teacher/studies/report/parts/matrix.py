@@ -1,25 +1,24 @@
-"""Whose the gain is: students and teachers crossed, beyond being told to try again."""
+"""Whose the gain is: students and teachers crossed, beside the control `retry_only`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from llf_teacher.studies.analysis.matrix import Matrix, matrices
 from llf_teacher.studies.analysis.time_to_success import CONTROL
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
-from llf_teacher.studies.report.panels import Pane, panel_plot
 from llf_teacher.studies.report.parts.part import Part
-from pz_envs.family import all_families
+from llf_teacher.studies.report.plots import Pane, panel_plot
 
 
 class Verdicts(NamedTuple):
-    """Tables by whose share of the variance of gains is greater; `sure` are those whose interval is on one side."""
+    """Numbers of tables, by whose share of the variance of gains is greater, and with an interval that excludes 0."""
 
     all: int
     students: int
-    sure_students: int
+    significant_students: int
     teachers: int
-    sure_teachers: int
+    significant_teachers: int
 
 
 def verdicts(found: Sequence[Matrix]) -> Verdicts:
@@ -38,9 +37,9 @@ def _types(found: Sequence[Matrix]) -> list[tuple[str, str]]:
     return list(dict.fromkeys((each.group.instruction_type, each.group.feedback_type) for each in found))
 
 
-def _plot(found: Sequence[Matrix], types: tuple[str, str], called: Callable[[str], str]) -> Plot:
+def _plot(data: Data, found: Sequence[Matrix], types: tuple[str, str]) -> Plot:
     """A panel a family, a row a teacher; of one instruction type and feedback type."""
-    units = {family.name: family.regret_unit for family in all_families()}
+    called = data.called
     found = [each for each in found if (each.group.instruction_type, each.group.feedback_type) == types]
     return Plot(
         name=f"matrix-gains-{'-'.join(types)}".replace("+", "-"),
@@ -49,7 +48,7 @@ def _plot(found: Sequence[Matrix], types: tuple[str, str], called: Callable[[str
             [
                 Pane(
                     each.group.family,
-                    units[each.group.family],
+                    data.units[each.group.family],
                     {(called(teacher), called(student)): gain for (teacher, student), gain in each.gains.items()},
                 )
                 for each in found
@@ -70,7 +69,7 @@ _GAIN = ("gain", "gain_low", "gain_high")
 
 def _plots(data: Data) -> list[Plot]:
     found = list(matrices(data.taught))
-    return [_plot(found, types, data.called) for types in _types(found)]
+    return [_plot(data, found, types) for types in _types(found)]
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
@@ -78,11 +77,10 @@ def _values(data: Data) -> Mapping[str, Any] | None:
     if not found:
         return None
     return {
-        "plots": [_plot(found, types, data.called) for types in _types(found)],
+        "plots": [_plot(data, found, types) for types in _types(found)],
         "verdicts": verdicts(found),
         "found": found,
         "control": CONTROL,
-        "units": {family.name: family.regret_unit for family in all_families()},
     }
 
 

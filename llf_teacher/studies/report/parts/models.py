@@ -1,4 +1,4 @@
-"""What students got of their models: answers that were no actions, cut ones, tokens, money, time."""
+"""Answers of language models: those that were no actions, cut ones, tokens, costs, latency."""
 
 from collections.abc import Mapping
 from typing import Any

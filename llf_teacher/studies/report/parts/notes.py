@@ -1,4 +1,4 @@
-"""How the figures are to be read, and the contents of the page."""
+"""How to read the figures, and the contents of the page."""
 
 from collections.abc import Mapping
 from typing import Any

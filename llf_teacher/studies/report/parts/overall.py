@@ -1,6 +1,6 @@
-"""What each teacher spares its students over all families, by estimators for many tasks."""
+"""The regret that each teacher saves over all families, by estimators for many tasks."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,25 +8,25 @@ import numpy as np
 from llf_teacher.studies.analysis.overall import THRESHOLDS, Overall, overall
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
-from llf_teacher.studies.report.panels import profile_plot
 from llf_teacher.studies.report.parts.part import Part
+from llf_teacher.studies.report.plots import profile_plot
 
 _SHOWN = (0.0, 0.5, 0.9)
-_CURVES = 8  # that can be told apart
+_CURVES = 8  # greatest number of curves
 
 
 def _typed(found: Sequence[Overall]) -> bool:
     return len({(each.instruction_type, each.feedback_type) for each in found}) > 1
 
 
-def _plot(found: Sequence[Overall], called: Callable[[str], str]) -> Plot:
-    """A line a teacher; of many, those whose interquartile means are greatest, and the least."""
+def _plot(data: Data, found: Sequence[Overall]) -> Plot:
+    """A line per teacher; of many, those with the greatest interquartile means and that with the least."""
     ranked = sorted(found, key=lambda each: -each.middle.mean)
     drawn = ranked if len(ranked) <= _CURVES else [*ranked[: _CURVES - 1], ranked[-1]]
     typed = _typed(found)
 
     def label(each: Overall) -> str:
-        name = called(each.teacher)
+        name = data.called(each.teacher)
         return f"{name} ({each.instruction_type}, {each.feedback_type})" if typed else name
 
     return Plot(
@@ -45,7 +45,7 @@ def _plot(found: Sequence[Overall], called: Callable[[str], str]) -> Plot:
 
 
 def _plots(data: Data) -> list[Plot]:
-    return [_plot(found, data.called)] if (found := list(overall(data.taught, data.study.baseline))) else []
+    return [_plot(data, found)] if (found := list(overall(data.taught, data.study.baseline))) else []
 
 
 def _values(data: Data) -> Mapping[str, Any] | None:
@@ -54,7 +54,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         return None
     return {
         "found": found,
-        "plot": _plot(found, data.called),
+        "plot": _plot(data, found),
         "thresholds": {value: int(np.abs(THRESHOLDS - value).argmin()) for value in _SHOWN},
         "typed": _typed(found),
     }

@@ -1,4 +1,4 @@
-"""What a part of a report is."""
+"""The interface of a part of a report."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -11,12 +11,12 @@ class Part(NamedTuple):
     """A part of the page, or of its contents."""
 
     name: str
-    """Of its template, `parts/NAME.html.j2`, and the id of its section."""
+    """Name of its template, `parts/NAME.html.j2`, and id of its section."""
     values: Callable[[Data], Mapping[str, Any] | None]
-    """What the template is filled with, beside `data`, the whole; None leaves the part out."""
+    """Variables of the template, beside `data`; None leaves the part out."""
     title: str = ""
-    """How the contents call it; they leave out what has no title."""
+    """Title in the contents; empty: not listed."""
     plots: Callable[[Data], Sequence[Plot]] = lambda _: ()
     """Its figures, which `llf study figures` writes."""
     links: Callable[[Data], Sequence[tuple[str, str, str]]] | None = None
-    """In place of the title, lines of the contents: id, name, and what stands behind it in brackets."""
+    """Lines of the contents in place of the title: id, name, and a remark in brackets."""

@@ -1,10 +1,10 @@
-"""What several samples of the same episodes say: pass@k."""
+"""pass@k of several samples of the same episodes."""
 
 from collections import defaultdict
 from collections.abc import Mapping
 from typing import Any
 
-from llf_teacher.studies.analysis.samples import Sampled, pass_at
+from llf_teacher.studies.analysis.pass_at_k import Sampled, pass_at
 from llf_teacher.studies.report.columns import columns
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part

@@ -1,25 +1,23 @@
-"""What lessons have left in a test without a teacher."""
+"""The effect of lessons in a test without a teacher."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from llf_teacher.studies.analysis.outcomes import Group
 from llf_teacher.studies.analysis.transfer import AfterLessons, tested
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
-from llf_teacher.studies.report.panels import Pane, panel_plot
 from llf_teacher.studies.report.parts.part import Part
-from pz_envs.family import all_families
+from llf_teacher.studies.report.plots import Pane, panel_plot
 
 
 def _row(group: Group) -> str:
-    """The lessons, as a row of the figure names them."""
+    """The label of lessons in the figure."""
     return f"{group.lessons} {group.worlds}, {group.feedback_type}"
 
 
-def _plot(found: Sequence[AfterLessons], baseline: str, called: Callable[[str], str]) -> Plot | None:
-    """A panel for each environment of tests, a row for each kind of lessons; None if nothing is compared."""
-    units = {family.name: family.regret_unit for family in all_families()}
+def _plot(data: Data, found: Sequence[AfterLessons]) -> Plot | None:
+    """A panel per environment of tests, a row per kind of lessons; None without a comparison."""
     panes: dict[str, Pane] = {}
     rows: dict[str, None] = {}
     series: dict[str, None] = {}
@@ -29,15 +27,16 @@ def _plot(found: Sequence[AfterLessons], baseline: str, called: Callable[[str], 
         group = each.group
         where = ", ".join(group.ids) + ("" if group.ids == (group.taught,) else f" after {group.taught}")
         title = f"{where} ({group.instruction_type})"
-        row, name = _row(group), f"{called(each.teacher)}, {called(each.student)}"
+        row, name = _row(group), f"{data.called(each.teacher)}, {data.called(each.student)}"
         rows[row] = series[name] = None
-        pane = panes.setdefault(title, Pane(title, units[group.family], {}))
+        pane = panes.setdefault(title, Pane(title, data.units[group.family], {}))
         panes[title] = pane._replace(dots={**pane.dots, (row, name): each.gain})
     if not panes:
         return None
+    baseline = data.called(data.study.baseline)
     return Plot(
         name="transfer-gains",
-        title=f"Regret in a test without a teacher, less than after as many lessons with {called(baseline)}.",
+        title=f"Regret in a test without a teacher, less than after as many lessons with {baseline}.",
         draw=lambda: panel_plot(list(panes.values()), list(rows), list(series), "gain"),
         columns=(
             *("tested_in", "taught_in", "instruction_type", "lessons", "worlds", "feedback_type"),
@@ -55,7 +54,7 @@ def _plot(found: Sequence[AfterLessons], baseline: str, called: Callable[[str], 
 
 
 def _plots(data: Data) -> list[Plot]:
-    plot = _plot(list(tested(data.outcomes, data.study.baseline)), data.study.baseline, data.called)
+    plot = _plot(data, list(tested(data.outcomes, data.study.baseline)))
     return [plot] if plot else []
 
 
@@ -65,8 +64,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         return None
     return {
         "found": found,
-        "plot": _plot(found, data.study.baseline, data.called),
-        "units": {family.name: family.regret_unit for family in all_families()},
+        "plot": _plot(data, found),
     }
 
 

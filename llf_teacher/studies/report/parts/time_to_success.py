@@ -1,4 +1,4 @@
-"""How soon problems are solved, and what words add to being told to try again."""
+"""How soon problems are solved, and what a teacher's words add to another try."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -31,4 +31,4 @@ def _values(data: Data) -> Mapping[str, Any] | None:
     return {"found": found, "control": CONTROL} if found else None
 
 
-PART = Part("attempts", _values, "Attempts")
+PART = Part("time_to_success", _values, "Attempts")

@@ -1,4 +1,4 @@
-"""What several samples of the same episode say: how often one of k would have succeeded."""
+"""pass@k: how likely at least one of k samples of an episode succeeds."""
 
 import math
 from collections import defaultdict
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 
 class Sampled(NamedTuple):
-    """What is averaged over: the worlds of an environment, for one teacher and one student."""
+    """A cell of the average: the worlds of an environment with one teacher and one student."""
 
     id: str
     teacher: str
@@ -18,17 +18,17 @@ class Sampled(NamedTuple):
 
 
 def pass_at(k: int, rows: Iterable[Mapping[str, Any]]) -> dict[Sampled, float]:
-    """pass@k: the chance that at least one of k samples of an episode succeeds, without bias (Chen et al. 2021).
+    """The unbiased estimate of pass@k (Chen et al. 2021).
 
     Args:
         k: at most the number of samples.
-        rows: episodes, as `llf_teacher.studies.load(path).rows()` gives them; with success in any turn they count.
+        rows: episodes, as `llf_teacher.studies.load(path).rows()` gives them; success in any turn counts.
 
     Returns:
-        Per cell the mean over its worlds, in the order of the rows.
+        Per cell the mean over its worlds, 0 to 1, in the order of the rows.
 
     Raises:
-        ValueError: of a world there are fewer samples than k.
+        ValueError: a world has fewer samples than k.
     """
     worlds: dict[Sampled, dict[int, list[bool]]] = defaultdict(lambda: defaultdict(list))
     for row in rows:
