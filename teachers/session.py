@@ -401,7 +401,7 @@ class Session:
                 self.observer.begin(moment)
 
     def follow(self, moment: Moment[Any], terminated: bool = False) -> None:
-        """Take a turn of the student that was played elsewhere, with the world where it ends; arguments as above."""
+        """Take a turn of the student that was played elsewhere; the world stays as it is. Arguments as above."""
         self.moment, self.terminated = moment, terminated
         self.truncated = moment.over and not terminated
         self.info, self.atoms, self.asked = {"success": moment.success}, (), False
