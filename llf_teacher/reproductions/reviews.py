@@ -111,4 +111,4 @@ def commented(
         _, rewards, _, _, infos = env.step({TEACHER: action})
         lost -= rewards[TEACHER]
     env.close()
-    return lost / episodes, seats.purse.spent
+    return lost / episodes, offer.purse.spent
