@@ -183,6 +183,18 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
             raise RefusalError(f"{type(self).__name__} gives no values; it must implement regret(moment)")
         return values
 
+    def try_out(self, moment: Moment[TruthT], action: Any) -> Moment[TruthT]:
+        """The moment after one more action, in the lab.
+
+        Raises:
+            ValueError: the action is outside the action space.
+        """
+        lab = self.lab
+        lab.restore(moment.after)
+        action = lab.legal(action)
+        _, reward, _, _, info = lab.advance(action)
+        return Moment(moment.after, action, reward, lab.truth, info["success"], moment.turn + 1, False)
+
     def falsehoods(self, claim: Claim, moment: Moment[TruthT]) -> list[Claim]:
         """Every counterpart of a claim that is false, by its check."""
         return [c for c in claim.counterparts(moment, self.lab) if not c.holds(moment, self.lab)]

@@ -447,10 +447,11 @@ class Session:
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
-        if self._inputs is not None:
-            self._keep(Session.act, action)
+        given = action
         if type(action) is not ParseFailure:
             action = self.read(action)
+        if self._inputs is not None:
+            self._keep(Session.act, given)
         world, last = self.world, self.moment
         turn = last.turn + 1
         if type(action) is ParseFailure:
@@ -706,11 +707,7 @@ class Session:
             return bool(values[action] < max(values) - _NEAR)
         if HN not in oracle.feedback_types:
             return False
-        lab = oracle.lab
-        lab.restore(now)
-        _, reward, terminated, truncated, info = lab.advance(action)
-        tried = Moment(now, action, reward, lab.truth, info["success"], self.moment.turn + 1, terminated or truncated)
-        found = oracle.judge(tried, {HP, HN})
+        found = oracle.judge(oracle.try_out(self.moment, action), {HP, HN})
         verdicts = [claim for claim in found if isinstance(claim, ActionClaim)] or found
         return any(claim.kind is HN for claim in verdicts)
 

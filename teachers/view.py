@@ -85,13 +85,13 @@ class View:
 
     def loss(self, action: Any) -> float:
         """Value that this action would lose if it were the next."""
-        return self._oracle.regret(self._tried(self.moment, action))
+        return self._oracle.regret(self._oracle.try_out(self.moment, action))
 
     def steps_to_success(self, truth: Any, action: Any, horizon: int) -> int | None:
         """Number of actions, at most `horizon`, until this one and an optimal policy solve the task; None if more."""
         moment = Moment.opening(truth)
         for steps in range(1, horizon + 1):
-            moment = self._tried(moment, action)
+            moment = self._oracle.try_out(moment, action)
             if moment.success:
                 return steps
             plan = self._oracle.plan(moment.after, 1)
@@ -199,21 +199,13 @@ class View:
             now = Moment.opening(moment.after, moment.turn)
             advice = self._oracle.judge(now, {FP})
             advised = [c for c in advice if isinstance(c, ActionClaim) and np.array_equal(c.action, action)]
-            moment = self._tried(moment, action)
+            moment = self._oracle.try_out(moment, action)
             solved = moment.success
             if not solved and not (advised and advised[0].holds(now, lab)):
                 break
             actions.append(action)
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
-
-    def _tried(self, moment: Moment[Any], action: Any) -> Moment[Any]:
-        """The moment after another action, in the lab."""
-        lab = self._oracle.lab
-        lab.restore(moment.after)
-        action = lab.legal(action)
-        _, reward, _, _, info = lab.advance(action)
-        return Moment(moment.after, action, reward, lab.truth, info["success"], moment.turn + 1, False)
 
     def _dim(self, ground: Claim[Any]) -> Claim[Any]:
         return (Chance if ground.kind is FP else Trap).on(ground)
