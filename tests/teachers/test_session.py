@@ -1,0 +1,283 @@
+"""A session: what a turn is, in which order, what is recorded of it, and how it is taken back."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from pz_envs.family import all_families
+from pz_envs.text_mode import read_text
+from teachers.atoms import FP, Atom, ParseFailure, Utterance
+from teachers.common import Reward
+from teachers.session import Purse, Session
+from worlds.testing import plain
+
+GRID, BANDIT = (next(f for f in all_families() if f.name == name) for name in ("gridworld", "bandits"))
+FAMILIES = [family for family in all_families() if not family.slow]
+
+
+def made(family=GRID, personalities=("oracle",), settings=None, **arguments):
+    world = family.make_world(**family.environments[family.showcase[0]])
+    teachers = [family.make_teacher(world, each, **(settings or {})) for each in personalities]
+    return Session(world, teachers, **{"max_turns": 6, "repeated": family.repeated, **arguments})
+
+
+def played(session, actions):
+    """The records of turns."""
+    records = []
+    for action in actions:
+        if session.over:
+            break
+        session.act(action)
+        session.speak()
+        records.append(session.turn)
+    return records
+
+
+def test_an_episode_is_opened_spoken_of_and_acted_in():
+    session = made(max_turns=20)
+    opening = session.open(7)
+    assert (opening.turn, opening.before, session.heard, session.done) == (0, None, False, False)
+    session.speak()
+    first = session.turn
+    assert first.instruction == session.instruction != ""
+    assert {atom.kind for atom in first.feedback.atoms} <= {"fp", "fn"}
+    assert first.atoms == session.info["atoms"]
+    while not session.done:
+        moment = session.act(session.teacher.oracle.plan(session.moment.after, 1)[0])
+        assert not session.heard
+        session.speak()
+        assert session.turn.moment == moment
+        assert session.turn.instruction == ""
+    assert session.moment.success
+    assert not session.truncated
+
+
+def test_a_record_does_not_change():
+    session = made()
+    session.open(1)
+    session.speak()
+    before = session.turn
+    kept = repr(before)
+    played(session, [0, 1])
+    assert repr(before) == kept
+    with pytest.raises(AttributeError):
+        before.moment = None
+
+
+def test_the_horizon_truncates_and_success_terminates_where_that_is_wanted():
+    session = made(max_turns=2)
+    session.open(3)
+    session.speak()
+    played(session, [0, 0])
+    assert (session.terminated, session.truncated, session.over) == (False, True, True)
+    session = made(BANDIT, until_success=True)
+    session.open(3)
+    session.speak()
+    played(session, [session.world.truth.best[0]])
+    assert session.moment.success
+    assert not session.over, "a task that is repeated is not ended by success"
+
+
+def test_a_text_that_is_no_action_counts_and_steps_nothing():
+    session = made(read=read_text, failure_reward=0.0)
+    session.open(2)
+    session.speak()
+    before = plain(session.world.save())
+    session.act("whatever")
+    session.speak()
+    turn = session.turn
+    assert plain(session.world.save()) == before
+    assert type(turn.moment.action) is type(turn.info["parse_failure"]) is ParseFailure
+    assert (turn.moment.turn, turn.moment.before) == (1, None)
+    assert turn.atoms[0].kind is None
+
+
+@pytest.mark.parametrize("action", [9, "north", None])
+def test_what_is_no_action_changes_nothing(action):
+    session = made(undoable=True)
+    session.open(2)
+    session.speak()
+    before = repr(session.turn)
+    with pytest.raises(ValueError, match="not in the action space"):
+        session.act(action)
+    assert repr(session.turn) == before
+    with pytest.raises(ValueError, match="there is no turn to take back"):
+        session.undo()
+
+
+def test_a_question_is_answered_once_a_turn():
+    session = made(ask_cost=0.25)
+    session.open(4)
+    session.speak()
+    session.act(0)
+    session.speak()
+    assert session.ask() == -0.25
+    session.speak()
+    assert session.turn.asked
+    assert {atom.kind for atom in session.turn.atoms} == {"fp", "fn"}
+    assert session.moment.turn == 1
+    with pytest.raises(ValueError, match="cannot ask: it has asked in this turn; let it act"):
+        session.ask()
+    session.act(0)
+    assert not session.asked
+    with pytest.raises(ValueError, match="cannot ask: there is no ask_cost"):
+        made().ask()
+
+
+def test_several_teachers_are_heard_when_all_have_spoken():
+    session = made(personalities=("only(kinds='fp')", "silent", "only(kinds='hn+hp')"), instructs=True)
+    session.open(5)
+    for teacher in (2, 0):
+        session.say_kinds(31, teacher)
+        assert not session.heard
+    session.say("Look around.", 1)
+    assert session.heard
+    assert {atom.speaker for atom in session.feedback.atoms} == {"teacher_0"}
+    assert str(session.feedback).endswith("Look around.")
+    session.act(0)
+    session.speak()
+    assert {atom.speaker for atom in session.turn.atoms} <= {"teacher_0", "teacher_2"}
+
+
+def test_each_teacher_pays_from_its_purse():
+    purses = [Purse(0.5, 1), Purse(0.25)]
+    session = made(personalities=("oracle", "oracle"), purses=purses, instructs=True)
+    session.open(6)
+    assert session.say_kinds(31, 0) == -0.5
+    assert session.say(Utterance.of([Atom(Reward(reward=0.0), "Nothing.", 0)] * 2), 1) == -0.5
+    assert [purse.spent for purse in purses] == [1, 2]
+    session.act(0)
+    assert session.say_kinds(31, 0) == 0
+    session.open(6)
+    assert [purse.spent for purse in purses] == [0, 0]
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+@pytest.mark.parametrize("personality", ["oracle", "mistake(eps=0.5) | delayed(turns=1)"])
+def test_a_turn_that_is_taken_back_has_not_been(family, personality):
+    def fresh():
+        session = made(family, (personality,), undoable=True)
+        session.open(8)
+        session.speak()
+        return session
+
+    rng = np.random.default_rng(0)
+    one, other = fresh(), fresh()
+    actions = [one.world.sample_action(rng) for _ in range(4)]
+    records = played(one, actions[:2])
+    one.act(actions[2])
+    one.undo()
+    assert repr(one.turn) == repr(records[-1])
+    again = played(one, [actions[3]])
+    assert repr(again) == repr(played(other, [*actions[:2], actions[3]])[2:])
+
+
+@pytest.mark.parametrize("speech", ["say", "say_kinds", "choose"])
+def test_what_teachers_said_is_taken_back_with_what_came_after(speech):
+    words = {"say": "Well done.", "say_kinds": 31, "choose": 1}[speech]
+    session = made(undoable=True, instructs=speech != "say")
+    session.open(9)
+    session.speak()
+    session.act(1)
+    suggested = str(session.suggest())
+    getattr(session, speech)(words)
+    if speech == "choose":
+        session.choose(0)
+    session.act(2)
+    seen = []
+    session.undo(teachers=True, before_act=lambda: seen.append(session.moment.turn))
+    assert (session.moment.turn, session.heard, seen) == (1, False, [0])
+    assert str(session.suggest()) == suggested
+    session.undo(teachers=True)
+    assert (session.moment.turn, session.heard) == (0, False)
+    with pytest.raises(ValueError, match="there is no turn to take back"):
+        session.undo()
+
+
+@pytest.mark.parametrize(
+    "begin",
+    [
+        lambda session: session.open(),
+        lambda session: (session.open(1), session.start_next_episode()),
+        lambda session: (session.open(1), session.resume_from(session.moment)),
+    ],
+    ids=["without a seed", "next episode", "resumed"],
+)
+def test_what_was_not_kept_cannot_be_taken_back(begin):
+    session = made(undoable=True)
+    begin(session)
+    session.speak()
+    session.act(0)
+    with pytest.raises(ValueError, match="undoable=True and an episode opened with a seed"):
+        session.undo()
+
+
+def test_an_episode_is_resumed_where_another_session_was():
+    one, other = made(), made()
+    one.open(3)
+    one.speak()
+    played(one, [0, 1])
+    other.open(3)
+    other.resume_from(one.moment)
+    other.speak()
+    assert [atom.claim for atom in other.atoms] == [atom.claim for atom in one.atoms]
+    assert plain(other.state) == plain(one.state)
+    assert [t.moment for t in played(other, [2])] == [t.moment for t in played(one, [2])]
+
+
+def test_the_next_episode_keeps_what_was_spent():
+    session = made(purses=[Purse(0.1, 9)], instructs=True)
+    session.open(3)
+    session.say_kinds(31)
+    start, spent = session.moment.after, session.offers[0].purse.spent
+    session.act(0)
+    session.start_next_episode(start)
+    assert session.moment.after == start
+    assert session.offers[0].purse.spent == spent > 0
+    assert session.seeds.episode == 1
+
+
+@pytest.mark.parametrize(
+    ("speech", "said", "match"),
+    [
+        ("say", 3, "must say a string of at most 65536 characters"),
+        ("say_kinds", 32, "an integer from 0 to 31"),
+        ("say_kinds", "1", "an integer from 0 to 31"),
+        ("choose", 33, "an integer from 0 to 32"),
+        ("choose", 0.5, "an integer from 0 to 32"),
+    ],
+)
+def test_what_cannot_be_said_changes_nothing(speech, said, match):
+    session = made(instructs=True)
+    session.open(1)
+    with pytest.raises(ValueError, match=match):
+        getattr(session, speech)(said)
+    assert not session.heard
+
+
+@pytest.mark.parametrize("copier", [copy.deepcopy, lambda session: pickle.loads(pickle.dumps(session))])
+def test_copies_go_on_like_the_original(copier):
+    session = made(personalities=("mistake(eps=0.5)",))
+    session.open(2)
+    session.speak()
+    played(session, [0])
+    twin = copier(session)
+    assert repr(played(twin, [1, 2])) == repr(played(session, [1, 2]))
+
+
+def test_a_mistake_is_worth_less_than_another_action():
+    session = made(instructs=True)
+    session.open(1)
+    values = session.teacher.oracle.values(session.moment.after)
+    assert [session.mistake(action) for action in range(4)] == [value < max(values) for value in values]
+    assert made(read=read_text).mistake(ParseFailure("x", "y"))
+
+
+def test_advice_for_the_first_action_is_feedback():
+    session = made(settings={"feedback_type": [FP]})
+    session.open(1)
+    session.speak()
+    assert [atom.kind for atom in session.feedback.atoms] == [FP]
+    assert not any(atom.kind for atom in session.instruction.atoms)
