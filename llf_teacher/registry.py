@@ -9,7 +9,7 @@ import gymnasium
 from gymnasium.envs.registration import EnvSpec
 
 import pz_envs  # noqa: F401  (registers with PettingZoo)
-from pz_envs.family import Family, all_families, first_families, own_families
+from pz_envs.family import Family, all_families, families_to_register, own_families
 from pz_envs.learning import ActionValues, StateValues
 
 PREFIX, ALIAS, TEACHER = "llf-", "verbal-", "llf-teacher/"
@@ -111,7 +111,7 @@ def register_all() -> None:
 
     The environments check the order of calls themselves, so that no wrapper hides their attributes.
     """
-    entries, aliases = _table(first_families)
+    entries, aliases = _table(families_to_register)
     for id, each in (entries | aliases).items():
         arrays = bool(each.family.world_batch)
         for name in (id, ALIAS + id.removeprefix(PREFIX)):

@@ -3,7 +3,7 @@
 Importing this package registers `llf/<name>` for every environment of every family with PettingZoo.
 """
 
-from pz_envs.family import first_families
+from pz_envs.family import families_to_register
 
-for _family in first_families():
+for _family in families_to_register():
     _family.register()

@@ -1,4 +1,4 @@
-"""A lesson put together from its settings: a session, and what is seen of it."""
+"""A lesson assembled from its settings: a session and the views of its seats."""
 
 import copy
 from collections.abc import Sequence
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from pz_envs.frames import VIEW, Watch
+from pz_envs.frames import VIEW, EpisodeRenderer
 from pz_envs.rewards import check_prices
 from pz_envs.settings import Settings
 from pz_envs.student_view import StudentView
@@ -61,9 +61,9 @@ def assemble(
     picture = subject.make_picture(world) if drawn else None
     image = _image_space(subject, world, picture, settings.text) if settings.visual else None
     max_turns = subject.max_turns if settings.max_turns is None else settings.max_turns
-    watch = None
+    renderer = None
     if picture is not None:
-        watch = Watch(
+        renderer = EpisodeRenderer(
             subject.name,
             picture,
             subject.oracle_class()(world.scratch),
@@ -85,10 +85,10 @@ def assemble(
         ask_cost=settings.ask_cost,
         failure_reward=settings.failure_reward,
         read=_reader(world, settings.text),
-        observer=watch,
+        observer=renderer,
         undoable=undoable,
     )
-    student = StudentView(session, settings, image if settings.text else None, watch)
+    student = StudentView(session, settings, image if settings.text else None, renderer)
     views = [TeacherView(session, settings.speech, settings.teacher_reward, i) for i in range(len(teachers))]
     return Parts(session, student, tuple(views))
 

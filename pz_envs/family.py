@@ -1,4 +1,4 @@
-"""The declaration of a family: what joins a world, an oracle and their phrases. Declaring imports neither."""
+"""The declaration of a family: a world, an oracle and their phrases, by name; declaring imports none of them."""
 
 import contextlib
 import importlib
@@ -29,18 +29,20 @@ if TYPE_CHECKING:
     from worlds.world import World
 
 PLUGINS = "llf_teacher.families"
-"""The group of entry points by which an installed distribution brings families along, each as `module:FAMILY`."""
+"""The entry point group in which installed distributions declare families, each as `module:FAMILY`."""
 _ENVIRONMENT = re.compile(r"[A-Za-z0-9_-]+-v\d+")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Family(Subject):
-    """A family of environments: one module of the same basename in `worlds`, `teachers.oracles`, `teachers/phrases`
-    and `pz_envs.families`. A family that is installed on its own says where it has them.
-    """  # noqa: D205
+    """A family of environments.
+
+    It has a module of the same name in `worlds`, `teachers.oracles`, `teachers/phrases` and `pz_envs.families`. The
+    family of another distribution declares where they are.
+    """
 
     name: str
-    """The basename."""
+    """The name of the modules."""
     summary: str
     """One line for listings."""
     world: str
@@ -48,7 +50,7 @@ class Family(Subject):
     oracle: str
     """Name of the oracle's class, or `module:class` if the module is not `teachers.oracles.<name>`."""
     phrases: str = ""
-    """The phrases, as `package:file.toml`, if they are not `teachers.phrases:<name>.toml`."""
+    """The phrases, as `package:file.toml`; empty: `teachers.phrases:<name>.toml`."""
     world_batch: str = ""
     """Name of the class of its worlds in arrays, or `module:class` if the module is not `worlds.batches.<name>`; empty
     if there is none.
@@ -62,37 +64,37 @@ class Family(Subject):
     environments: Mapping[str, Mapping[str, Any]]
     """Per environment, named with its version as in `name-v0`, the world's options."""
     showcase: tuple[str, ...]
-    """The environments that stand for the family where not all are wanted."""
+    """The environments that represent the family where not all are used."""
     max_turns: int
     """Turns of the student after which an episode is truncated."""
     repeated: bool = False
-    """Whether success ends nothing: a one-step problem without state, asked again and again."""
+    """Whether success ends no episode: the family is a one-step problem without state, asked repeatedly."""
     slow: bool = False
-    """Whether the simulator is so slow that what is done with every family should be done less with this one."""
+    """Whether the simulator is slow, so that tests and tables play fewer episodes of it."""
     compiled: bool = False
-    """Whether the extra `fast` makes its teacher faster."""
+    """Whether the extra `fast` compiles functions of its teacher."""
     sampled: tuple[str, ...] = ()
-    """The environments of which there are golden transcripts, and which the default tests play; none stands for all."""
+    """The environments that have golden transcripts and are in the default tests; empty: all."""
     rules: int = 1
-    """Version of the family's rules: it goes up when the same seed and actions no longer give the same episode."""
+    """Version of the family's rules; it increases when the same seed and actions no longer give the same episode."""
     regret_unit: str
-    """What regret counts, as in "extra moves"."""
+    """The unit of regret, such as "extra moves"."""
     learning: Learning
-    """What rewards alone teach."""
+    """What can be learned from rewards alone."""
     visual: bool = False
     """Whether its worlds have an option `visual` that adds images to the observation."""
     aliases: Mapping[str, str] = field(default_factory=dict)
-    """Further names, each with the environment that it stands for."""
+    """Per alias the environment."""
     alias_warning: str = ""
-    """What users of an alias are warned of."""
+    """The warning for users of an alias."""
     extra: str = field(default="")
-    """The extra of the distribution that the world needs, if the core does not do."""
+    """The extra of the distribution that the world needs; empty: none."""
     distribution: str = "llf-teacher"
-    """What to install for it. Known from the entry point if the family is installed on its own, as the next two are."""
+    """The distribution; of a plug-in this field and the next two are taken from its entry point."""
     version: str = ""
-    """Version of the distribution, if it is another one than this."""
+    """The version of another distribution; empty for this one."""
     module: str = ""
-    """The module of this declaration, if it is not `pz_envs.families.<name>`."""
+    """The module of this declaration; empty: `pz_envs.families.<name>`."""
 
     def __post_init__(self) -> None:
         check_learning(self.learning)
@@ -117,10 +119,11 @@ class Family(Subject):
         """
         cls: type[World[Any]] = self._load(self.world, "worlds")
         allowed = self.options()
-        if strange := [name for name in options if name not in allowed]:
+        if unknown_names := [name for name in options if name not in allowed]:
             from teachers.spec import unknown
 
-            raise ValueError(f"{cls.__name__} does not take these options: {unknown('option', strange[0], allowed)}")
+            hint = unknown("option", unknown_names[0], allowed)
+            raise ValueError(f"{cls.__name__} does not take these options: {hint}")
         return cls(**options)
 
     def options(self) -> tuple[str, ...]:
@@ -133,15 +136,15 @@ class Family(Subject):
         return cls
 
     def batch_options(self) -> tuple[str, ...]:
-        """What `make_batch` takes beside the world's options."""
+        """The names of the options that `make_batch` takes beside the world's."""
         own = inspect.signature(self._load(self.world_batch, "worlds.batches")).parameters
         return tuple(name for name, each in own.items() if each.kind == each.KEYWORD_ONLY)
 
     def make_batch(self, rows: int, **options: Any) -> "tuple[WorldBatch[Any, Any], OracleBatch[Any]]":
-        """Worlds in arrays, a row each, and what their oracles say.
+        """Worlds in arrays and their oracles in arrays.
 
         Args:
-            rows: how many.
+            rows: number of worlds.
             options: the world's, and those of `batch_options`.
 
         Raises:
@@ -160,14 +163,14 @@ class Family(Subject):
         return worlds, self._load(self.oracle_batch, "teachers.batches")(oracle, worlds)
 
     def make_picture(self, world: "World[Any]") -> "Picture[Any]":
-        """What draws such a world."""
+        """The picture of such a world."""
         if not self.picture:
             return super().make_picture(world)
         picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
         return picture
 
     def label(self, seating: str, options: Mapping[str, Any]) -> str:
-        """The PettingZoo id of an environment with these options, whatever else was chosen."""
+        """The PettingZoo id of the environment with these options, or the family's name."""
         own = {name for each in self.environments.values() for name in each}
         given = {name: value for name, value in options.items() if name in own}
         for environment, declared in self.environments.items():
@@ -176,7 +179,7 @@ class Family(Subject):
         return self.name
 
     def missing(self) -> str:
-        """What keeps the family from being played here, an extra that is not installed; empty if nothing does."""
+        """Why the family cannot be played here: an extra is not installed. Empty if it can."""
         try:
             if self.extra:
                 self.oracle_class()
@@ -185,7 +188,7 @@ class Family(Subject):
         return ""
 
     def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
-        """The words of the family's teachers."""
+        """The phrases of the family's teachers."""
         from teachers.phrasebook import load_phrasebook
 
         source = self.phrases or f"teachers.phrases:{self.name}.toml"
@@ -224,20 +227,20 @@ def own_families() -> tuple[Family, ...]:
 
 @cache
 def all_families() -> tuple[Family, ...]:
-    """Every family, sorted by name: those of this distribution, and those that others bring along."""
+    """Every family, sorted by name: those of this distribution and of installed plug-ins."""
     return tuple(sorted(_with_plugins(list(own_families())), key=lambda family: family.name))
 
 
-def first_families() -> tuple[Family, ...]:
-    """What is registered on import: every family, unless a quick look says that no distribution brings any along.
+def families_to_register() -> tuple[Family, ...]:
+    """The families to register on import: all, if a quick search finds a plug-in, else those of this distribution.
 
-    The search by `importlib.metadata` alone takes a tenth of the time in which Gymnasium is imported.
+    The full search by `importlib.metadata` takes a tenth of the time in which Gymnasium is imported.
     """
-    return all_families() if any(map(_announces, sys.path)) else own_families()
+    return all_families() if any(map(_has_plugin, sys.path)) else own_families()
 
 
-def _announces(folder: str) -> bool:
-    """Whether the entry points of a distribution in a folder have our group."""
+def _has_plugin(folder: str) -> bool:
+    """Whether a distribution in a folder has entry points of our group."""
     with contextlib.suppress(OSError):
         for name in os.listdir(folder or os.curdir):
             if name.endswith((".dist-info", ".egg-info")):
@@ -248,7 +251,7 @@ def _announces(folder: str) -> bool:
 
 
 def _with_plugins(families: list[Family]) -> list[Family]:
-    """The given families and the installed ones; a plug-in that is not in order is left out with a warning."""
+    """The given families and those of plug-ins; a plug-in that raises an error is left out with a warning."""
     from importlib import metadata
 
     found = sorted(metadata.entry_points(group=PLUGINS), key=lambda each: (each.name, each.value))
@@ -259,7 +262,7 @@ def _with_plugins(families: list[Family]) -> list[Family]:
             if not isinstance(family, Family):
                 raise TypeError(f"{entry.value} must be a pz_envs.family.Family, got {family!r}")
             _check_plugin(family, families)
-            importlib.import_module(entry.module).env  # noqa: B018 (PettingZoo will look for it)
+            importlib.import_module(entry.module).env  # noqa: B018 (PettingZoo needs it)
         except Exception as error:
             message = f"the family {entry.name!r} of {distribution} ({entry.value}) is left out: {error!r}"
             warnings.warn(message, RuntimeWarning, stacklevel=2)
@@ -270,13 +273,13 @@ def _with_plugins(families: list[Family]) -> list[Family]:
 
 def _check_plugin(family: Family, others: list[Family]) -> None:
     if not family.environments:
-        raise ValueError("it declares no environments")
+        raise ValueError("it declares no environments; it must declare at least one")
     for name in family.environments:
         if not _ENVIRONMENT.fullmatch(name):
-            raise ValueError(f"environment {name!r} must be named as in 'name-v0'")
+            raise ValueError(f"environments must be named as in 'name-v0', got {name!r}")
     for name in (*family.showcase, *family.sampled):
         if name not in family.environments:
-            raise ValueError(f"showcase {name!r} is none of its environments")
+            raise ValueError(f"showcase and sampled must name its environments, got {name!r}")
     for other in others:
         if family.name == other.name or family.environments.keys() & other.environments.keys():
             raise ValueError(

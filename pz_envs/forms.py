@@ -1,6 +1,6 @@
-"""Forms in which chat models put an answer: labels, fences, boxes, tags, quotes, remarks. No meaning is read here.
+"""The forms of chat models' answers: labels, fences, boxes, tags, quotes, remarks. No meaning is read here.
 
-Each function takes time in proportion to the text's length.
+The time of each function is linear in the text's length.
 """
 
 import operator
@@ -67,20 +67,20 @@ _AROUND = {begin[0]: tuple(pair for pair in _PAIRS if pair[0][0] == begin[0]) fo
 _BULLET = re.compile(r"(?:[>#*\u2022-]+|[-=]>|\u2192)[ \t]+|[0-9]{1,2}[.)][ \t]+(?=[A-Za-z])")
 _REMARK = re.compile(r"(?P<said>[^()]*[^()\s])\s+\((?P<remark>[^()]*)\)[.!]?")
 _DEPTH = 12  # layers around an answer
-_BRACES = 2000  # brackets of a text that are looked at
+_BRACES = 2000  # greatest number of brackets that are read
 
 
 class Labelled(NamedTuple):
-    """What follows a label, up to the next one."""
+    """The text from a label to the next one."""
 
     body: str
-    """Without what closes the label."""
+    """The text, without what closes the label."""
     begin: int
-    """Where the label stands in the text."""
+    """The label's position in the text."""
 
 
 def without_stops(text: str) -> str:
-    """The text up to the first token at which a model stops, without the tokens with which a chat template begins."""
+    """The text up to the first stop token, without the tokens with which a chat template begins."""
     while begin := _START.match(text):
         text = text[begin.end() :]
     stop = _STOP.search(text)
@@ -110,9 +110,9 @@ def _label(nouns: tuple[str, ...]) -> re.Pattern[str]:
 
 
 def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
-    """What stands behind labels such as `**Response:**` or `Final answer:`, in their order.
+    """The texts after labels such as `**Response:**` or `Final answer:`, in their order.
 
-    A label begins a line, but for `Response:`, which may stand anywhere.
+    A label begins a line; only `Response:` may be anywhere.
 
     Args:
         text: an answer.
@@ -137,19 +137,19 @@ def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
 
 
 def behind_marker(text: str) -> str | None:
-    """What follows the last `Response:`, which may be in bold or the like; None if there is none."""
+    """The text after the last `Response:`, which may be in bold or the like; None if there is none."""
     ends = [marker.end() for marker in _RESPONSE.finditer(text)]
     return text[ends[-1] :].strip() if ends else None
 
 
 def unlabelled(text: str, nouns: Sequence[str] = ()) -> str:
-    """A text whose lines all count, without the label above it: one that is in bold, or alone on its line."""
+    """A text without the label before it, which is in bold or alone on its line; all other lines are kept."""
     found = _heading(tuple(nouns)).match(text)
     return text[found.end() :].strip() if found else text
 
 
 def fenced(text: str) -> Iterator[str]:
-    """What stands in fences of three backticks or tildes; one that is not closed holds all the rest."""
+    """The texts in fences of three backticks or tildes; a fence that is not closed has all the rest."""
     begin, mark = 0, ""
     for fence in _FENCE.finditer(text):
         if not mark and fence["mark"][0] not in fence["rest"]:
@@ -162,7 +162,7 @@ def fenced(text: str) -> Iterator[str]:
 
 
 def tagged(text: str) -> list[str]:
-    """What stands in tags such as `<answer>`; one that is not closed holds all the rest."""
+    """The texts in tags such as `<answer>`; a tag that is not closed has all the rest."""
     found = []
     opened: tuple[str, int] | None = None
     for tag in _TAG.finditer(text):
@@ -176,7 +176,7 @@ def tagged(text: str) -> list[str]:
 
 
 def spans(text: str) -> Iterator[str]:
-    """What is marked as the answer within a text: by a fence, a tag, a box of TeX, or as JSON of texts."""
+    """The parts of a text that are marked as the answer: by a fence, a tag, a box of TeX, or as JSON of texts."""
     yield from fenced(text)
     yield from tagged(text)
     braces: list[tuple[int, int]] = []
@@ -197,9 +197,9 @@ def paragraphs(text: str) -> list[str]:
 
 
 def peeled(text: str) -> Iterator[tuple[str, str]]:
-    """An answer, then what is left of it as layer after layer is taken off: quotes, brackets, bold, bullets, remarks.
+    """An answer without its outer layers, one less each time: quotes, brackets, bold, bullets, remarks.
 
-    With each goes what a remark in brackets behind it says.
+    Each comes with the text of a remark in brackets that followed it.
     """
     remark = ""
     for _ in range(_DEPTH):
@@ -226,7 +226,7 @@ def _inner(text: str) -> str:
 
 
 def _balanced(inner: str, begin: str, end: str) -> bool:
-    """Whether brackets close in a text in which they open; what opens and closes alike does not say which it does."""
+    """Whether all brackets that open in a text close in it; False where both have the same character."""
     depth = 0 if begin != end else -1
     for character in inner:
         depth += (character == begin) - (character == end)

@@ -1,4 +1,4 @@
-"""Frames: the picture of a world, and beside it what the student did and what the teacher said of it."""
+"""Frames of an episode: the picture of the world, and beside it the student's action and the teacher's words."""
 
 import copy
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import THEMES, Canvas, Frame, Theme, height_of
 from worlds.world import World
 
-__all__ = ["HEIGHT", "VIEW", "WIDTH", "Spoken", "Watch", "tiled"]
+__all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "tile_frames"]
 
 WIDTH, HEIGHT = 640, 480
 """Size of a frame, in pixels."""
@@ -38,8 +38,8 @@ _VERDICTS = {
 _TILES = 4  # more frames than this are shown at half their size
 
 
-class Spoken(NamedTuple):
-    """Something that was said."""
+class SpokenSentence(NamedTuple):
+    """A sentence of a teacher."""
 
     text: str
     kind: FeedbackType | None
@@ -47,17 +47,17 @@ class Spoken(NamedTuple):
     speaker: str = ""
 
 
-class Watch:
-    """Looks on at an episode, and shows it as it is now.
+class EpisodeRenderer:
+    """Observes a session and renders its episode, as a frame or as text.
 
     Args:
-        name: of what is taught.
+        name: of the subject.
         picture: draws the world.
-        oracle: one of its own, which plans if the truth is shown; to ask the teacher's might change what it says.
-        lab: a world of its own, in which what was said is checked.
-        max_turns: turns of the student in an episode.
+        oracle: plans, if the truth is shown; not the teacher's, whose state a query may change.
+        lab: a scratch world, in which claims are checked.
+        max_turns: the student's turns in an episode.
         theme: `light` or `dark`.
-        privileged: whether frames show the truth, and whether what was said holds.
+        privileged: whether frames show the truth, and whether each claim holds.
 
     Raises:
         ValueError: there is no such theme.
@@ -77,15 +77,15 @@ class Watch:
         self.name, self.picture, self.oracle, self.lab = name, picture, oracle, lab
         self.max_turns, self.theme, self.privileged = max_turns, _theme(theme), privileged
         self.moments: list[Moment[Any]] = []
-        self.sentences: tuple[Spoken, ...] = ()
-        """What was said last."""
+        self.sentences: tuple[SpokenSentence, ...] = ()
+        """The teacher's last sentences."""
         self.turns: list[Step[Any]] = []
-        """The same moments, as a picture has them."""
+        """The moments as the picture's steps."""
         self.heard = False
-        """Whether that was said of the last turn."""
+        """Whether `sentences` are about the last turn."""
 
     def begin(self, moment: Moment[Any], atoms: Sequence[Atom] = ()) -> None:
-        """An episode begins, or goes on from elsewhere; `atoms` is what has been said of it already."""
+        """An episode begins or is resumed; `atoms` has been said of its last moment already."""
         self.moments, self.turns = [moment], [Step(None, 0.0, moment.after, moment.success)]
         self.oracle.start(moment.after)
         self.sentences, self.heard = self._checked(atoms), bool(atoms)
@@ -98,31 +98,34 @@ class Watch:
         self.heard = False
 
     def said(self, words: str, turn: Turn) -> None:
-        """The student has heard these words, which complete a turn."""
+        """The student has heard these words, which complete the turn."""
         own = words.atoms if isinstance(words, Utterance) else ()
         atoms = turn.atoms
         self.sentences, self.heard = self._checked(atoms), True
-        if words and words != Utterance.of(own):  # words that nothing vouches for
-            self.sentences = (*self._checked(atoms[: len(atoms) - len(own)]), Spoken(words, None, Label.UNCHECKED))
+        if words and words != Utterance.of(own):  # words beside the atoms, which cannot be checked
+            self.sentences = (
+                *self._checked(atoms[: len(atoms) - len(own)]),
+                SpokenSentence(words, None, Label.UNCHECKED),
+            )
 
-    def _checked(self, atoms: Sequence[Atom]) -> tuple[Spoken, ...]:
-        return tuple(Spoken(atom.text, atom.kind, self._verdict(atom), atom.speaker) for atom in atoms)
+    def _checked(self, atoms: Sequence[Atom]) -> tuple[SpokenSentence, ...]:
+        return tuple(SpokenSentence(atom.text, atom.kind, self._verdict(atom), atom.speaker) for atom in atoms)
 
     def _verdict(self, atom: Atom) -> Label:
-        """What the simulator says of it, where that is shown and the turns are known of which it speaks."""
+        """The label of a claim, if labels are shown and all turns of the episode are known."""
         moments = self.moments
         known = len(moments) == moments[-1].turn + 1
         return atom.label(moments, self.lab) if self.privileged and known else Label.UNCHECKED
 
-    def without_truth(self) -> "Watch":
-        """The same as the student may see it, as long as nothing happens."""
+    def without_truth(self) -> "EpisodeRenderer":
+        """A copy that shows what the student may see; valid until the session goes on."""
         plain = copy.copy(self)
         plain.privileged = False
         plain.sentences = tuple(spoken._replace(verdict=Label.UNCHECKED) for spoken in self.sentences)
         return plain
 
-    def themed(self, theme: str) -> "Watch":
-        """The same in a theme, as long as nothing happens.
+    def with_theme(self, theme: str) -> "EpisodeRenderer":
+        """A copy in a theme; valid until the session goes on.
 
         Raises:
             ValueError: there is no such theme.
@@ -132,30 +135,34 @@ class Watch:
         return shown
 
     def sight(self, seen: str) -> Sight[Any]:
-        """The episode as a picture has it; `seen` is what the student observes now."""
+        """The input of the picture; `seen` is the text that the student observes."""
         reach = self.picture.reach if self.privileged else 0
         plan = self.oracle.plan(self.moments[-1].after, reach) if reach else ()
         return Sight(tuple(self.turns), seen, self.privileged, tuple(plan))
 
     def text(self, seen: str) -> Text:
-        """The turn, what the student did, and the world, in text."""
+        """The turn, the student's action and the world as text, in pieces with a style each."""
         moment = self.moments[-1]
         left = self.max_turns - moment.turn
-        status = f"Turn {moment.turn} of {self.max_turns}, {left} left; reward {self._paid():.4g} in all\n"
-        did = "" if not moment.turn else f"The student: {_told(moment.action)} (reward {moment.reward + 0.0:.4g})\n"
+        status = f"Turn {moment.turn} of {self.max_turns}, {left} left; reward {self._total_reward():.4g} in all\n"
+        did = (
+            ""
+            if not moment.turn
+            else f"The student: {_format_action(moment.action)} (reward {moment.reward + 0.0:.4g})\n"
+        )
         return (status, "muted"), (did, "action"), *self.picture.text(self.sight(seen))
 
-    def _paid(self) -> float:
+    def _total_reward(self) -> float:
         return sum(moment.reward for moment in self.moments) + 0.0  # and not -0.0
 
     def view(self, seen: str) -> Frame:
-        """The world alone, as far as the student may know it, of the shape `VIEW`."""
+        """The world alone, as the student may see it, uint8 of the shape `VIEW`."""
         canvas = Canvas(VIEW[1], VIEW[0], self.theme)
         self.picture.draw(canvas, Sight(tuple(self.turns), seen))
         return canvas.pixels()
 
     def frame(self, seen: str) -> Frame:
-        """The episode now, uint8 (480, 640, 3)."""
+        """The frame of the last turn, uint8 (480, 640, 3)."""
         canvas = Canvas(WIDTH, HEIGHT, self.theme)
         self.picture.draw(canvas.part(0, _BAR, _PICTURE, HEIGHT - _BAR), self.sight(seen))
         # The bar and the column cover what a picture has drawn beyond its edges.
@@ -166,7 +173,7 @@ class Watch:
         return canvas.pixels()
 
     def _bar(self, canvas: Canvas) -> None:
-        """What is taught, the turn and the rewards."""
+        """The bar: name, turn and rewards."""
         theme, moment = self.theme, self.moments[-1]
         canvas.box((0, 0), (WIDTH, _BAR), theme.card)
         canvas.line([(0, _BAR), (WIDTH, _BAR)], theme.faint)
@@ -177,15 +184,15 @@ class Watch:
         elif moment.over:
             canvas.tag((_MARGIN * 2 + width, middle), "over", theme.muted, 13)
         canvas.text((_PICTURE + _MARGIN, middle), f"turn {moment.turn} of {self.max_turns}", 14)
-        canvas.text((WIDTH - _MARGIN, middle), f"total {self._paid():.4g}", 14, theme.muted, anchor="rm")
+        canvas.text((WIDTH - _MARGIN, middle), f"total {self._total_reward():.4g}", 14, theme.muted, anchor="rm")
 
     def _column(self, canvas: Canvas) -> None:
-        """What the student did, and what the teacher says."""
+        """The column: the student's action and the teacher's sentences."""
         theme, moment, y = self.theme, self.moments[-1], 10.0
         if moment.turn:
             canvas.text((0, y), "The student", 12, theme.muted, anchor="lt")
             canvas.text((canvas.width, y), f"reward {moment.reward + 0.0:.4g}", 12, theme.muted, anchor="rt")
-            y = canvas.paragraph((0, y + 17), _told(moment.action), canvas.width, 44, 15) + _ROOM_BELOW
+            y = canvas.paragraph((0, y + 17), _format_action(moment.action), canvas.width, 44, 15) + _ROOM_BELOW
             canvas.line([(0, y), (canvas.width, y)], theme.faint)
             y += _ROOM_BELOW
         if self.sentences or self.heard:
@@ -205,13 +212,13 @@ class Watch:
     def _height(self, size: float, width: float) -> float:
         return sum(size * 2.3 + height_of(sentence.text, size, width) for sentence in self.sentences)
 
-    def _sentence(self, canvas: Canvas, y: float, sentence: Spoken, size: float, room: float) -> float:
-        """One sentence below its tag; where the next one begins."""
+    def _sentence(self, canvas: Canvas, y: float, sentence: SpokenSentence, size: float, room: float) -> float:
+        """A sentence below its tag; returns the y of the next one."""
         theme, middle = self.theme, y + size * 0.72
-        told = "instruction" if self.moments[-1].turn == 0 else "words"
+        part = "instruction" if self.moments[-1].turn == 0 else "words"
         colour = getattr(theme, _COLOURS[sentence.kind]) if sentence.kind else theme.muted
         x = canvas.tag((0, middle), sentence.kind or "i", colour if self.heard else theme.muted, size - 2)
-        name = _NAMES.get(sentence.kind, told) if sentence.kind else told
+        name = _NAMES.get(sentence.kind, part) if sentence.kind else part
         if sentence.speaker:
             name = f"{name}, {sentence.speaker}"
         canvas.text((x + 6, middle), name, size - 2, theme.muted)
@@ -230,8 +237,8 @@ def _theme(name: str) -> Theme:
     return THEMES[name]
 
 
-def _told(action: Any) -> str:
-    """What the student did, in words."""
+def _format_action(action: Any) -> str:
+    """The student's action as text."""
     if isinstance(action, ParseFailure):
         return f"(not understood) {action.got}"
     if isinstance(action, tuple) and all(isinstance(each, float) for each in action):
@@ -239,8 +246,8 @@ def _told(action: Any) -> str:
     return f"{action}"
 
 
-def tiled(frames: Sequence[Frame]) -> Frame:
-    """Frames side by side, in rows; many of them at half their size."""
+def tile_frames(frames: Sequence[Frame]) -> Frame:
+    """Frames side by side, in rows; more than four at half their size."""
     if len(frames) > _TILES:
         shrunk = [np.asarray(Image.fromarray(frame).reduce(2)) for frame in frames]
     else:

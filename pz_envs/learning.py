@@ -1,4 +1,4 @@
-"""What rewards alone teach in an environment: facts about it, by which a learner can be chosen that suits it."""
+"""What can be learned from an environment's rewards alone: facts by which a suitable learner is chosen."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,27 +8,27 @@ from teachers.spec import check_range
 
 @dataclass(frozen=True)
 class Learning:
-    """Base of these facts; `KINDS` are all that there are."""
+    """The base of these facts; `KINDS` has all of them."""
 
 
 @dataclass(frozen=True)
 class NoRewards(Learning):
-    """No reward comes before the end, so that there is nothing to learn from."""
+    """There is no reward before the end of an episode, so nothing to learn from in it."""
 
 
 @dataclass(frozen=True)
 class ActionValues(Learning):
-    """Each of finitely many actions is worth the same, on average, in every turn."""
+    """Each of finitely many actions has the same expected reward in every turn."""
 
 
 @dataclass(frozen=True)
 class StateValues(Learning):
-    """Each of finitely many actions has a value in each state, and states come again."""
+    """Each of finitely many actions has a value in each state, and states recur."""
 
 
 @dataclass(frozen=True)
 class BestAnswer(Learning):
-    """There is no state: an action that paid pays again."""
+    """There is no state: the same action gets the same reward again."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Smooth(Learning):
 
 @dataclass(frozen=True)
 class Trend(Learning):
-    """Actions are points of a box, and one that makes the reward rise makes it rise for a while."""
+    """Actions are points of a box, and an action that increases the reward does so for several turns."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ KINDS = (ActionValues, BestAnswer, Lines, NoRewards, Smooth, StateValues, Trend)
 
 
 def check_learning(value: Any) -> None:
-    """Make sure that a declaration says what there is to learn.
+    """Check the `learning` of a declaration.
 
     Raises:
         ValueError: it is no instance of `KINDS`.
@@ -77,7 +77,7 @@ def check_learning(value: Any) -> None:
 
 
 def check_counts(name: str, values: Any) -> None:
-    """Make sure that something is a tuple of positive integers, at least one.
+    """Check that a value is a non-empty tuple of positive integers.
 
     Raises:
         ValueError: it is not.

@@ -1,4 +1,4 @@
-"""Lessons: any Gymnasium environment as something to teach, with an oracle of the user's own or with rewards alone."""
+"""Lessons: any Gymnasium environment as a subject, with an oracle of the user's own or with rewards alone."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -18,33 +18,33 @@ from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld
 from worlds.wrapped.rendered import RenderedPicture
 
-_MAX_TURNS = 100  # where the environment does not say
-_LIMITS = ("_max_episode_steps", "max_episode_steps", "max_steps")  # Gymnasium's TimeLimit, and what others call it
+_MAX_TURNS = 100  # of an environment without a limit
+_LIMITS = ("_max_episode_steps", "max_episode_steps", "max_steps")  # the names of Gymnasium's TimeLimit and of others
 _COUNTS = (int, np.int32, np.int64)
 
 
 class Lesson(Subject):
-    """One environment with all that it takes to teach it: what a `Family` is to the environments of this package.
+    """One environment as a subject: what a `Family` is for the environments of this package.
 
-    `make_world`, `make_teacher`, `raw_env`, `env` and `parallel_env` are those of a family, and so is what can be
-    done with them: seats, students, conformance kits. The first seats that it makes are over the given environment
-    itself, further ones and `make_world` over others like it.
+    `make_world`, `make_teacher`, `raw_env`, `env` and `parallel_env` are those of a family, and work with the same
+    students and conformance kits. The first environment that it makes uses the given environment itself; later ones and
+    `make_world` use others like it.
 
     Args:
         env: an environment, or a function without arguments that makes one.
-        oracle: a subclass of `Oracle`, or another function of a function that makes scratch worlds. Truths are
-            `worlds.wrapped.gym_world.Position`s. None: `RewardOracle`.
+        oracle: a subclass of `Oracle`, or a function that makes an oracle, given a function that makes scratch worlds.
+            Truths are `worlds.wrapped.gym_world.Position`s. None: `RewardOracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
-        name: what to call it; None: the environment's name.
+        name: of the lesson; None: the environment's name.
         max_turns: turns after which an episode is truncated; None: the environment's own limit (of its
             spec, of a `TimeLimit`, or an attribute `max_steps` or `max_episode_steps`), or else 100.
-        repeated: whether success ends nothing.
-        regret_unit: what regret counts.
-        learning: what rewards alone teach, one of `pz_envs.learning`.
+        repeated: whether success ends no episode.
+        regret_unit: the unit of regret.
+        learning: what can be learned from rewards alone, one of `pz_envs.learning`.
 
     Raises:
-        ValueError: an argument is not allowed, or the phrases are not in order.
+        ValueError: an argument is not allowed, or the phrases are incomplete.
     """
 
     def __init__(
@@ -91,47 +91,47 @@ class Lesson(Subject):
         return f"<Lesson {self.name}>"
 
     def make_world(self, **options: Any) -> GymWorld:
-        """A world around another environment like the given one. There are no options."""
+        """A world over another environment like the given one; there are no options."""
         if options:
             raise ValueError(f"{self.name} does not take these options: {', '.join(options)}")
         return self._scratch()
 
     def taught_world(self, **options: Any) -> GymWorld:
-        """The world around the given environment, the first time; another one after that."""
+        """The world over the given environment, the first time; later one over another like it."""
         other = self.make_world(**options)
         world, self._world = self._world, None
         return world or other
 
     def make_picture(self, world: World[Any]) -> Picture[Any]:
-        """What draws such a world: where all may be seen, the environment itself, if it was made to render."""
+        """The picture: the environment's own rendering, if it was made with a render mode."""
         return RenderedPicture(world) if isinstance(world, GymWorld) else super().make_picture(world)
 
     def oracle_class(self) -> Callable[[Callable[[], World[Any]]], Oracle]:
-        """What makes oracles."""
+        """A function that makes oracles."""
         return self._oracle
 
     def phrasebook(self, voice: Voice = "plain") -> Phrasebook:
-        """The given phrases and the common ones."""
+        """The given phrases and those that are common to all subjects."""
         claims = self._oracle.claims() if isinstance(self._oracle, type) and issubclass(self._oracle, Oracle) else ()
         return make_phrasebook(self._phrases, claims, voice)
 
 
 def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
-    """What makes oracles."""
+    """A function that makes oracles."""
     if inspect.isabstract(oracle):
         lacks = ", ".join(sorted(oracle.__abstractmethods__))
         raise ValueError(f"oracle {oracle.__name__} is abstract: it lacks {lacks}")
     if not callable(oracle) or (isinstance(oracle, type) and not issubclass(oracle, Oracle)):
         raise ValueError(
-            f"oracle must be a subclass of teachers.oracle.Oracle, or a function of a function that makes scratch "
-            f"worlds which returns one, got {oracle!r}"
+            "oracle must be a subclass of teachers.oracle.Oracle, or a function that makes an oracle, given a function "
+            f"that makes scratch worlds, got {oracle!r}"
         )
     made: Callable[[Callable[[], World[Any]]], Oracle] = oracle
     return made
 
 
 def _limit(env: gymnasium.Env[Any, Any]) -> int:
-    """The environment's own time limit, by its spec, a wrapper or an attribute, or else 100."""
+    """The environment's time limit, by its spec, a wrapper or an attribute, or else 100."""
     limits: list[Any] = [env.spec.max_episode_steps] if env.spec else []
     for name in _LIMITS:
         try:

@@ -1,4 +1,4 @@
-"""A lifetime as one game: so many episodes of the same seats, whose students may learn from each for the next."""
+"""A lifetime: several episodes of the same seats as one AEC environment, so that students can learn across episodes."""
 
 from typing import Any, NamedTuple
 
@@ -9,16 +9,16 @@ from pz_envs.seats import TEACHER, SeatsEnv, role_of
 from pz_envs.student_view import info_for
 from teachers.atoms import Moment
 
-__all__ = ["Ending", "LifetimeEnv"]
+__all__ = ["FinalStep", "LifetimeEnv"]
 
 _FINAL = ("final_obs", "final_info", "final_terminated")
 
 
-class Ending(NamedTuple):
-    """How an episode ended for a student."""
+class FinalStep(NamedTuple):
+    """The last step of a student's episode."""
 
     observation: Any
-    """What it saw and heard last."""
+    """The last observation, after the teacher's last word."""
     info: dict[str, Any]
     turns_left: int
     moment: Moment[Any]
@@ -31,20 +31,20 @@ class Ending(NamedTuple):
 
 
 class LifetimeEnv(SeatsEnv):
-    """An AEC environment of several episodes of the same seats, one game from `reset` to the end of the last of them.
+    """An AEC environment of several episodes of the same seats: `reset` begins the first, the last one ends it.
 
-    Each episode begins in the same state of the same worlds, with fresh randomness; the next one begins when all
-    students have ended theirs. Who has ended waits without a turn, its info saying `waits`. Nobody leaves before the
-    last episode. Budgets are for the whole lifetime. What agents earn adds up over the end of an episode.
+    Each episode begins in the same state of the same worlds, with fresh randomness, when every student has ended the
+    one before. A student whose episode has ended waits without a turn; its info has `waits`. No agent leaves `agents`
+    before the last episode. Budgets are for the whole lifetime. Cumulative rewards go on over the end of an episode.
 
-    In its first turn of an episode the info of a student has how its last one ended, as in vectors of Gymnasium's that
-    reset themselves: `final_obs`, `final_info`, and `final_terminated`, False if it was cut off.
+    In a student's first turn of an episode its info has the last step of the one before, by the names of Gymnasium's
+    vector environments with autoreset: `final_obs`, `final_info`, and `final_terminated`, False if it was truncated.
 
-    Teachers observe one entry more: `episode`, Box (1,) float32, the share of the episodes that are over.
+    Teachers observe one more entry: `episode`, Box (1,) float32, the share of the episodes that are over.
 
     Args:
-        seats: what is played; also `unwrapped`.
-        episodes: how many, at least 2.
+        seats: the environment that is played; also `unwrapped`.
+        episodes: number of episodes, at least 2.
     """
 
     def __init__(self, seats: SeatsEnv, episodes: int) -> None:
@@ -55,8 +55,8 @@ class LifetimeEnv(SeatsEnv):
         share = spaces.Box(0, 1, (1,), np.float32)
         for agent in self.possible_agents:
             space = seats.observation_space(agent)
-            self.observation_spaces[agent] = spaces.Dict({**space, "episode": share}) if _teaches(agent) else space  # type: ignore[dict-item]  # a teacher's is a Dict
-        self._endings: dict[str, Ending] = {}
+            self.observation_spaces[agent] = spaces.Dict({**space, "episode": share}) if _is_teacher(agent) else space  # type: ignore[dict-item]  # a teacher's is a Dict
+        self._final_steps: dict[str, FinalStep] = {}
         self.episode = 0
         """Episodes that are over."""
 
@@ -76,9 +76,9 @@ class LifetimeEnv(SeatsEnv):
         self._begin(options)
 
     def _begin(self, options: dict[str, Any] | None) -> None:
-        self._start, self._options = self.seats.truth_now, options
+        self._start, self._options = self.seats.current_truth, options
         self.episode = 0
-        self._endings = {}
+        self._final_steps = {}
         self._open()
         self._follow()
 
@@ -94,48 +94,48 @@ class LifetimeEnv(SeatsEnv):
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""
         observation = self.seats.observe(agent)
-        if _teaches(agent):
+        if _is_teacher(agent):
             observation["episode"] = np.array([self.episode / self.episodes], np.float32)
         return observation
 
-    def take_ending(self, student: str) -> Ending | None:
-        """How the student's last episode ended, in its first turn of the next; it is told once."""
-        ending = self._endings.get(student)
+    def pop_final_step(self, student: str) -> FinalStep | None:
+        """The last step of the student's last episode, in its first turn of the next one; later calls return None."""
+        final = self._final_steps.get(student)
         self._forget(student)
-        return ending
+        return final
 
     def moment_of(self, student: str) -> Moment[Any]:
-        """A student's last turn."""
+        """The last moment of a student: privileged."""
         return self.seats.moment_of(student)
 
     @property
-    def truth_now(self) -> Any:
-        """As of the seats."""
-        return self.seats.truth_now
+    def current_truth(self) -> Any:
+        """The value of the seats."""
+        return self.seats.current_truth
 
     def as_text(self) -> str:
-        """As of the seats."""
+        """The value of the seats."""
         return self.seats.as_text()
 
     def frame(self) -> Any:
-        """As of the seats."""
+        """The value of the seats."""
         return self.seats.frame()
 
     def render(self) -> Any:
-        """As of the seats."""
+        """The value of the seats."""
         return self.seats.render()
 
     def close(self) -> None:
         """Close the seats."""
         self.seats.close()
 
-    def _parties(self) -> str:
+    def _describe_seats(self) -> str:
         return f"episodes={self.episodes} {self.seats!r}"
 
     def _act(self, agent: str, action: Any) -> None:
         seats = self.seats
         seats.step(action)
-        if agent not in seats.agents:  # it had ended its last episode
+        if agent not in seats.agents:  # its last episode has ended
             del self._cumulative_rewards[agent], self.infos[agent]
             self.rewards = seats.rewards
             return
@@ -148,25 +148,25 @@ class LifetimeEnv(SeatsEnv):
             self._bridge()
 
     def _bridge(self) -> None:
-        """Let those leave the seats who have ended an episode that is not the last; begin the next after all have."""
+        """Remove from the seats the agents whose episode has ended; begin the next episode when none is left."""
         seats = self.seats
         while seats.agents and (seats.terminations[agent := seats.agent_selection] or seats.truncations[agent]):
-            if not _teaches(agent):
+            if not _is_teacher(agent):
                 info, moment = seats.infos[agent], seats.moment_of(agent)
                 terminated = seats.terminations[agent]
-                self._endings[agent] = Ending(seats.observe(agent), info, seats.turns_left(agent), moment, terminated)
+                self._final_steps[agent] = FinalStep(
+                    seats.observe(agent), info, seats.turns_left(agent), moment, terminated
+                )
                 self.infos[agent] = {**info, "waits": True}
             seats.step(None)
         if not seats.agents:
             self.episode += 1
             seats.start_next_episode(self._start, self._options)
-            for student, ending in self._endings.items():
-                seats.infos[student].update(
-                    zip(_FINAL, (ending.observation, ending.info, ending.terminated), strict=True)
-                )
+            for student, final in self._final_steps.items():
+                seats.infos[student].update(zip(_FINAL, (final.observation, final.info, final.terminated), strict=True))
 
     def _follow(self) -> None:
-        """Take over from the seats whose turn it is, and in the last episode who is there."""
+        """Copy from the seats the selected agent and the infos, in the last episode also which agents are left."""
         seats = self.seats
         if self.episode + 1 == self.episodes:
             self.agents, self.terminations, self.truncations = seats.agents, seats.terminations, seats.truncations
@@ -174,11 +174,11 @@ class LifetimeEnv(SeatsEnv):
         self.agent_selection = seats.agent_selection
 
     def _forget(self, student: str) -> None:
-        """The end of its last episode is behind a student."""
-        if self._endings.pop(student, None):
+        """Drop the last step of a student's last episode."""
+        if self._final_steps.pop(student, None):
             for key in _FINAL:
                 self.seats.infos[student].pop(key, None)
 
 
-def _teaches(agent: str) -> bool:
+def _is_teacher(agent: str) -> bool:
     return role_of(agent) == role_of(TEACHER)

@@ -1,4 +1,4 @@
-"""Numbers: what a student sees, and what is said to it, as one flat array of the same length in every turn."""
+"""Numbers: the student's observation as one flat array, of the same length in every turn."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
@@ -16,7 +16,7 @@ from worlds.actions import native
 from worlds.world import World
 
 Embed = Callable[[str], Any]
-"""Gives the vector of a text: finite numbers, always as many."""
+"""Gives the vector of a text: finite numbers, always of the same length."""
 Writer = Callable[[Any], list[float]]
 """Gives the numbers of a value."""
 _MEANINGS: dict[type, str] = {
@@ -25,7 +25,7 @@ _MEANINGS: dict[type, str] = {
     spaces.MultiBinary: "0 or 1 each",
     spaces.MultiDiscrete: "each as a 1 among zeros",
 }
-"""The spaces that are a fixed number of numbers, and how."""
+"""The spaces with a fixed number of numbers, and how a value is written."""
 _ASPECTS = {
     "said": "1 if something of this kind is said, else 0",
     "number": f"how many things of this kind are said, at most {CLAIMS}",
@@ -35,31 +35,31 @@ _ASPECTS = {
 
 
 class Field(NamedTuple):
-    """Some of the numbers, which mean one thing."""
+    """Adjacent numbers with one meaning."""
 
     name: str
     """Such as `state.room`, `hn.verdict` or `fp.action`."""
     place: slice
-    """Where they are: `observation[field.place]`."""
+    """The numbers are `observation[field.place]`."""
     meaning: str
 
 
 class Numbers:
-    """Turns what a student observes into a flat array.
+    """Converts the student's observations to flat arrays.
 
-    First the state, as it is, with a 1 among zeros for one of finitely many; then the turn; then for each kind of
-    feedback whether it is said, how often, about which turn, the action that is advised or judged, and the verdict on
-    it; of `r` the reward. Of several things of a kind the first that names an action counts, of a plan its first
-    action. With `embed`, texts are vectors, and the words of the instruction and of the feedback are there, too.
-    Nothing is read out of words. What lies outside of the space is moved to its edge.
+    The array has the state, one-hot where it is discrete; the turn; for each kind of feedback whether there is a claim,
+    the number of claims, the turn that the first is about, its action and its verdict; for `r` the reward. Of several
+    claims of a kind the first that names an action counts, of a plan its first action. With `embed` texts are vectors,
+    and the array also has the words of the instruction and of the feedback. No number is read from words. Values
+    outside the space are clipped.
 
     Args:
-        world: of which spaces the state and the actions are.
-        max_turns: turns of the student in an episode.
-        embed: gives the vector of a text; None: there must be no texts among states and actions.
+        world: gives the spaces of states and actions.
+        max_turns: the student's turns in an episode.
+        embed: gives the vector of a text; None: states and actions must have no texts.
 
     Raises:
-        ValueError: a state or an action has no fixed number of numbers, or `embed` gives something else than vectors.
+        ValueError: a state or an action has no fixed number of numbers, or `embed` does not give vectors.
     """
 
     def __init__(self, world: World[Any, Any, Any], max_turns: int, embed: Embed | None = None) -> None:
@@ -70,28 +70,28 @@ class Numbers:
         self._fields: list[Field] = []
         self._low: list[float] = []
         self._high: list[float] = []
-        self._lay("state", world.observation_space, "the state")
-        self._add("turn", "turns so far, as a share of max_turns", 1, 0.0, 1.0)
+        self._add_space("state", world.observation_space, "the state")
+        self._add_field("turn", "turns so far, as a share of max_turns", 1, 0.0, 1.0)
         low, high = world.reward_range
         for kind in KINDS:
-            self._add(f"{kind}.said", _ASPECTS["said"], 1, 0.0, 1.0)
-            self._add(f"{kind}.number", _ASPECTS["number"], 1, 0.0, CLAIMS)
-            self._add(f"{kind}.turn", _ASPECTS["turn"], 1, 0.0, 1.0)
+            self._add_field(f"{kind}.said", _ASPECTS["said"], 1, 0.0, 1.0)
+            self._add_field(f"{kind}.number", _ASPECTS["number"], 1, 0.0, CLAIMS)
+            self._add_field(f"{kind}.turn", _ASPECTS["turn"], 1, 0.0, 1.0)
             if kind is R:
                 meaning = "the reward that is told; 0 where none is"
-                self._add(f"{kind}.told", meaning, 1, min(low, 0.0), max(high, 0.0))
+                self._add_field(f"{kind}.told", meaning, 1, min(low, 0.0), max(high, 0.0))
             else:
                 good = kind in (HP, FP)
-                self._lay(f"{kind}.action", self._action_space, "the action that is named", blank=True)
-                self._add(f"{kind}.verdict", _ASPECTS["verdict"], 1, 0.0 if good else -1.0, 1.0 if good else 0.0)
+                self._add_space(f"{kind}.action", self._action_space, "the action that is named", blank=True)
+                self._add_field(f"{kind}.verdict", _ASPECTS["verdict"], 1, 0.0 if good else -1.0, 1.0 if good else 0.0)
         if self._words is not None:
             for name in ("instruction", "feedback"):
-                self._add(name, "the words, embedded", self._words, -np.inf, np.inf)
+                self._add_field(name, "the words, embedded", self._words, -np.inf, np.inf)
         low_bounds, high_bounds = np.array(self._low, np.float32), np.array(self._high, np.float32)
         self.space = spaces.Box(low_bounds, high_bounds, dtype=np.float32)
-        """The space of what `of` gives."""
+        """The space of the arrays."""
         self.fields = tuple(self._fields)
-        """What the numbers are, in their order."""
+        """The fields, in their order."""
         most = np.finfo(np.float32).max
         self._least, self._greatest = np.clip(low_bounds, -most, most), np.clip(high_bounds, -most, most)
         self._nothing = [0.0] * sum(_size(part, self._words) for _, part in _parts(self._action_space))
@@ -99,20 +99,20 @@ class Numbers:
     def of(
         self, state: Any, turn: int, instruction: str, feedback: str, atoms: Iterable[Atom]
     ) -> npt.NDArray[np.float32]:
-        """The numbers of a turn.
+        """The array of a turn, float32 of the shape of `space`.
 
         Args:
-            state: what the world shows.
-            turn: turns of the student so far.
+            state: the world's observation.
+            turn: the student's turns so far.
             instruction, feedback: the words that the student sees.
-            atoms: what was said last.
+            atoms: the claims heard last.
         """
         numbers = [*self._state(state), turn / self._max_turns]
         said: dict[FeedbackType | None, list[Atom]] = {}
         for atom in atoms:
             said.setdefault(atom.kind, []).append(atom)
         for kind in KINDS:
-            self._tell(numbers, kind, said.get(kind, []))
+            self._add_claims(numbers, kind, said.get(kind, []))
         if self._embed is not None:
             for words in (instruction, feedback):
                 numbers += self._embedded(words)
@@ -121,8 +121,8 @@ class Numbers:
         np.minimum(array, self._greatest, out=array)
         return array.astype(np.float32)
 
-    def _tell(self, numbers: list[float], kind: FeedbackType, said: list[Atom]) -> None:
-        """What is said of a kind."""
+    def _add_claims(self, numbers: list[float], kind: FeedbackType, said: list[Atom]) -> None:
+        """Append the numbers of the claims of a kind."""
         naming = (atom for atom in said if action_of(atom.claim) is not None)
         first = next(naming, said[0] if said else None)
         numbers += (bool(said), len(said), first.about_turn / self._max_turns if first else 0.0)
@@ -138,8 +138,8 @@ class Numbers:
             numbers += self._action(native(self._action_space, action))
             numbers.append(1.0 if kind in (HP, FP) else -1.0)
 
-    def _lay(self, name: str, space: spaces.Space[Any], what: str, blank: bool = False) -> None:
-        """Find a place for something of a space; `blank`: or for zeros in its stead."""
+    def _add_space(self, name: str, space: spaces.Space[Any], what: str, blank: bool = False) -> None:
+        """Add the fields of a space; `blank`: zeros are allowed in their place."""
         for path, part in _parts(space):
             size = _size(part, self._words)
             if isinstance(part, spaces.Text):
@@ -154,16 +154,16 @@ class Numbers:
             if blank:
                 low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
                 meaning += "; zeros where there is none"
-            self._add(".".join((name, *path)), meaning, size, low, high)
+            self._add_field(".".join((name, *path)), meaning, size, low, high)
 
-    def _add(self, name: str, meaning: str, size: int, low: Any, high: Any) -> None:
+    def _add_field(self, name: str, meaning: str, size: int, low: Any, high: Any) -> None:
         start = len(self._low)
         self._fields.append(Field(name, slice(start, start + size), meaning))
         self._low += np.broadcast_to(low, size).tolist()
         self._high += np.broadcast_to(high, size).tolist()
 
     def _writer(self, space: spaces.Space[Any]) -> Writer:
-        """What gives the numbers of something of a space."""
+        """The function that gives the numbers of a value of a space."""
         if isinstance(space, spaces.Dict):
             return partial(_of_parts, [(key, self._writer(part)) for key, part in space.spaces.items()])
         if isinstance(space, spaces.Tuple):
@@ -186,7 +186,7 @@ class Numbers:
         return numbers
 
 
-# Writers are no closures, which could not be pickled.
+# Writers must be picklable, so they are no closures.
 
 
 def _of_parts(writers: Sequence[tuple[Any, Writer]], value: Any) -> list[float]:
@@ -199,14 +199,14 @@ def _flat(space: spaces.Space[Any], value: Any) -> list[float]:
 
 
 def _one_of(count: int, start: int, value: Any) -> list[float]:
-    """A 1 among zeros."""
+    """One-hot."""
     row = [0.0] * count
     row[int(value) - start] = 1.0
     return row
 
 
 def _parts(space: spaces.Space[Any], path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], spaces.Space[Any]]]:
-    """The parts of a space that have no parts, each with where it is."""
+    """The leaves of a space, each with its path."""
     if isinstance(space, spaces.Dict):
         for key, part in space.spaces.items():
             yield from _parts(part, (*path, str(key)))
@@ -218,20 +218,20 @@ def _parts(space: spaces.Space[Any], path: tuple[str, ...] = ()) -> Iterator[tup
 
 
 def _size(space: spaces.Space[Any], words: int | None) -> int:
-    """How many numbers something of a space without parts is.
+    """The number of numbers of a leaf.
 
     Args:
-        space: the space.
-        words: how many numbers a text is; None: texts are no numbers.
+        space: the leaf.
+        words: numbers of a text; None: texts are not allowed.
 
     Raises:
-        ValueError: it has none, or no fixed number of them.
+        ValueError: the leaf has no fixed number of numbers.
     """
     if isinstance(space, spaces.Text):
         if words is None:
             raise ValueError(
-                f"numbers=True needs numbers, and there are texts among the states or the actions ({space}); give "
-                "embed=, a function of a text that gives a vector of numbers, always of the same length"
+                f"numbers=True needs states and actions without texts, got {space}; give embed=, a function that "
+                "gives the vector of a text, always of the same length"
             )
         return words
     if not isinstance(space, tuple(_MEANINGS)):
@@ -247,7 +247,7 @@ def _vector(embed: Embed, text: str) -> npt.NDArray[np.float64]:
     """The vector of a text.
 
     Raises:
-        ValueError: it is none.
+        ValueError: `embed` does not give a vector of finite numbers.
     """
     vector = np.asarray(embed(text))
     if vector.ndim != 1 or not vector.size or vector.dtype.kind not in "iuf" or not np.isfinite(vector).all():

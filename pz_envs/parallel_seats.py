@@ -9,16 +9,16 @@ from pettingzoo import ParallelEnv
 from pettingzoo.utils.conversions import turn_based_aec_to_parallel_wrapper
 
 from pz_envs.lifetimes import LifetimeEnv
-from pz_envs.seats import STUDENT, SeatsEnv, entitled, role_of
+from pz_envs.seats import STUDENT, SeatsEnv, role_of
 from teachers.seeds import Seeds
 
 
-class InTurns(turn_based_aec_to_parallel_wrapper):
-    """PettingZoo's parallel form, in which those whose turn it is not are ignored; it says what it wraps."""
+class TurnBasedParallelEnv(turn_based_aec_to_parallel_wrapper):
+    """PettingZoo's parallel form of a turn-based environment, which ignores actions of agents that are not selected."""
 
     @property
     def env(self) -> SeatsEnv:
-        """What it is the parallel form of."""
+        """The AEC environment."""
         env: SeatsEnv = self.aec_env.unwrapped
         return env
 
@@ -27,40 +27,39 @@ class InTurns(turn_based_aec_to_parallel_wrapper):
 
 
 class ParallelSeats(ParallelEnv):
-    """The agents of an AEC environment that no policy plays, each acting once a step.
+    """The agents of an AEC environment that no partner plays; each acts once in a step.
 
-    In a classroom with a policy in the teacher's seat these are the students, who act at the same time. With policies
-    in the students' seats it is the teacher, alone, which is what learners of one agent's behaviour want.
+    In a classroom with a policy in the teacher's seat these are the students, which act at the same time. With policies
+    in the students' seats it is the teacher alone, as libraries for a single agent need it.
 
-    A step hands every agent's action to the environment when that agent's turn comes, and goes on until an agent is to
-    act again. An agent's reward is what it got from its turn until then. Observations, infos and spaces are the
-    environment's. In a lifetime the actions of who waits are ignored. An agent that has ended leaves `agents` in the
-    step in which it does. Teachers and students cannot act at the same time: a student would act before it hears what
-    is said to it.
+    A step passes each agent's action to the environment at that agent's turn, and ends when an agent is to act again.
+    An agent's reward is the sum of its rewards since its turn. Observations, infos and spaces are the environment's. In
+    a lifetime the actions of agents that wait are ignored. An agent that terminates or is truncated leaves `agents` in
+    that step. Teachers and students cannot act at the same time: a student would act before it hears the teacher.
 
     Args:
         env: the environment, bare: `raw_env(...)`, `raw_env(seating="classroom", ...)`.
-        partners: a policy with `reset(rng)` and `act(observation, info)` for each seat that is taken. A student's info
-            is what it is `entitled` to; its `finish(observation, info, terminated)`, if it has one, is called when its
-            episode has ended.
+        partners: per agent a policy with `reset(rng)` and `act(observation, info)`. A student's info is that of
+            `SeatsEnv.info_for`; its `finish(observation, info, terminated)`, if it has one, is called when its episode
+            has ended.
 
     Raises:
-        ValueError: a partner's seat does not exist, none is left, or seats of teachers and of students are.
+        ValueError: a partner's agent does not exist, every agent has a partner, or teachers and students are left.
     """
 
     def __init__(self, env: SeatsEnv, partners: Mapping[str, Any]) -> None:
         for agent in partners:
             if agent not in env.possible_agents:
-                raise ValueError(f"there is no seat {agent!r}; allowed: {', '.join(env.possible_agents)}")
+                raise ValueError(f"there is no agent {agent!r}; allowed: {', '.join(env.possible_agents)}")
         self.env, self.partners = env, dict(partners)
         self.possible_agents = [agent for agent in env.possible_agents if agent not in partners]
         if not self.possible_agents:
-            raise ValueError("every seat is taken by a partner; leave at least one to act")
+            raise ValueError("partners play every agent; leave at least one agent without a partner")
         if len({role_of(agent) for agent in self.possible_agents}) > 1:
             raise ValueError(
-                f"seats of teachers and of students are left, who do not act at the same time, got partners for "
-                f"{', '.join(partners) or 'nobody'}; give one to each seat of the teachers or to each of the students, "
-                "or play the AEC environment turn by turn"
+                "teachers and students are left, which do not act at the same time, got partners for "
+                f"{', '.join(partners) or 'no agent'}; give a partner to every teacher or to every student, or play "
+                "the AEC environment turn by turn"
             )
         self.agents: list[str] = []
         self.metadata = {**env.metadata, "is_parallelizable": True}
@@ -103,7 +102,7 @@ class ParallelSeats(ParallelEnv):
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Any], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
-        """Let every agent act."""
+        """Let every agent act once."""
         env = self.env
         waiting = {agent for agent in self.agents if "waits" in env.infos[agent]}  # for the next episode of a lifetime
         results = self._play({agent: action for agent, action in actions.items() if agent not in waiting})
@@ -130,7 +129,7 @@ class ParallelSeats(ParallelEnv):
         self.env.close()
 
     def _play(self, actions: dict[str, Any]) -> dict[str, tuple[Any, float, bool, bool, dict[str, Any]]]:
-        """Go on until an agent must act that has no action; the last words to those that ended."""
+        """Play until an agent is selected that has no action left; the results of agents that have ended."""
         env, ended = self.env, {}
         while env.agents:
             agent = env.agent_selection
@@ -151,15 +150,15 @@ class ParallelSeats(ParallelEnv):
         return ended
 
     def _begin_next(self, agent: str) -> None:
-        """Tell a partner in the seat of a student how its last episode ended, and begin the next with it."""
+        """In a lifetime, finish the last episode of a student that is a partner, and reset it for the next one."""
         env, partner = self.env, self.partners[agent]
-        if isinstance(env, LifetimeEnv) and (ending := env.take_ending(agent)):
+        if isinstance(env, LifetimeEnv) and (final := env.pop_final_step(agent)):
             if hasattr(partner, "finish"):
-                partner.finish(ending.observation, ending.info_for(partner), ending.terminated)
+                partner.finish(final.observation, final.info_for(partner), final.terminated)
             partner.reset(self._rngs[agent])
 
     def _info(self, agent: str) -> dict[str, Any]:
         """A partner's info."""
         if role_of(agent) == role_of(STUDENT):
-            return entitled(self.partners[agent], self.env, agent)
+            return self.env.info_for(self.partners[agent], agent)
         return self.env.infos[agent]

@@ -1,4 +1,4 @@
-"""The meaning of a piece of text: the one action that it is, in one of a world's words or as a value."""
+"""The meaning of a piece of text: its action, as one of the world's words or as a value."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from worlds.world import World
 __all__ = ["LONGEST", "TwoActions", "read_piece", "strict_value", "the_one"]
 
 LONGEST = 1000
-"""Greatest length of an answer that is not itself a text."""
+"""Greatest length of an answer in a world whose actions are no texts."""
 _KEYS = ("action", "answer", "response", "final_answer", "move", "choice", "command", "output")
 _TOOL = ("arguments", "parameters", "args")
 _FILLERS = frozenset(
@@ -32,20 +32,20 @@ _PART = re.compile(rf"[\"']?([A-Za-z][A-Za-z0-9_]{{0,20}})[\"']?[ \t]*[:=][ \t]*
 _BETWEEN = re.compile(r"(?:[\s,;&]|\band\b)*")
 _NUMBERED = re.compile(r"([0-9]{1,4})[ \t]*[:.)=\u2013-][ \t]+(\S.*)|(\S.*?)[ \t]*[:=\u2013-][ \t]*([0-9]{1,4})")
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*+(?:\"|$)|'(?:[^'\\]|\\.)*+(?:'|$)", re.DOTALL)
-_SHORT = 200  # characters of a sentence that may hold an action
-_WORDS = 8  # that may stand before it, and behind it
-_DEPTH = 3  # texts within texts
+_SHORT = 200  # greatest length of a sentence with an action
+_WORDS = 8  # greatest number of words before and after the action
+_DEPTH = 3  # greatest depth of texts within texts
 
 
 class TwoActions(Exception):  # noqa: N818 (it is no error of the program)
-    """An answer names different actions; the message says which."""
+    """An answer names different actions; the message has them."""
 
 
 def read_piece(piece: str, world: World[Any], depth: int = 0, sentences: bool = True) -> Any:
-    """The action in canonical form; None if the piece is none.
+    """The action of a piece in canonical form; None if it is no action.
 
     Raises:
-        TwoActions: the piece names two.
+        TwoActions: the piece names different actions.
     """
     longest = max(LONGEST, getattr(world.action_space, "max_length", 0))
     if depth > _DEPTH or len(piece) > 2 * longest:
@@ -58,7 +58,7 @@ def read_piece(piece: str, world: World[Any], depth: int = 0, sentences: bool = 
 
 
 def the_one(actions: Iterable[Any], whence: str = "") -> Any:
-    """The one action of several readings, of which some may be None.
+    """The action on which all readings that are not None agree; None if there is none.
 
     Raises:
         TwoActions: they differ.
@@ -71,10 +71,10 @@ def the_one(actions: Iterable[Any], whence: str = "") -> Any:
 
 
 def strict_value(answer: str, world: World[Any]) -> Any:
-    """The value that a text is in JSON, or in round brackets; an object has the one key `action`.
+    """The value of a text in JSON, or of a list in round brackets; an object must have the single key `action`.
 
     Raises:
-        ValueError, RecursionError: it is none.
+        ValueError, RecursionError: the text has no such value.
     """
     if answer.startswith("(") and answer.endswith(")"):
         answer = f"[{answer[1:-1]}]"
@@ -94,7 +94,7 @@ def strict_value(answer: str, world: World[Any]) -> Any:
 
 
 def _meaning(form: str, world: World[Any], depth: int, sentences: bool) -> Any:
-    """The action that a bare form is; None if it is none."""
+    """The action of a bare form; None if it is no action."""
     for read in (_word, _values, _numbers, _numbered):
         action = read(form, world)
         if action is not None:
@@ -111,7 +111,7 @@ def _legal(action: Any, world: World[Any]) -> Any:
 
 
 def _word(form: str, world: World[Any]) -> Any:
-    """One of the world's own words, or a number where there are numbers."""
+    """The action of a world's word, or of a number if actions are numbers; else None."""
     try:
         action = world.read(form)
     except (ValueError, TypeError, OverflowError, RecursionError):
@@ -126,7 +126,7 @@ def _word(form: str, world: World[Any]) -> Any:
 
 
 def _numbers(form: str, world: World[Any]) -> Any:
-    """A list of numbers without brackets, or with spaces between them."""
+    """The action of a list of numbers without brackets, separated by commas or spaces; else None."""
     shape = getattr(world.action_space, "shape", None)
     if isinstance(world.action_space, spaces.Discrete) or shape is None or len(shape) > 1:
         return None
@@ -138,7 +138,7 @@ def _numbers(form: str, world: World[Any]) -> Any:
 
 
 def _values(form: str, world: World[Any]) -> Any:
-    """Numbers by their names, as in `x1 = 1, x2 = 2`."""
+    """The action of numbers with names, as in `x1 = 1, x2 = 2`; else None."""
     names = world.action_parts
     if not names or len(form) > LONGEST:
         return None
@@ -157,7 +157,7 @@ def _values(form: str, world: World[Any]) -> Any:
 
 
 def _numbered(form: str, world: World[Any]) -> Any:
-    """A word with its number, as in `2: west`, which must be one action."""
+    """The action of a word with its number, as in `2: west`, if both agree; else None."""
     found = _NUMBERED.fullmatch(form) if world.action_words and len(form) <= _SHORT else None
     if not found:
         return None
@@ -166,7 +166,7 @@ def _numbered(form: str, world: World[Any]) -> Any:
 
 
 def _in_sentence(form: str, world: World[Any]) -> Any:
-    """The action in a sentence that says nothing else, as in `I choose arm 3`."""
+    """The action in a sentence of fillers, as in `I choose arm 3`; else None."""
     if len(form) > _SHORT:
         return None
     own = {part for word in world.action_words for part in word.split()}
@@ -186,7 +186,7 @@ def _in_sentence(form: str, world: World[Any]) -> Any:
 
 
 def _from_value(value: Any, world: World[Any], depth: int) -> Any:
-    """The action that a value of JSON is."""
+    """The action of a JSON value; None if it is no action."""
     if isinstance(value, str):
         return read_piece(value, world, depth + 1)
     if isinstance(value, dict):
@@ -200,7 +200,7 @@ def _from_value(value: Any, world: World[Any], depth: int) -> Any:
 
 
 def _from_object(value: dict[str, Any], world: World[Any], depth: int) -> Any:
-    """The action that an object is, or that one of its keys has."""
+    """The action of a JSON object or of one of its keys; None if there is none."""
     space = world.action_space
     keys = set(space.spaces) if isinstance(space, spaces.Dict) else set()
     if keys and value.keys() == keys:
@@ -219,7 +219,7 @@ def _from_object(value: dict[str, Any], world: World[Any], depth: int) -> Any:
 
 
 def _decoded(form: str) -> Any:
-    """The value that a text is in JSON, single quotes allowed; None if it is none."""
+    """The value of a text in JSON, with single or double quotes; None if it has none."""
     if form[:1] not in ("{", "[", '"', "("):
         return None
     for text in (form, _double_quoted(form)):

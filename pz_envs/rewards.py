@@ -1,4 +1,4 @@
-"""What the teacher's seat is paid for: functions of a student's turn and the oracle, by name or one's own."""
+"""Rewards of the teacher's seat: functions of the moment of a student's turn and the oracle."""
 
 from collections.abc import Callable
 
@@ -9,21 +9,21 @@ from teachers.spec import unknown
 from worlds.world import is_number
 
 TeacherReward = Callable[[Moment, Oracle], float]
-"""The teacher's reward of a student's turn; what the teacher says is charged apart, by `cost`."""
+"""The teacher's reward of a student's turn; `cost` for what the teacher says is subtracted apart."""
 
 
 def student_reward(moment: Moment, oracle: Oracle) -> float:
-    """What the world paid the student, in the world's `reward_range`."""
+    """The student's reward, in the world's `reward_range`."""
     return moment.reward
 
 
 def student_progress(moment: Moment, oracle: Oracle) -> float:
-    """What the student's action lost against the best one, negated, in the family's unit of regret; 0 at best."""
+    """The negative regret of the student's action, in the family's unit of regret; at most 0."""
     return -oracle.regret(moment)
 
 
 def success_minus_cost(moment: Moment, oracle: Oracle) -> float:
-    """1 when an episode ends in success, else 0: all that is charged is what was said."""
+    """1 when an episode ends in success, else 0; the costs are subtracted apart."""
     return float(moment.over and moment.success)
 
 
@@ -34,10 +34,10 @@ TEACHER_REWARDS: dict[str, TeacherReward] = {
 
 
 def parse_teacher_reward(reward: str | TeacherReward) -> TeacherReward:
-    """The function that a name stands for; a function stands for itself.
+    """The function of a name; a function is returned as it is.
 
     Raises:
-        ValueError: an unknown name, or neither a name nor a function.
+        ValueError: the name is unknown.
     """
     if callable(reward):
         return reward
@@ -47,10 +47,10 @@ def parse_teacher_reward(reward: str | TeacherReward) -> TeacherReward:
 
 
 def check_prices(ask_cost: float | None, failure_reward: float | None, reward_range: tuple[float, float]) -> None:
-    """Check what the student pays for asking, and what it gets for a text that is no action; None is in order.
+    """Check the cost of asking and the reward of a text that is no action; None is allowed.
 
     Raises:
-        ValueError: one of them is not allowed.
+        ValueError: a value is not allowed.
     """
     if ask_cost is not None:
         check_cost("ask_cost", ask_cost)

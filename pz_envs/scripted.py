@@ -1,4 +1,4 @@
-"""Scripted policies for the seats of teachers with `speech="kinds"`, who say all that there is to say."""
+"""Scripted policies for the seats of teachers with `speech="kinds"`: they say all that is available."""
 
 from collections.abc import Callable
 from typing import Any
@@ -9,11 +9,11 @@ from teachers.session import SUBSETS
 from teachers.spec import unknown
 
 
-class Frank:
-    """A policy that says everything that it can, in a `TutoringEnv` or a `PanelEnv`."""
+class SayAll:
+    """A policy for a `TutoringEnv` or a `PanelEnv` that says all kinds that are available."""
 
     def __repr__(self) -> str:
-        return "Frank()"
+        return "SayAll()"
 
     def reset(self, rng: np.random.Generator) -> None:
         """Begin an episode."""
@@ -24,14 +24,14 @@ class Frank:
 
 
 class Attention:
-    """A policy for a `ClassroomEnv`, which shares out its attention by a rule; it reads the observation only.
+    """A policy for a `ClassroomEnv` that divides its attention among the students by a rule.
 
     Args:
-        rule: `round_robin`, who has waited longest; `importance`, for whom most is at stake in the next action;
-            `random`. Ties go to the lower number; who can be told nothing is passed over.
+        rule: `round_robin`, the student that has waited longest; `importance`, the one with the greatest importance of
+            the next action; `random`. Ties go to the lower number. Students without available kinds are skipped.
 
     Raises:
-        ValueError: an unknown rule.
+        ValueError: the rule is unknown.
     """
 
     def __init__(self, rule: str = "round_robin") -> None:
@@ -50,7 +50,7 @@ class Attention:
         self._heard: dict[int, int] = {}
 
     def act(self, observation: dict[str, Any], info: dict[str, Any]) -> int:
-        """Say all that is true to the student who comes first by the rule; to nobody if there is nothing to say."""
+        """Say all available kinds to the student that ranks first by the rule; 0 if there is nothing to say."""
         per_student = (observation["action_mask"][1:].reshape(len(observation["students"]), -1)).any(axis=1)
         waiting = np.flatnonzero(per_student).tolist()
         if not waiting:
@@ -72,10 +72,10 @@ class Attention:
 
 
 def refuse_messages(speech: str) -> None:
-    """Check the speech of teachers that are scripted.
+    """Check the speech of scripted teachers.
 
     Raises:
-        ValueError: it is one that they cannot speak.
+        ValueError: it is not `kinds`.
     """
     if speech in ("message", "claims"):
         raise ValueError(
@@ -85,7 +85,7 @@ def refuse_messages(speech: str) -> None:
 
 
 def subset_of(bits: np.ndarray) -> int:
-    """The number of a subset of the kinds whose members are 1."""
+    """The number of the subset of the kinds whose bits are 1."""
     return sum(1 << kind for kind, bit in enumerate(bits.tolist()) if bit)
 
 
@@ -94,4 +94,4 @@ RULES: dict[str, Callable[[Attention, dict[str, Any], int], float]] = {
     "importance": Attention._importance,
     "random": Attention._chance,
 }
-"""Per rule the rank of a student, the greatest first."""
+"""Per rule the rank of a student; the greatest comes first."""

@@ -1,4 +1,4 @@
-"""What all environments with seats for teachers and students have in common."""
+"""The base of the AEC environments with seats for teachers and students."""
 
 from abc import abstractmethod
 from typing import Any
@@ -18,23 +18,23 @@ TEACHER, STUDENT = "teacher_0", "student_0"
 
 
 def role_of(agent: str) -> str:
-    """What an agent is, `teacher` or `student`."""
+    """The role of an agent: `teacher` or `student`."""
     return agent.rpartition("_")[0]
 
 
 def known_options(options: dict[str, Any] | None, world: World[Any]) -> dict[str, Any] | None:
-    """The options of a reset that a world has. PettingZoo's own checkers give others, which are ignored."""
+    """The options that the world's `reset` takes; others, which PettingZoo's checkers pass, are ignored."""
     if options is None or world.reset_options is None:
         return options
     return {name: value for name, value in options.items() if name in world.reset_options}
 
 
 class SeatsEnv(AECEnv):
-    """An AEC environment that can be shown, as text or as a picture.
+    """An AEC environment that renders as text or as an image.
 
     Args:
         name: for `metadata`.
-        speech: what a teacher's action is, one of `pz_envs.settings.SPEECHES`.
+        speech: the form of a teacher's action, one of `pz_envs.settings.SPEECHES`.
         render_mode: None, `ansi`, `rgb_array` or `human`, a window.
     """
 
@@ -46,9 +46,9 @@ class SeatsEnv(AECEnv):
     }
 
     max_turns: int
-    """Actions that a student has in an episode."""
+    """Actions of a student in an episode, at most."""
     label: str
-    """The id by which it was made, or what is taught."""
+    """The id of the environment, or the name of its subject, for `repr`."""
 
     def __init__(self, name: str, speech: str, render_mode: str | None) -> None:
         self.metadata = {**self.metadata, "name": f"{name}_v0"}
@@ -60,7 +60,7 @@ class SeatsEnv(AECEnv):
         self.action_spaces: dict[str, spaces.Space[Any]] = {}
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} {self.label} speech={self.speech!r} {self._parties()}>"
+        return f"<{type(self).__name__} {self.label} speech={self.speech!r} {self._describe_seats()}>"
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The agent's observation space, the same object each time."""
@@ -85,7 +85,7 @@ class SeatsEnv(AECEnv):
             self.render()
 
     def render(self) -> str | Frame | None:
-        """In mode `ansi` what `as_text` says, in mode `rgb_array` the `frame`; in mode `human` it is shown in a window.
+        """In mode `ansi` return `as_text()`, in mode `rgb_array` `frame()`; in mode `human` show the frame in a window.
 
         Raises:
             RuntimeError: in mode `human` there is no display.
@@ -98,40 +98,44 @@ class SeatsEnv(AECEnv):
 
     @abstractmethod
     def moment_of(self, student: str) -> Moment[Any]:
-        """A student's last turn, as its teacher sees it: privileged."""
+        """The last moment of a student: privileged."""
 
     def turns_left(self, student: str = STUDENT) -> int:
-        """How many actions a student has yet, if nothing else ends its episode."""
+        """Actions that a student has left, if nothing else ends its episode."""
         return self.max_turns - self.moment_of(student).turn
+
+    def info_for(self, policy: Any, student: str = STUDENT) -> dict[str, Any]:
+        """The info that a policy in a student's seat may see; see `pz_envs.student_view.info_for`."""
+        return info_for(policy, self.infos[student], self.turns_left(student), self.moment_of(student))
 
     @property
     @abstractmethod
-    def truth_now(self) -> Any:
-        """The truth of the world as it is, or that of each world: with it `start_next_episode` can begin."""
+    def current_truth(self) -> Any:
+        """The current truth of the world, or a tuple of those of all worlds; see `start_next_episode`."""
 
     @abstractmethod
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
-        """Begin another episode of the same lesson: the streams go on, and what was spent of a budget stays spent.
+        """Begin another episode of the same lesson: the streams go on, and spent budgets stay spent.
 
         Args:
-            start: the truth to begin with, as of `truth_now`; None: as a reset of the world draws it.
+            start: the truth to begin with, as of `current_truth`; None: as a reset of the world draws it.
             options: the world's.
         """
 
     @abstractmethod
     def as_text(self) -> str:
-        """The state of affairs for human eyes, in words."""
+        """The last turn as text."""
 
     @abstractmethod
     def frame(self) -> Frame:
-        """The state of affairs for human eyes, uint8 (height, width, 3).
+        """The last turn as an image, uint8 (height, width, 3).
 
         Raises:
             RuntimeError: the environment was made without a render mode.
         """
 
     @abstractmethod
-    def _parties(self) -> str:
+    def _describe_seats(self) -> str:
         """The teachers and the students, for `repr`."""
 
     @abstractmethod
@@ -139,7 +143,7 @@ class SeatsEnv(AECEnv):
         """The turn of an agent that has not ended."""
 
     def _open(self) -> None:
-        """Enter all agents at the beginning of an episode; infos are up to the environment."""
+        """Set PettingZoo's attributes for the beginning of an episode; the subclass sets the infos."""
         self.agents = self.possible_agents[:]
         self.rewards = dict.fromkeys(self.agents, 0.0)
         self._cumulative_rewards = dict.fromkeys(self.agents, 0.0)
@@ -154,8 +158,3 @@ class OrderEnforcing(OrderEnforcingWrapper):
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.env!r}>"
-
-
-def entitled(policy: Any, env: SeatsEnv, student: str = STUDENT) -> dict[str, Any]:
-    """The info that a policy in a student's seat of an environment may see; see `info_for`."""
-    return info_for(policy, env.infos[student], env.turns_left(student), env.moment_of(student))

@@ -1,4 +1,4 @@
-"""The student's seat over a session: what is seen from it, what its action means, and how an episode looks."""
+"""The student's view of a session: observations, actions, infos and rendering."""
 
 import copy
 from typing import Any
@@ -7,7 +7,7 @@ from gymnasium import spaces
 
 from pz_envs.answers import split_thought
 from pz_envs.asking import ASK, asking_space, read_question
-from pz_envs.frames import Watch
+from pz_envs.frames import EpisodeRenderer
 from pz_envs.numbers import Field, Numbers
 from pz_envs.settings import Settings
 from pz_envs.text_mode import failure
@@ -21,13 +21,13 @@ __all__ = ["StudentView", "info_for"]
 
 
 class StudentView:
-    """The seat of the student; `pz_envs.seatings.tutoring.TutoringEnv` says what its spaces hold.
+    """The student's seat; `pz_envs.seatings.tutoring.TutoringEnv` describes its spaces.
 
     Args:
-        session: what is played.
+        session: the session.
         settings: of the lesson.
-        image: the space of the image that is seen beside the text; None: there is none.
-        watch: keeps the episode to draw it; None: it cannot be drawn.
+        image: the space of the image beside the text; None: there is no image.
+        renderer: renders the episode; None: it cannot be drawn.
     """
 
     def __init__(
@@ -35,10 +35,10 @@ class StudentView:
         session: Session,
         settings: Settings,
         image: spaces.Space[Any] | None = None,
-        watch: Watch | None = None,
+        renderer: EpisodeRenderer | None = None,
     ) -> None:
         world = session.world
-        self.session, self.watch = session, watch
+        self.session, self.renderer = session, renderer
         self.text, self.visual = settings.text, image is not None
         self.numbers = Numbers(world, session.max_turns, settings.embed) if settings.numbers else None
         self.words_space = spaces.Dict(
@@ -49,23 +49,26 @@ class StudentView:
                 **({} if image is None else {"image": image}),
             }
         )
-        """What is observed, if not in numbers."""
+        """The observation space without `numbers`."""
         self.observation_space: spaces.Space[Any] = self.numbers.space if self.numbers else self.words_space
         acts = Prose(LONGEST) if self.text else copy.deepcopy(world.action_space)
         self.action_space: spaces.Space[Any] = acts if session.ask_cost is None else asking_space(acts)
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """What the numbers of an observation are, in their order; none without `numbers`."""
+        """The fields of an observation in numbers, in their order; empty without `numbers`."""
         return () if self.numbers is None else self.numbers.fields
 
     @property
     def turns_left(self) -> int:
-        """How many actions the student has yet, if nothing else ends the episode."""
+        """Actions that the student has left, if nothing else ends the episode."""
         return self.session.max_turns - self.session.moment.turn
 
     def act(self, action: Any) -> float:
-        """Act, or ask where the action does; the student's reward.
+        """Act, or ask if the action is a question.
+
+        Returns:
+            The student's reward.
 
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
@@ -82,7 +85,7 @@ class StudentView:
         return session.act(action).reward
 
     def state(self) -> Any:
-        """The world as it is seen; made anew by each action, and handed out as it is."""
+        """The world as the student sees it; each action makes a new object, which is not copied here."""
         session = self.session
         return session.world.describe(session.state) if self.text else session.state
 
@@ -96,7 +99,7 @@ class StudentView:
         return seen | {"image": self.image()} if self.visual else seen
 
     def info(self) -> dict[str, Any]:
-        """The info: that of the session, without `atoms` beside numbers; a new dict in each turn."""
+        """The session's info, a new dict in each turn; with `numbers` without `atoms`."""
         info = self.session.info
         if self.numbers is None:
             return info
@@ -106,55 +109,55 @@ class StudentView:
         """The info that a policy in this seat may see; see `info_for`."""
         return info_for(policy, self.info(), self.turns_left, self.session.moment)
 
-    # How the episode looks.
+    # Rendering.
 
     def description(self) -> str:
         """The world as text, as the student sees it."""
         return self.session.world.describe(self.session.state)
 
     def image(self) -> Any:
-        """The image beside the text: the world's own, if it has one, else its picture, of what the student may know."""
-        if self.watch is None or self.session.world.options.get("visual"):
+        """The image beside the text: the world's own, if it has one, else its picture, as the student may see it."""
+        if self.renderer is None or self.session.world.options.get("visual"):
             return self.session.state["image"]
-        return self.watch.view(self.description())
+        return self.renderer.view(self.description())
 
     def frame(self) -> Frame:
-        """The episode now, uint8 (480, 640, 3).
+        """The frame of the last turn, uint8 (480, 640, 3).
 
         Raises:
-            RuntimeError: nothing keeps it.
+            RuntimeError: there is no renderer.
         """
-        return self.kept().frame(self.description())
+        return self.require_renderer().frame(self.description())
 
     def pieces(self) -> Text:
-        """The turn, the student's action and the world in text, each piece with its role; errors as in `frame`."""
-        return self.kept().text(self.description())
+        """The turn, the student's action and the world as text, in pieces with a style each; errors as in `frame`."""
+        return self.require_renderer().text(self.description())
 
     def as_text(self) -> str:
-        """The world, the teacher's last words, and, if the episode is kept, the turn and the student's action."""
+        """The world and the teacher's last words; with a renderer the turn and the student's action, too."""
         session = self.session
-        world = self.description() if self.watch is None else "".join(piece for piece, _ in self.pieces())
+        world = self.description() if self.renderer is None else "".join(piece for piece, _ in self.pieces())
         return f"{world}\nTeacher: {session.feedback or session.instruction}".lstrip("\n")
 
-    def kept(self) -> Watch:
-        """What keeps the episode; errors as in `frame`."""
-        if self.watch is None:
-            raise RuntimeError("nothing keeps the episode to draw it; make it with render_mode='rgb_array'")
-        return self.watch
+    def require_renderer(self) -> EpisodeRenderer:
+        """The renderer; errors as in `frame`."""
+        if self.renderer is None:
+            raise RuntimeError("the environment has no renderer; make it with render_mode='rgb_array'")
+        return self.renderer
 
 
 def info_for(policy: Any, info: dict[str, Any], turns_left: int, moment: Moment[Any]) -> dict[str, Any]:
     """The info that a policy in a student's seat may see.
 
-    That is the seat's own with `turns_left`, less the atoms for a reader of words, and with `reward` (of its last turn;
-    with the atoms for a reader of advice) or the privileged `moment` for a policy that learns from these; see `reads`
-    of students.
+    It is the seat's info with `turns_left`. What else it has depends on the policy's `reads`, by default "atoms": for
+    "nothing", "reward" and "words" it has no `atoms`; for "reward" and "atoms and reward" it has the last turn's
+    `reward`; for "truth" it has the privileged `moment`.
 
     Args:
-        policy: says by `reads` what it learns from; "atoms" if it does not.
-        info: the seat's own.
-        turns_left: actions that it has yet.
-        moment: its last turn.
+        policy: the policy.
+        info: the seat's.
+        turns_left: actions that the student has left.
+        moment: the student's last moment.
     """
     info = {**info, "turns_left": turns_left}
     reads = getattr(policy, "reads", "atoms")

@@ -1,4 +1,4 @@
-"""What can be taught, and how it can be seated."""
+"""Subjects, which can be taught, and seatings, which are ways to place teachers and students over them."""
 
 import importlib
 import inspect
@@ -15,7 +15,7 @@ from teachers.spec import unknown
 if TYPE_CHECKING:
     from pettingzoo import AECEnv, ParallelEnv
 
-    from pz_envs.parallel_seats import InTurns, ParallelSeats
+    from pz_envs.parallel_seats import ParallelSeats, TurnBasedParallelEnv
     from pz_envs.seats import SeatsEnv
     from teachers.oracle import Oracle
     from teachers.personality import Personality
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from worlds.world import World
 
 TUTORING = "tutoring"
-"""The seating of one teacher and one student, which is meant where none is named."""
+"""The default seating: one teacher and one student."""
 
 
 class SeatsKeywords(SettingsKeywords, total=False):
-    """What the doors of PettingZoo take besides, as keywords."""
+    """The keywords of PettingZoo's doors."""
 
     max_cycles: int | None
     episodes: int
@@ -40,17 +40,17 @@ _shown = takes_settings(names={"max_turns": "max_cycles"})
 
 
 class Subject(ABC):
-    """What can be taught: it makes worlds, and teachers and seats for them."""
+    """What is taught: it makes worlds, and teachers and environments for them."""
 
     name: str
     max_turns: int
     """Turns of the student after which an episode is truncated."""
     repeated: bool
-    """Whether success ends nothing: a one-step problem without state, asked again and again."""
+    """Whether success ends no episode: the subject is a one-step problem without state, asked repeatedly."""
     regret_unit: str
-    """What regret counts, as in "extra moves"."""
+    """The unit of regret, such as "extra moves"."""
     learning: Learning
-    """What rewards alone teach."""
+    """What can be learned from rewards alone."""
     visual: bool = False
     """Whether its worlds have an option `visual` that adds images to the observation."""
 
@@ -60,28 +60,28 @@ class Subject(ABC):
 
     @abstractmethod
     def oracle_class(self) -> "Callable[[Callable[[], World[Any, Any, Any]]], Oracle]":
-        """What makes an oracle of a function that makes scratch worlds."""
+        """A function that makes an oracle, given a function that makes scratch worlds."""
 
     @abstractmethod
     def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
-        """The words of the teachers."""
+        """The phrases of the teachers."""
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options."""
         return ()
 
     def taught_world(self, **options: Any) -> "World[Any, Any, Any]":
-        """The world of new seats."""
+        """A world for a new environment."""
         return self.make_world(**options)
 
     def make_picture(self, world: "World[Any, Any, Any]") -> "Picture[Any]":
-        """What draws such a world; by default its description."""
+        """The picture of such a world; by default its description as text."""
         from worlds.pictures import TextPicture
 
         return TextPicture(world.scratch())
 
     def serves(self, personality: "str | Personality") -> bool:
-        """Whether the oracle can do what a personality needs."""
+        """Whether the oracle has all abilities that a personality needs."""
         from teachers.personality import parse_personality
 
         make = self.oracle_class()
@@ -110,12 +110,12 @@ class Subject(ABC):
         Args:
             seating: a module of `pz_envs.seatings`: `tutoring`, `classroom`, `panel`, ...
             settings: of the lesson; None: the defaults.
-            keywords: fields of `Settings` that are otherwise (`max_turns` is called `max_cycles`; where several sit,
-                `speech` is `kinds` by default), the world's options, `episodes` of a lifetime, which is then one game
-                (see `pz_envs.lifetimes.LifetimeEnv`), and settings of the seating, such as `students` of a classroom.
+            keywords: fields of `Settings` that replace those (`max_turns` is called `max_cycles`; in classrooms and
+                panels `speech` is `kinds` by default), the world's options, `episodes` of a lifetime (see
+                `pz_envs.lifetimes.LifetimeEnv`), and arguments of the seating, such as `students` of a classroom.
 
         Raises:
-            ValueError: no such seating, or an argument is not allowed.
+            ValueError: the seating is unknown, or an argument is not allowed.
         """
         found, lesson, own = self._read(seating, settings, keywords)
         env = found.seats(self, lesson, **own)
@@ -135,14 +135,14 @@ class Subject(ABC):
     def parallel_env(
         self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SeatsKeywords]
     ) -> "ParallelEnv":
-        """The parallel form, as the seating has it; arguments as in `raw_env`."""
+        """The parallel form of the seating; arguments as in `raw_env`."""
         found, lesson, own = self._read(seating, settings, keywords)
-        env: InTurns | ParallelSeats = found.parallel_env(self, lesson, **own)
+        env: TurnBasedParallelEnv | ParallelSeats = found.parallel_env(self, lesson, **own)
         env.env.label = self.label(seating, lesson.options)
         return env
 
     def label(self, seating: str, options: Mapping[str, Any]) -> str:
-        """The name of an environment with these options of the world in its `repr`."""
+        """The name in the `repr` of an environment with these options of the world."""
         return self.name
 
     def _read(
@@ -166,24 +166,26 @@ def _is_oracle(make: Any) -> "TypeGuard[type[Oracle[Any, Any]]]":
 
 
 class Seating(ABC):
-    """A way to seat teachers and students over a subject's worlds: a module of `pz_envs.seatings` with a `SEATING`."""
+    """A way to place teachers and students over a subject's worlds: a module of `pz_envs.seatings` with a `SEATING`."""
 
     defaults: ClassVar[Mapping[str, Any]] = {}
-    """Fields of `Settings` whose defaults are others here."""
+    """Fields of `Settings` with other defaults in this seating."""
 
     @abstractmethod
     def raw_env(self, subject: Subject, settings: Settings, *args: Any, **own: Any) -> "SeatsEnv":
-        """The bare AEC environment; a seating has arguments of its own as keywords."""
+        """The bare AEC environment; keyword-only arguments are the seating's own."""
 
-    def parallel_env(self, subject: Subject, settings: Settings, *args: Any, **own: Any) -> "InTurns | ParallelSeats":
-        """The parallel form: all seats act, and those whose turn it is not are ignored."""
-        from pz_envs.parallel_seats import InTurns
+    def parallel_env(
+        self, subject: Subject, settings: Settings, *args: Any, **own: Any
+    ) -> "TurnBasedParallelEnv | ParallelSeats":
+        """The parallel form: every agent acts, and the actions of those that are not selected are ignored."""
+        from pz_envs.parallel_seats import TurnBasedParallelEnv
         from pz_envs.seats import OrderEnforcing
 
-        return InTurns(OrderEnforcing(self.seats(subject, settings, **own)))
+        return TurnBasedParallelEnv(OrderEnforcing(self.seats(subject, settings, **own)))
 
     def seats(self, subject: Subject, settings: Settings, *, episodes: int = 1, **own: Any) -> "SeatsEnv":
-        """The bare AEC environment, or a lifetime in it of so many episodes.
+        """The bare AEC environment, or with `episodes` above 1 a lifetime in it.
 
         Raises:
             ValueError: an argument is not allowed.
@@ -198,7 +200,7 @@ class Seating(ABC):
         return LifetimeEnv(env, episodes)
 
     def arguments(self) -> tuple[str, ...]:
-        """The names of its own arguments."""
+        """The names of the seating's own arguments."""
         doors = (self.raw_env, self.parallel_env, self.seats)
         named = (each for door in doors for each in inspect.signature(door).parameters.values())
         return tuple(dict.fromkeys(each.name for each in named if each.kind == each.KEYWORD_ONLY))
@@ -216,7 +218,7 @@ def find_seating(name: str) -> Seating:
     """The seating of a name.
 
     Raises:
-        ValueError: there is none of that name.
+        ValueError: the name is unknown.
     """
     if name not in seating_names():
         raise ValueError(unknown("seating", name, seating_names()))

@@ -1,4 +1,4 @@
-"""A teacher's seat over a session: what is seen from it, what its action means, and what it is paid."""
+"""A teacher's view of a session: observations, actions, infos and rewards."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,32 +13,41 @@ from teachers.session import BIT, CLAIMS, LONGEST, SUBSETS, Session
 from teachers.teacher import Teacher
 from worlds.spaces import Prose
 
-__all__ = ["LEGAL", "SUBSET_BITS", "TRAITS", "TeacherView", "choices_of", "mask_space", "message_space", "words_space"]
+__all__ = [
+    "CLAIM_COLUMNS",
+    "LEGAL",
+    "SUBSET_BITS",
+    "TeacherView",
+    "choices_of",
+    "mask_space",
+    "message_space",
+    "words_space",
+]
 
 CHOICES = {"kinds": SUBSETS, "claims": 1 + CLAIMS}
 """Number of actions of a teacher that chooses, by its speech."""
-TRAITS = (*KINDS, "action", "plan", "edit")
-"""The columns of `TeacherView.table`: the kind of a claim, and its role."""
+CLAIM_COLUMNS = (*KINDS, "action", "plan", "edit")
+"""The columns of `TeacherView.table`: the kinds of claims, then their roles."""
 FEATURES = ("turn", "reward", "importance", "budget", "over")
-"""What the numbers of `TeacherView.features` are."""
+"""The names of the numbers of `TeacherView.features`."""
 SUBSET_BITS = np.array([[subset >> i & 1 for i in range(len(KINDS))] for subset in range(SUBSETS)], np.int8)
-"""Per subset its members, 0 or 1 a kind, shape (32, 5)."""
+"""Per subset 1 for each kind in it, else 0; int8 of shape (32, 5)."""
 LEGAL = np.array([[int(not said & ~true) for said in range(SUBSETS)] for true in range(SUBSETS)], np.int8)
-"""Per subset of what is true the subsets that can be said, shape (32, 32); silence always can."""
+"""Per subset of available kinds 1 for each subset that can be said, else 0; int8 of shape (32, 32)."""
 ACTIONS = ("all", "compact")
-"""Which subsets a teacher chooses from: all, or those that its feedback type and its oracle leave; see `choices_of`."""
+"""The subsets a teacher chooses from: all, or those of the kinds that feedback type and oracle allow."""
 _FLOAT = np.dtype(np.float32)
 _BITS, _MASKS = list(SUBSET_BITS), list(LEGAL)  # rows, which a list finds faster
 
 
 class TeacherView:
-    """The seat of one teacher; `pz_envs.seatings.tutoring.TutoringEnv` says what its spaces hold.
+    """The seat of a teacher; `pz_envs.seatings.tutoring.TutoringEnv` describes its spaces.
 
     Args:
-        session: what is played.
-        speech: what its action is: `message`, `kinds` or `claims`.
+        session: the session.
+        speech: the form of its action: `message`, `kinds` or `claims`.
         reward: its reward of a student's turn; see `pz_envs.rewards`.
-        number: which of the session's teachers it is.
+        number: the teacher's, in the session.
     """
 
     def __init__(
@@ -60,7 +69,10 @@ class TeacherView:
         )
 
     def act(self, action: Any) -> float:
-        """Speak; the teacher's reward for that.
+        """Speak.
+
+        Returns:
+            The teacher's reward for that.
 
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
@@ -68,7 +80,7 @@ class TeacherView:
         return self._act(action, self.number)
 
     def reward(self) -> float:
-        """What the teacher is paid for what the student has just done; 0 for a question."""
+        """The teacher's reward of the student's last action; 0 for a question."""
         session = self.session
         if session.asked:
             return 0.0
@@ -76,7 +88,7 @@ class TeacherView:
         return moment.reward if reward is student_reward else reward(moment, self.offer.teacher.oracle)
 
     def observe(self, acts: bool = True) -> dict[str, Any]:
-        """The observation; `acts`: whether it is the teacher's turn, else only silence is legal."""
+        """The observation; `acts`: whether it is the teacher's turn; if not, only silence is legal."""
         if self.speech == "message":
             return self.words()
         available = self.offer.available()
@@ -94,7 +106,7 @@ class TeacherView:
         return observation
 
     def info(self) -> dict[str, Any]:
-        """The info: the privileged moment, and what could be said."""
+        """The info: the privileged `moment`, and the claims or the suggestion."""
         offer = self.offer
         info: dict[str, Any] = {"moment": offer.moment}
         if self.speech == "kinds":
@@ -135,8 +147,8 @@ class TeacherView:
         return np.array(low, np.float32), np.array(high, np.float32)
 
     def table(self) -> np.ndarray:
-        """The kind and the role of each claim that can be chosen, 0 or 1, int8 (32, 8); see `TRAITS`."""
-        table = np.zeros((CLAIMS, len(TRAITS)), np.int8)
+        """Per claim to choose from 1 for its kind and its role, else 0; int8 (32, 8), with columns `CLAIM_COLUMNS`."""
+        table = np.zeros((CLAIMS, len(CLAIM_COLUMNS)), np.int8)
         for i, claim in enumerate(self.offer.listed()):
             bare = claim.claim if isinstance(claim, Late) else claim
             roles = (isinstance(bare, role) for role in (ActionClaim, PlanClaim, EditClaim))
@@ -151,7 +163,7 @@ class TeacherView:
 
     def _choosing_space(self) -> spaces.Dict:
         asked = {"asked": spaces.MultiBinary(1)} if self.session.ask_cost is not None else {}
-        listed = {"claims": spaces.Box(0, 1, (CLAIMS, len(TRAITS)), np.int8)} if self.speech == "claims" else {}
+        listed = {"claims": spaces.Box(0, 1, (CLAIMS, len(CLAIM_COLUMNS)), np.int8)} if self.speech == "claims" else {}
         return spaces.Dict(
             {
                 "available": spaces.MultiBinary(len(KINDS)),
@@ -167,7 +179,7 @@ def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[i
     """The subsets that a teacher chooses from, by the number of its action.
 
     Raises:
-        ValueError: there is no such choice, or the teacher does not say kinds.
+        ValueError: `actions` is unknown, or needs `speech="kinds"`.
     """
     if actions not in ACTIONS:
         raise ValueError(f"actions {actions!r} is unknown; allowed: {', '.join(ACTIONS)}")
@@ -180,12 +192,12 @@ def choices_of(actions: str, teacher: Teacher, speech: str = "kinds") -> tuple[i
 
 
 def mask_space(actions: int) -> spaces.Box:
-    """The space of a mask of so many actions."""
+    """The space of an action mask."""
     return spaces.Box(0, 1, (actions,), np.int8)
 
 
 def message_space() -> Prose:
-    """The space of a teacher's own words."""
+    """The space of a teacher's message."""
     return Prose(LONGEST)
 
 

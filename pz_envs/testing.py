@@ -1,7 +1,7 @@
 """A conformance kit for seats. For your own family, run `check_seats(my_env)` with its `env` or `raw_env`.
 
-PettingZoo's own checkers come first; then what they cannot know. Each check takes a factory of AEC environments that
-accepts the arguments of `pz_envs.subject.Subject.raw_env`. `check_family(FAMILY)` goes through a declaration.
+PettingZoo's own checkers come first, then ours. Each check takes a factory of AEC environments that accepts the
+arguments of `pz_envs.subject.Subject.raw_env`. `check_family(FAMILY)` checks a declaration.
 """
 
 import importlib
@@ -29,7 +29,7 @@ from worlds.testing import plain, require
 from worlds.world import World
 
 Make = Callable[..., AECEnv]
-_ALLOWED = (  # what PettingZoo's checkers say of seats that see text
+_ALLOWED = (  # of PettingZoo's checkers, for agents with text observations
     "Observation is not a NumPy array",
     "(Observation|Action) space for each agent probably should be gymnasium.spaces.box or gymnasium.spaces.discrete",
     "Agents have different observation space sizes",
@@ -44,7 +44,7 @@ def check_seats(make: Make) -> None:
 
 @contextmanager
 def expected_warnings() -> Iterator[None]:
-    """Allow the three warnings that seats with text get from PettingZoo's checkers, and no other."""
+    """Ignore PettingZoo's three warnings about text observations; any other warning is an error."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for message in _ALLOWED:
@@ -53,7 +53,7 @@ def expected_warnings() -> Iterator[None]:
 
 
 def check_pettingzoo(make: Make) -> None:
-    """PettingZoo's four checkers with both forms of speech, with and without text."""
+    """PettingZoo's four checkers pass with each form of speech, with and without text."""
     for speech, text in product(SPEECHES, (False, True)):
 
         def aec(speech: str = speech, text: bool = text) -> AECEnv:
@@ -120,7 +120,7 @@ def check_silence(make: Make) -> None:
 
 
 def check_privilege(make: Make) -> None:
-    """Only the teacher's info has the moment; the student sees neither it nor the reward."""
+    """Only the teacher's info has the moment; the student's info and observation have neither it nor the reward."""
     env = make(speech="kinds")
     env.reset(seed=0)
     for _ in range(6):
@@ -136,18 +136,18 @@ def check_privilege(make: Make) -> None:
 
 
 def check_parse_failure(make: Make) -> None:
-    """A text that is no action costs a turn, is answered, and leaves the world as it is."""
+    """A text that is no action costs a turn, gets feedback, and does not change the world."""
     env = make(speech="kinds", text=True, max_cycles=2)
     env.reset(seed=0)
     env.step(0)
     world = env.unwrapped.session.world
     before = plain(world.save())
     env.step("\x00 __import__('os') \x07")
-    require(plain(world.save()) == before, "the world went on")
+    require(plain(world.save()) == before, "the world changed")
     require(env.observe(STUDENT)["feedback"] == "", "the teacher spoke before its turn")
     env.step(0)
-    require("parse_failure" in env.infos[STUDENT], "the info does not tell of the parse failure")
-    require(env.observe(STUDENT)["feedback"] != "", "the student is not told what was expected")
+    require("parse_failure" in env.infos[STUDENT], "the info has no `parse_failure`")
+    require(env.observe(STUDENT)["feedback"] != "", "the feedback does not say what was expected")
     env.step("\x00")
     env.step(0)
     require(env.truncations[STUDENT], "turns that do not parse do not count")
@@ -171,7 +171,7 @@ def check_budget(make: Make) -> None:
 
 
 def check_lifetime(make: Make) -> None:
-    """Episodes in a row are one game for PettingZoo; each begins alike, and the student is told how the last ended."""
+    """A lifetime passes PettingZoo's checkers; its episodes begin alike, and infos have the last step before."""
 
     def lifetime() -> AECEnv:
         return make(speech="kinds", episodes=3, max_cycles=2)
@@ -189,11 +189,11 @@ def check_lifetime(make: Make) -> None:
         env.step(None if dead else _act(env, agent))
     require(len(starts) == 3, f"a lifetime of 3 episodes had {len(starts)}")
     require(all(start == starts[0] for start in starts), "the episodes of a lifetime do not begin alike")
-    require(endings == 2, f"the student was told {endings} times how an episode had ended, of 2")
+    require(endings == 2, f"the student's info had {endings} last steps of episodes, of 2")
 
 
 def check_roles(make: Make) -> None:
-    """What claims declare to be written in their sentences as a student has to write it is written there, and is so."""
+    """The slots that claims declare are in their sentences, in a form that a student can use as its action."""
     for type_ in make().unwrapped.session.teacher.oracle.instruction_types:
         env = make(speech="kinds", instruction_type=type_, max_cycles=12)
         env.reset(seed=0)
@@ -208,7 +208,7 @@ def check_roles(make: Make) -> None:
 
 
 def require_role(atom: Atom, world: World[Any]) -> None:
-    """The action, the plan or the edit of a claim stands in its sentence, if its class says so, and can be read."""
+    """The action, the plan or the edit of a claim is in its sentence, if its class declares a slot, and can be read."""
     claim = atom.claim
     written: list[tuple[str, tuple[Any, ...], str]] = []
     if isinstance(claim, ActionClaim) and claim.action_slot:
@@ -219,7 +219,7 @@ def require_role(atom: Atom, world: World[Any]) -> None:
         text = f"{getattr(claim, slot)}"
         where = f"the slot {slot!r} of {type(claim).__name__} is {text!r}, in {atom.text!r}"
         require(
-            text in atom.text, f"{where}: it is not there; phrase it, or declare that there is none by an empty slot"
+            text in atom.text, f"{where}: it is not in the sentence; add it to the phrase, or declare an empty slot"
         )
         parts = text.split(separator) if separator else [text]
         read = [read_exactly(part.strip('"'), world) for part in parts]
@@ -247,12 +247,12 @@ CHECKS: tuple[Callable[[Make], None], ...] = tuple(
 
 
 def check_family(family: Family) -> None:
-    """Everything is there that a declaration names: classes, phrases, options, environments, the extra, the seats.
+    """All that a declaration names exists: classes, phrases, options, environments, the extra, the seats.
 
     Raises:
-        AssertionError: something is not; the message says what.
+        AssertionError: something is missing; the message names it.
     """
-    require(bool(family.environments and family.showcase), f"{family.name} has no environments, or shows none")
+    require(bool(family.environments and family.showcase), f"{family.name} has no environments, or no showcase")
     oracle = _named(family, "oracle", family.oracle_class)
     require(isinstance(oracle, type) and issubclass(oracle, Oracle), f"{family.oracle} is no Oracle")
     _named(family, "phrases", family.phrasebook)
@@ -273,8 +273,8 @@ def check_family(family: Family) -> None:
 
 
 def _named(family: Family, what: str, load: Callable[[], Any]) -> Any:
-    """What a declaration stands for."""
+    """What a declaration names, loaded."""
     try:
         return load()
     except Exception as error:
-        raise AssertionError(f"{family.name} declares {what}, which is not in order: {error!r}") from error
+        raise AssertionError(f"{family.name} declares {what}, which fails to load: {error!r}") from error

@@ -1,4 +1,4 @@
-"""Rendering as text, as a picture, or in a window, by pygame, which highway-env brings along."""
+"""Rendering: text, an array, or a window of pygame, which is installed with highway-env."""
 
 from collections.abc import Callable
 from typing import Any
@@ -10,17 +10,17 @@ from worlds.pictures.canvas import Frame
 __all__ = ["FPS", "Renderer", "Window"]
 
 FPS = 4
-"""Frames a second, at most, in a window."""
+"""Greatest number of frames per second in a window."""
 
 
 class Renderer:
-    """What `render` of an environment does.
+    """The `render` of an environment.
 
     Args:
         mode: None, `ansi`, `rgb_array` or `human`.
         title: of the window.
-        as_text: gives the state of affairs in words.
-        frame: draws it, uint8 (height, width, 3).
+        as_text: gives the text.
+        frame: gives the frame, uint8 (height, width, 3).
     """
 
     def __init__(self, mode: str | None, title: str, as_text: Callable[[], str], frame: Callable[[], Frame]) -> None:
@@ -28,7 +28,7 @@ class Renderer:
         self._window = Window(title, FPS)
 
     def render(self) -> str | Frame | None:
-        """In mode `ansi` the text, in mode `rgb_array` the frame; in mode `human` it is shown in a window.
+        """In mode `ansi` return the text, in mode `rgb_array` the frame; in mode `human` show the frame in a window.
 
         Raises:
             RuntimeError: in mode `human` there is no display.
@@ -52,11 +52,11 @@ class Renderer:
 
 
 class Window:
-    """Opens when it is first shown something.
+    """A window, which opens with its first frame.
 
     Args:
-        title: what stands above it.
-        fps: frames a second, at most.
+        title: its title.
+        fps: greatest number of frames per second.
     """
 
     def __init__(self, title: str, fps: int) -> None:

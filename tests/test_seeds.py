@@ -9,7 +9,7 @@ import llf_teacher
 from llf_teacher import compat
 from llf_teacher.registry import PREFIX
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import Frank
+from pz_envs.scripted import SayAll
 from pz_envs.seats import TEACHER
 from pz_envs.subject import TUTORING, seating_names
 from teachers.seeds import STREAMS, Seeds
@@ -41,7 +41,7 @@ def worlds(entry):
         seats = env.unwrapped
         desk = getattr(seats, "desk", seats)
         yield seating, getattr(desk, "desks", (desk,))[0].world
-    alone = ParallelSeats(entry.family.raw_env(speech="kinds", **entry.options), {TEACHER: Frank()})
+    alone = ParallelSeats(entry.family.raw_env(speech="kinds", **entry.options), {TEACHER: SayAll()})
     alone.reset(seed=SEED)
     yield "parallel", alone.env.world
 

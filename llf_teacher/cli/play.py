@@ -172,7 +172,7 @@ def _show(console: Console, lesson: "LiveLesson") -> None:
 
 def _say(console: Console, lesson: "LiveLesson") -> None:
     """What the teacher said, each sentence with its kind."""
-    for sentence in lesson.view.kept().sentences:
+    for sentence in lesson.view.require_renderer().sentences:
         kind = sentence.kind or ""
         style = _STYLES.get(kind, "bold")
         console.print(Text(f"{kind:2} ", style).append(escape_control_chars(sentence.text), "" if kind else "bold"))

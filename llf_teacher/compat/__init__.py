@@ -1,8 +1,8 @@
 """LLF-Bench's surface on our environments: `import llf_teacher.compat as llfbench`, or `install()`.
 
-Observations are what LLF-Bench's are (None where a family has none), `None` stands for an absent instruction or
-feedback, actions may be given natively or as text, and the attributes and methods that LLF-Bench's users rely on are
-on what `make` returns, and on every wrapper here. `docs/coming-from-llf-bench.md` says what differs on purpose.
+Observations are those of LLF-Bench (None where a family has none), an absent instruction or feedback is `None`, and
+actions are native or text. The environments of `make` and all wrappers have the attributes and methods that
+LLF-Bench's users rely on. `docs/coming-from-llf-bench.md` lists the intended differences.
 """
 
 from llf_teacher.compat.env import LLFEnv, make

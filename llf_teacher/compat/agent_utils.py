@@ -1,4 +1,4 @@
-"""LLF-Bench's `agents.utils`: what its agents are run with."""
+"""LLF-Bench's `agents.utils`: helpers to run its agents."""
 
 import random
 from typing import Any
@@ -13,10 +13,10 @@ _COLORS = {"red": 91, "green": 92, "yellow": 93, "blue": 94, "magenta": 95, "cya
 
 
 class ReplayBuffer:
-    """The last so many records, each a dict.
+    """The last records, each a dict.
 
     Args:
-        buffer_size: how many are kept.
+        buffer_size: greatest number of records.
     """
 
     def __init__(self, buffer_size: int) -> None:
@@ -24,11 +24,11 @@ class ReplayBuffer:
         self.buffer: list[dict[str, Any]] = []
 
     def reset(self) -> None:
-        """Forget all."""
+        """Delete all records."""
         self.buffer = []
 
     def append(self, **record: Any) -> None:
-        """Add a record; the oldest goes if there are too many."""
+        """Add a record; the oldest is deleted if there are too many."""
         self.buffer = [*self.buffer, record][-self.buffer_size :]
 
     def update(self, **changes: Any) -> None:
@@ -45,7 +45,7 @@ class ReplayBuffer:
 
 def print_color(message: Any, color: str | None = None, logger: Any = None) -> None:
     """Print in a colour, if it is known, and log the message if there is a logger."""
-    print(f"\033[{_COLORS.get(color or '', 0)}m{message}\033[0m")  # noqa: T201 (what it is for)
+    print(f"\033[{_COLORS.get(color or '', 0)}m{message}\033[0m")  # noqa: T201 (its purpose)
     if logger is not None:
         logger.log(message)
 
@@ -53,7 +53,7 @@ def print_color(message: Any, color: str | None = None, logger: Any = None) -> N
 def set_seed(seed: int, env: Any = None) -> None:
     """Seed the global generators, for agents that draw from them; no environment here does."""
     random.seed(seed)
-    np.random.seed(seed)  # noqa: NPY002 (what it is for)
+    np.random.seed(seed)  # noqa: NPY002 (its purpose)
 
 
 def extract_int(txt: str) -> list[int]:
@@ -62,9 +62,9 @@ def extract_int(txt: str) -> list[int]:
 
 
 def extract_action(response: str, n_actions: int | None, separator: str = "#") -> Any:
-    """What stands between separators: a text, or with `n_actions` the first number in it that is an action.
+    """The text between separators, or with `n_actions` the first number in it that is an action.
 
-    Where there is none the response comes back as it is: to an environment it is a text that is no action.
+    Without one the response is returned as it is; environments handle it as a text that is no action.
     """
     parts = response.split(separator)
     if len(parts) < 2:
@@ -86,10 +86,10 @@ def rollout(
     """One episode of an agent with `reset(docstring)` and `act(observation, feedback)`.
 
     Args:
-        agent: what acts.
+        agent: the agent.
         env: an environment that gives instructions and feedback.
-        horizon: the most turns; success, too, ends the episode.
-        log_data: whether all is kept that happened.
+        horizon: greatest number of turns; success also ends the episode.
+        log_data: whether all steps are logged.
         sparse_reward: whether the score is 1 for success, else the sum of rewards.
         seed: of the reset.
 
@@ -123,7 +123,7 @@ def evaluate_agent(
     sparse_reward: bool = False,
     seed: int | None = None,
 ) -> npt.NDArray[np.float64] | tuple[npt.NDArray[np.float64], list[dict[str, list[Any]]]]:
-    """The scores of several episodes, see `rollout`; with `log_data` also what happened. Only the first is seeded."""
+    """The scores of several episodes, see `rollout`; with `log_data` also their data. Only the first is seeded."""
     results = [
         rollout(agent, env, horizon=horizon, log_data=log_data, sparse_reward=sparse_reward, seed=first)
         for first in (seed, *[None] * (n_episodes - 1))

@@ -40,11 +40,11 @@ def make(
         feedback_type: `a`, `n`, `m`, a kind, or a set, list or tuple of kinds.
         visual: ask for images where the family has them.
         seed: of the first reset, if that is not given one.
-        warning: whether a warning is given where an id stands for another.
-        options: whatever else `llf_teacher.make` takes, a `teacher` for instance.
+        warning: whether an alias gives a warning.
+        options: other keywords of `llf_teacher.make`, such as `teacher`.
 
     Raises:
-        ValueError: an unknown id, or an argument that is not supported.
+        ValueError: the id is unknown, or an argument is not allowed.
     """
     with warnings.catch_warnings():
         if not warning:
@@ -61,24 +61,24 @@ def make(
 
 
 class LLFEnv(LLFWrapper):
-    """What `make` returns: native actions or texts in, `None` for what is absent.
+    """The environment that `make` returns: actions are native or texts, and absent texts are `None`.
 
-    A family whose observations, spaces or words LLF-Bench's users know has a subclass `Surface` in the module of its
-    name in `llf_teacher.compat.families`.
+    A family with LLF-Bench's own observations, spaces or words has a subclass `Surface` in the module of its name in
+    `llf_teacher.compat.families`.
     """
 
     failure_reward: ClassVar[float] = 0.0
-    """Reward of a turn in which a text was no action, as LLF-Bench pays it, unless `make` is told another one."""
+    """LLF-Bench's reward for a text that is no action, unless `make` has another `failure_reward`."""
 
     def __init__(self, env: StudentEnv) -> None:
         Forwarding.__init__(self, env)
-        self._student: StudentEnv = env.unwrapped  # type: ignore[assignment]  # Gymnasium's wrappers around it
+        self._student: StudentEnv = env.unwrapped  # type: ignore[assignment]  # below Gymnasium's wrappers
         self._seed = None
         self.INSTRUCTION_TYPES, self.FEEDBACK_TYPES = supported_types(self._student.env_id)
         self.action_space = self._actions()
-        told = self._student.student_view.words_space
+        words = self._student.student_view.words_space
         self.observation_space = spaces.Dict(
-            {"observation": self._observations(), "instruction": told["instruction"], "feedback": told["feedback"]}
+            {"observation": self._observations(), "instruction": words["instruction"], "feedback": words["feedback"]}
         )
 
     @property
@@ -91,15 +91,15 @@ class LLFEnv(LLFWrapper):
         return space
 
     def _observations(self) -> spaces.Space[Any]:
-        """The space of what is observed."""
+        """The space of observations."""
         return self._student.student_view.words_space["state"]
 
     def _observe(self, text: str) -> Any:
-        """What is observed, by default the text; None if there is nothing."""
+        """The observation: by default the text, None if it is empty."""
         return text or None
 
     def _instruct(self, instruction: str) -> str:
-        """The instruction with what LLF-Bench's users look for in it."""
+        """The instruction in LLF-Bench's form."""
         return instruction
 
     @property
@@ -164,14 +164,14 @@ class LLFEnv(LLFWrapper):
     def step(self, action: Any) -> tuple[dict[str, Any], SupportsFloat, bool, bool, dict[str, Any]]:
         """Act, natively or in words; the observation has feedback and no instruction.
 
-        An action that is none costs a turn, and the feedback says what was expected.
+        A text that is no action costs a turn, and the feedback says what was expected.
         """
         observation, reward, terminated, truncated, info = self.env.step(as_text(action))
         if "parse_failure" in info and self._student.session.failure_reward is None:
             reward = self.failure_reward
         seen = self._observe(observation["observation"])
-        told = {"observation": seen, "instruction": None, "feedback": observation["feedback"]}
-        return told, reward, terminated, truncated, self._informed(info)
+        observed = {"observation": seen, "instruction": None, "feedback": observation["feedback"]}
+        return observed, reward, terminated, truncated, self._informed(info)
 
     def _informed(self, info: dict[str, Any]) -> dict[str, Any]:
         """The info with `expert_action`, which LLF-Bench has in some families."""
@@ -179,7 +179,7 @@ class LLFEnv(LLFWrapper):
 
 
 def _surface(family: str) -> type[LLFEnv]:
-    """What a family looks like in LLF-Bench."""
+    """The class of a family's environments."""
     if family not in {module.name for module in pkgutil.iter_modules(families.__path__)}:
         return LLFEnv
     surface: type[LLFEnv] = import_module(f"{families.__name__}.{family}").Surface

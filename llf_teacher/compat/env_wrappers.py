@@ -27,9 +27,9 @@ EnvCompatibility = OldGym
 
 
 class TextWrapper(Forwarding):
-    """Text in. What `make` returns understands texts anyhow; of other environments it reads the actions.
+    """Parses text actions as JSON; environments of `make` and those with text actions parse them themselves.
 
-    There a text that is no action is answered by feedback and is worth 0; the environment does not step.
+    A text that is no action gets feedback and a reward of 0; the environment does not step.
     """
 
     def step(self, action: str) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
@@ -47,10 +47,9 @@ class TextWrapper(Forwarding):
 
 
 class TerminalFreeWrapper(Forwarding):
-    """Episodes never end: success and the end of the horizon are told in the info only.
+    """Episodes never end: only the info has the environment's `terminated` and `truncated`.
 
-    The info has `terminated` and `truncated`, which the environment would have given. After its end it is asked no
-    more: the last observation comes again, with reward 0.
+    After the end the environment does not step: the last observation is repeated, with reward 0.
     """
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -71,7 +70,7 @@ class TerminalFreeWrapper(Forwarding):
 
 
 class RandomActionOrderWrapper(Forwarding):
-    """The numbers of discrete actions change their meaning at each reset; names of actions keep theirs.
+    """Shuffles the numbers of discrete actions at each reset; names of actions keep their meaning.
 
     Raises:
         ValueError: the actions are not discrete.
@@ -84,7 +83,7 @@ class RandomActionOrderWrapper(Forwarding):
         self._rng: np.random.Generator | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begin an episode with an order of its own."""
+        """Begin an episode with a new order."""
         if seed is not None or self._rng is None:
             self._rng = np.random.default_rng(seed)
         self._order = self._rng.permutation(self.action_count).tolist()
@@ -100,17 +99,17 @@ class RandomActionOrderWrapper(Forwarding):
         return observation, reward, terminated, truncated, self._renumber(info)
 
     def internal_action(self, action: int) -> int:
-        """The number that an action has within."""
+        """The environment's number of an action."""
         return self._order[action]
 
     def external_action(self, action: int) -> int:
-        """The number here of an action that has this number within."""
+        """The wrapper's number of an action of the environment."""
         return self._order.index(action)
 
     @property
     def expert_action(self) -> int | None:
-        """The next action of an optimal policy, by its number here, or None."""
-        expert = self.env.expert_action  # type: ignore[attr-defined]  # if it has none, neither has this
+        """The next action of an optimal policy, by the wrapper's number, or None."""
+        expert = self.env.expert_action  # type: ignore[attr-defined]  # an AttributeError if it has none
         return None if expert is None else self.external_action(expert)
 
     def _renumber(self, info: dict[str, Any]) -> dict[str, Any]:
@@ -119,7 +118,7 @@ class RandomActionOrderWrapper(Forwarding):
 
 
 class FullInformationWrapper(Forwarding):
-    """Adds to the info of each step what every discrete action would have given in its place.
+    """Adds to the info of each step the results of all discrete actions.
 
     `full_information` is a list by action of dicts with `observation`, `reward`, `terminated`, `truncated` and `info`.
 
@@ -133,7 +132,7 @@ class FullInformationWrapper(Forwarding):
         self._keys = ("observation", "reward", "terminated", "truncated", "info")
 
     def step(self, action: Any) -> tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]:
-        """Act, and see what else could have been."""
+        """Act; the info has the results of all actions."""
         outcomes = [
             dict(zip(self._keys, copy.deepcopy(self.env).step(other), strict=True))
             for other in range(self.action_count)

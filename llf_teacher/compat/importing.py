@@ -21,16 +21,16 @@ _PLACES = MappingProxyType(
         "llfbench.utils.utils": "llf_teacher.compat.utils",
     }
 )
-"""What LLF-Bench's modules are here; None: they are there for their submodules only."""
+"""Per module of LLF-Bench the module here; None: a package that only has submodules."""
 
 
 class _Finder(MetaPathFinder, Loader):
-    """Gives ours for LLF-Bench's modules where nobody else finds any."""
+    """Finds LLF-Bench's modules here if no other finder has found them."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        # A path that is not empty is that of the real package, of which there is nothing to be added.
+        # A non-empty path is that of the real package, to which nothing is added.
         if fullname not in _PLACES or path:
             return None
         package = any(name.startswith(f"{fullname}.") for name in _PLACES)
@@ -48,16 +48,16 @@ _FINDER = _Finder()
 
 
 def install() -> None:
-    """Let `import llfbench` and its submodules give what is here, unless LLF-Bench itself is installed.
+    """Let `import llfbench` and its submodules import the modules here, unless LLF-Bench itself is installed.
 
-    It is asked last, so that an installed one is found first. To do it again changes nothing.
+    The finder is the last one, so an installed LLF-Bench is found first. Further calls change nothing.
     """
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
 
 
 def uninstall() -> None:
-    """Undo `install`: the modules that it gave have to be imported anew, from elsewhere."""
+    """Undo `install`; its modules are removed from `sys.modules`."""
     if _FINDER in sys.meta_path:
         sys.meta_path.remove(_FINDER)
     for name in _PLACES:

@@ -1,4 +1,4 @@
-"""What LLF-Bench's users build environments of their own from: `LLFWrapper` and `Feedback`."""
+"""LLF-Bench's `LLFWrapper` and `Feedback`, for environments of users' own."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
@@ -21,18 +21,18 @@ _NAMED = (ALL, "n", MIXED)
 
 @dataclass
 class Feedback:
-    """What is to be said in a turn, by kind; None where nothing is."""
+    """The feedback of a turn by kind; None where there is none."""
 
     r: str | None = None
     """The reward in words."""
     hp: str | None = None
-    """Hindsight: what was right."""
+    """Hindsight positive: what was right."""
     hn: str | None = None
-    """Hindsight: what was wrong."""
+    """Hindsight negative: what was wrong."""
     fp: str | None = None
-    """What to do next."""
+    """Future positive: what to do next."""
     fn: str | None = None
-    """What not to do next."""
+    """Future negative: what not to do next."""
 
     def asdict(self) -> dict[str, str | None]:
         """The texts by kind."""
@@ -53,7 +53,7 @@ class Feedback:
 
 
 class Forwarding(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """A wrapper that has the attributes of what it wraps, as all wrappers had in Gymnasium before 1.0."""
+    """A wrapper with the attributes of the wrapped environment, as before Gymnasium 1.0."""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_") or name == "env":
@@ -62,10 +62,10 @@ class Forwarding(gymnasium.Wrapper[Any, Any, Any, Any]):
 
 
 class LLFWrapper(Forwarding):
-    """An environment that gives instructions and feedback; a subclass has `_reset` and `_step`.
+    """An environment with instructions and feedback; a subclass defines `_reset` and `_step`.
 
     Both return observations that are dicts of `observation`, `instruction` and `feedback`; after a step `feedback` is
-    a `Feedback`, of which what `_feedback_type` does not allow is not said. The info has `success`.
+    a `Feedback`, whose kinds are limited by `_feedback_type`. The info has `success`.
 
     Args:
         env: the environment that is wrapped.
@@ -123,7 +123,7 @@ class LLFWrapper(Forwarding):
 
     @property
     def _feedback_type(self) -> set[str]:
-        """The kinds that are wanted in this turn."""
+        """The kinds that are allowed in this turn."""
         return set(self._wanted)
 
     @property
@@ -136,7 +136,7 @@ class LLFWrapper(Forwarding):
         self._paraphrase = check_paraphrase(method)
 
     def format(self, prompts: Sequence[str], **slots: Any) -> str:
-        """One of several paraphrases, filled in."""
+        """One of several paraphrases, formatted."""
         method = self._paraphrase
         if callable(method):
             chosen: Callable[..., str] = method
@@ -183,7 +183,7 @@ class LLFWrapper(Forwarding):
         return "".join(text if text.endswith("\n") else f"{text} " for text in said)[:-1]
 
     def _draw(self) -> None:
-        """Settle which kinds are wanted in this turn."""
+        """Draw the kinds that are allowed in this turn."""
         if self._feedback == MIXED:
             able = frozenset(kind for kind in KINDS if kind.value in self.FEEDBACK_TYPES)
             self._wanted = {kind.value for kind in draw_kinds(able, self._rng)}

@@ -8,5 +8,5 @@ __all__ = ["generate_combinations_dict"]
 
 
 def generate_combinations_dict(choices: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
-    """Every way to choose one value for each key."""
+    """All combinations of one value per key."""
     return [dict(zip(choices, values, strict=True)) for values in product(*choices.values())]

@@ -8,7 +8,7 @@ from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.registry import Entry
 from llf_teacher.students.student import Student
 from pz_envs.assembly import assemble
-from pz_envs.frames import Watch
+from pz_envs.frames import EpisodeRenderer
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from teachers.seeds import Seeds
@@ -111,10 +111,10 @@ class LiveLesson:
         self.moves.pop()
         self.undone += 1
 
-    def watch(self, who: str) -> Watch:
-        """The lesson as a seat may see it: with the truth, but for a student until it is over."""
-        watch = self.view.kept()
-        return watch if who != STUDENT or self.over else watch.without_truth()
+    def renderer(self, seat: str) -> EpisodeRenderer:
+        """Renders the lesson as a seat may see it: with the truth, but for the student only when it is over."""
+        renderer = self.view.require_renderer()
+        return renderer if seat != STUDENT or self.over else renderer.without_truth()
 
     def close(self) -> None:
         """Close the world."""

@@ -11,16 +11,16 @@ from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 
 @takes_settings(without=("speech",))
 def make(id: str, *, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]) -> StudentEnv:
-    """The student's side of an environment, with a teacher in the other seat.
+    """The student's seat of an environment, with a teacher in the other seat.
 
     Args:
         id: an id of `ids()`, or its alias `verbal-...`.
         settings: of the lesson; None: the defaults.
-        keywords: fields of `pz_envs.settings.Settings` that are otherwise, such as `teacher`, `feedback_type` or
+        keywords: fields of `pz_envs.settings.Settings` that replace those, such as `teacher`, `feedback_type` or
             `text`, and the world's options.
 
     Raises:
-        ValueError: an unknown id, or an argument that is not allowed.
+        ValueError: the id is unknown, or an argument is not allowed.
     """
     given: dict[str, Any] = {**keywords} if settings is None else {"settings": settings, **keywords}
     env: StudentEnv = gymnasium.make(entry(id).id, **given)  # type: ignore[assignment]  # no wrapper is around it

@@ -17,14 +17,14 @@ from teachers.teacher import Teacher
 
 
 class SeatEnv(gymnasium.Env):
-    """The base of `StudentEnv` and `TeacherEnv`, which fill the other seat.
+    """The base of `StudentEnv` and `TeacherEnv`.
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
         settings: of the lesson; None: the defaults.
-        keywords: fields that are otherwise, and the world's options.
-        refused: fields that the seat does not use.
-        defaults: fields whose defaults are others at this seat.
+        keywords: fields that replace those, and the world's options.
+        refused: fields that this seat does not use.
+        defaults: fields with other defaults at this seat.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -57,7 +57,7 @@ class SeatEnv(gymnasium.Env):
             **defaults,
         )
         self._policy: Any = None
-        """A policy of the user's own in the teacher's seat."""
+        """The user's policy in the teacher's seat, if there is one."""
         lesson = self.settings
         if not isinstance(lesson.teacher, str | Personality | Teacher):
             self._policy, lesson = lesson.teacher, lesson.with_teacher("oracle")
@@ -73,7 +73,7 @@ class SeatEnv(gymnasium.Env):
 
     @property
     def reward_range(self) -> tuple[float, float]:
-        """Least and greatest reward that the world pays for one step."""
+        """Least and greatest reward of one step of the world."""
         return self.session.world.reward_range
 
     def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:
@@ -88,7 +88,7 @@ class SeatEnv(gymnasium.Env):
             raise ResetNeeded("the episode has not begun, or has ended; call reset() before step()")
 
     def render(self) -> Any:
-        """A text, a frame or nothing, as the render mode has it; see `pz_envs.window.Renderer`."""
+        """Render by the render mode: a text, a frame or None; see `pz_envs.window.Renderer`."""
         return self._renderer.render()
 
     def close(self) -> None:

@@ -17,17 +17,17 @@ class StudentEnv(SeatEnv):
     Observation: Dict of `observation` (the world's space; `Prose` with `text=True`), `instruction` (at reset, else
     empty) and `feedback` (at reset only if the teacher advises the first action); with `visual=True` and `text=True`
     `image`, too, uint8.
-    With `numbers=True` it is one flat Box, float32, of the state and of what was said: `fields` says what is where; the
-    info has no `atoms` then, which `session.atoms` are.
-    Action: the world's space; `Prose` with `text=True`. Text that is no action costs a turn and is
-    answered; see `pz_envs.seatings.tutoring`.
-    Info: what the world says, with `success`; `atoms`, what was said, typed; `parse_failure` for text that was no
-    action; the privileged `moment` with `privileged_info=True`.
+    With `numbers=True` it is one flat Box, float32, of the state and the claims, with the layout `fields`; then
+    `session.atoms` has the claims, and the info has no `atoms`.
+    Action: the world's space; `Prose` with `text=True`. A text that is no action costs a turn and gets feedback; see
+    `pz_envs.seatings.tutoring`.
+    Info: the world's, with `success`; `atoms`, the claims heard last; `parse_failure` for a text that is no action; the
+    privileged `moment` with `privileged_info=True`.
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
         settings: of the lesson; None: the defaults.
-        keywords: fields of `pz_envs.settings.Settings` that are otherwise, but for `speech`, and the world's options.
+        keywords: fields of `pz_envs.settings.Settings` that replace those, except `speech`, and the world's options.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -39,7 +39,7 @@ class StudentEnv(SeatEnv):
     ) -> None:
         super().__init__(env_id, settings, keywords, refused=("speech",))
         self.teacher = self.session.teacher if self._policy is None else self._policy
-        """What speaks: the session's own teacher, or the policy that was given."""
+        """The session's teacher, or the user's policy."""
         self._speak = self.session.speak if self._policy is None else self._speak_by_policy
         self.privileged_info = self.settings.privileged_info
         view = self.student_view
@@ -57,7 +57,7 @@ class StudentEnv(SeatEnv):
 
     @property
     def fields(self) -> tuple[Field, ...]:
-        """What the numbers of an observation are, in their order; none without `numbers=True`."""
+        """The fields of an observation in numbers, in their order; empty without `numbers=True`."""
         return self.student_view.fields
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
@@ -71,7 +71,7 @@ class StudentEnv(SeatEnv):
         return self.observe(), self._info()
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Act, or ask, and hear what the teacher says of it.
+        """Act or ask; then the teacher speaks.
 
         Raises:
             ResetNeeded: before `reset`, or after the episode's end.
@@ -107,7 +107,7 @@ class StudentEnv(SeatEnv):
         return seen | {"image": view.image()} if view.visual else seen
 
     def _privileged(self) -> dict[str, Any]:
-        """The seat's info with what is privileged."""
+        """The seat's info with the privileged entries."""
         info = {**self.student_view.info(), "moment": self.session.moment}
         if changes := getattr(self.teacher, "changes", ()):
             info["changes"] = changes

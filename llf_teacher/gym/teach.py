@@ -1,4 +1,4 @@
-"""Any Gymnasium environment taught, and observations as one text."""
+"""Teaching in any Gymnasium environment, and observations as one text."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Unpack
@@ -26,10 +26,10 @@ def teach(
     settings: Settings | None = None,
     **keywords: Unpack[SettingsKeywords],
 ) -> StudentEnv:
-    """The student's side of any Gymnasium environment, with a teacher in the other seat.
+    """The student's seat of any Gymnasium environment, with a teacher in the other seat.
 
-    Without an oracle it is reinforcement learning in words: the instruction is to maximize the accumulated rewards, and
-    the feedback is the reward. The attribute `session` plays it, `family` is the lesson.
+    Without an oracle this is reinforcement learning in words: the instruction is to maximize the accumulated rewards,
+    and the feedback is the reward. The attribute `family` is the `Lesson`.
 
     Args:
         env: an environment, or a function without arguments that makes one.
@@ -39,7 +39,7 @@ def teach(
         settings, keywords: as of `StudentEnv`.
 
     Raises:
-        ValueError: an argument is not supported.
+        ValueError: an argument is not allowed.
     """
     lesson = Lesson(
         env,
@@ -56,6 +56,6 @@ def teach(
 
 
 def prompt(observation: dict[str, Any]) -> str:
-    """The parts of a text observation that are not empty, joined by blank lines: instruction, observation, feedback."""
+    """Instruction, observation and feedback of a text observation, joined by blank lines; empty parts are left out."""
     parts = (observation[key] for key in ("instruction", "observation", "feedback"))
     return "\n\n".join(str(part) for part in parts if part)

@@ -7,10 +7,11 @@ from typing import Any, Unpack, cast
 import numpy as np
 from gymnasium import spaces
 
-from llf_teacher.gym.lifetime import Lifetime, check_vary, drawn, lifetime_space
+from llf_teacher.gym.lifetime import Lifetime, lifetime_space
 from llf_teacher.gym.seat_env import SeatEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Student
+from llf_teacher.students.variation import check_vary, draw_student
 from pz_envs.rewards import TeacherReward
 from pz_envs.settings import Settings, SettingsKeywords, takes_settings
 from pz_envs.subject import Subject
@@ -19,21 +20,21 @@ from teachers.atoms import Moment
 from teachers.oracle import Oracle
 
 LifetimeReward = Callable[[Moment[Any], Oracle[Any, Any], Lifetime], float]
-"""The teacher's reward of a student's turn, given what the lifetime was like before it."""
+"""The teacher's reward of a student's turn, given the lifetime before the turn."""
 
 
 class TeacherEnv(SeatEnv):
-    """The teacher's seat; observation, action and reward as `teacher_0` has them in `pz_envs.seatings.tutoring`.
+    """The teacher's seat; observation, action and reward are those of `teacher_0` in `pz_envs.seatings.tutoring`.
 
     A step is the teacher's turn and the student's next one. The reward is the sum of both.
 
-    With `actions="compact"` there are only the actions that can ever be legal: `subsets` of the kinds that the feedback
-    type and the oracle leave, two if that is one kind. `action_mask` is as long; `trimmed` is a subset as ever.
+    With `actions="compact"` the actions are `subsets`, those of the kinds that feedback type and oracle allow (two for
+    one kind), and `action_mask` has their number; `trimmed` is still the number of one of all 32 subsets.
 
-    With `episodes` above 1, one episode of this environment is a lifetime: so many episodes of one student, who may
-    learn from each for the next (`q_learning(forget=False, trust=1.0)`). Each lifetime has a new student, one budget of
-    advice, and one world, from the same start and with fresh randomness (`same_world`). The last word of an episode is
-    followed by the opening of the next. The observation has one more entry, `lifetime`, Box (9,) from 0 to 1:
+    With `episodes` above 1, one episode of this environment is a lifetime: several episodes of one student, which can
+    learn across them (`q_learning(forget=False, trust=1.0)`). Each lifetime has a new student, one budget of advice,
+    and one world, which begins in the same state with fresh randomness (`same_world`). After the teacher's last turn of
+    an episode the next one begins. The observation has one more entry, `lifetime`, Box (9,) from 0 to 1:
 
     0. episodes that are over / episodes
     1. moving average of the success of episodes, weight 0.2 for the latest
@@ -42,35 +43,35 @@ class TeacherEnv(SeatEnv):
     4. n / (n + 4) for n earlier visits of the student's state in this lifetime
     5. n / (n + 4) for n of those visits in which an action was advised
     6. 1 if the student has announced its next action, else 0
-    7. 1 if what it announced is a mistake, else 0: worth less than another action, or, where actions have no values,
-       one with which the oracle would find fault
+    7. 1 if the announced action is a mistake, else 0: it has less value than another, or, where actions have no
+       values, the oracle would criticise it
     8. n / (n + 4) for n turns of the oracle's plan from here, at most `max_turns`; 0 without one, or when it is over
 
     Info: that of `teacher_0`, such as the privileged `moment`, and `trimmed`, the kinds of the last action of which
-    nothing could be said; `student`, its spec, or None for a policy of your own; and, if it has announced an action,
-    that as `intention`.
+    nothing could be said; `student`, its spec, or None for a policy of your own; and `intention`, the announced action,
+    if there is one.
 
-    A student with `forget=False` remembers its earlier episodes until a reset with a seed, which brings a new one. A
-    policy of your own that is given as it is always stays; only its `reset` is called.
+    A student with `forget=False` keeps what it has learned until a reset with a seed, which makes a new one. A policy
+    of your own is never replaced; only its `reset` is called.
 
     Args:
         env_id: an id of `llf_teacher.ids()`, or a `Lesson`.
         student: a spec string, a `Student`, a policy with `reset(rng)` and `act(observation, info)`, or a function of a
-            random generator that makes such a policy, which is asked for a new one at each reset.
-        settings: of the lesson; None: the defaults, with `speech="kinds"`, in a lifetime with `until_success=True`, and
-            in texts if the student reads texts.
+            random generator that makes such a policy, which is called at each reset.
+        settings: of the lesson; None: the defaults, with `speech="kinds"`, in a lifetime `until_success=True`, and
+            `text=True` if the student reads texts.
         actions: with `speech="kinds"`, `all` or `compact`.
-        episodes: episodes of the student in one of this environment, at least 1.
+        episodes: the student's episodes in one episode of this environment, at least 1.
         same_world: whether the episodes of a lifetime begin in the same state of the world.
-        vary: parameters of the student that are drawn at each reset, uniformly between their least and their greatest
-            value, such as `{"alpha": (0.1, 0.9)}`; between two integers an integer: `{"trust": (0, 1)}` gives 0 or 1.
-        announce: whether the student announces, before the teacher speaks, what it means to do; learners can.
-        keywords: fields of `pz_envs.settings.Settings` that are otherwise, and the world's options. `teacher_reward`
+        vary: parameters of the student that are drawn uniformly at each reset, with their least and greatest value,
+            such as `{"alpha": (0.1, 0.9)}`; of two integers an integer is drawn: `{"trust": (0, 1)}` gives 0 or 1.
+        announce: whether the student announces its next action before the teacher speaks; learners can.
+        keywords: fields of `pz_envs.settings.Settings` that replace those, and the world's options. `teacher_reward`
             may also be a function of three arguments, `Moment`, `Oracle` and the student's `Lifetime` as it was before
             the turn.
 
     Raises:
-        ValueError: an argument is not supported.
+        ValueError: an argument is not allowed.
     """
 
     @takes_settings(speech="kinds")
@@ -94,12 +95,12 @@ class TeacherEnv(SeatEnv):
             student = parse_student(student)
             if keywords.get("numbers"):
                 raise ValueError(
-                    f"the student {student} reads no numbers; numbers=True is for policies with reset(rng) and "
-                    "act(observation, info) of your own"
+                    f"numbers=True is not supported by the student {student}, which reads no numbers; give a policy of "
+                    "your own, with reset(rng) and act(observation, info)"
                 )
             defaults["text"] = student.text
         self.life: Lifetime | None = None
-        """What the teacher remembers; None in a single episode."""
+        """The statistics of the lifetime; None in a single episode."""
         reward = settings.teacher_reward if settings is not None else "student_reward"
         paid: Any = self._paid_by(keywords.pop("teacher_reward", reward))
         super().__init__(env_id, settings, {**keywords, "teacher_reward": paid}, **defaults)
@@ -109,7 +110,7 @@ class TeacherEnv(SeatEnv):
         if self._vary:
             check_vary(student, self._vary)
         given = isinstance(student, Student)
-        self.student: Any = self._enrol(np.random.default_rng(0)) if given else student
+        self.student: Any = self._make_student(np.random.default_rng(0)) if given else student
         self._renews = episodes > 1 or bool(self._vary) or not (given or _is_policy(student))
         self._remembers = given and not getattr(student, "forget", True)
         if (
@@ -139,7 +140,7 @@ class TeacherEnv(SeatEnv):
         seeds = self.session.seeds
         self._start: Any = None
         if self._renews or (self._remembers and seed is not None):
-            self.student = self._enrol(seeds.stream("class"))
+            self.student = self._make_student(seeds.stream("class"))
         if self.episodes > 1 or self._sees_life:
             self._options = options
             self.life = Lifetime(self.student_view, self.episodes)
@@ -150,7 +151,7 @@ class TeacherEnv(SeatEnv):
         return self._observe()
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """Speak, and see what the student does.
+        """Speak; then the student acts.
 
         Raises:
             ResetNeeded: before `reset`, or after the episode's end.
@@ -187,21 +188,21 @@ class TeacherEnv(SeatEnv):
     def resume_from(self, moment: Moment[Any], *, terminated: bool, spent: int, start: Any, done: bool) -> None:
         """Go on from a moment of an episode that was played elsewhere; the teacher is the next to speak.
 
-        Call `reset` before: the random streams are those that it has begun. Student and lifetime are restored apart.
+        Call `reset` before, which begins the random streams. Student and lifetime are restored separately.
 
         Args:
             moment: with the world's truths.
             terminated: whether the student's episode has ended there other than by its length.
-            spent: atoms that were said.
+            spent: atoms said in this lifetime.
             start: the truth with which the episodes of the lifetime begin.
-            done: whether the last word has been said, too.
+            done: whether the teacher has spoken for the last time.
         """
         self.session.resume_from(moment, terminated)
         self.teacher_view.offer.purse.spent = spent
         self._start, self._running = start, not done
 
     def _paid_by(self, reward: str | TeacherReward | LifetimeReward) -> str | TeacherReward:
-        """A reward that sees the lifetime as one of moment and oracle."""
+        """A reward of moment, oracle and lifetime as a function of moment and oracle."""
         self._sees_life = callable(reward) and len(inspect.signature(reward).parameters) == 3
         if not self._sees_life:
             return cast("str | TeacherReward", reward)
@@ -211,7 +212,7 @@ class TeacherEnv(SeatEnv):
     def _reward_of_life(self, moment: Moment[Any], oracle: Oracle[Any, Any]) -> float:
         return self._reward(moment, oracle, cast(Lifetime, self.life))
 
-    def _enrol(self, rng: np.random.Generator) -> Any:
+    def _make_student(self, rng: np.random.Generator) -> Any:
         """A new student."""
         student = self._spec
         if not isinstance(student, Student):
@@ -219,23 +220,23 @@ class TeacherEnv(SeatEnv):
             self._check_announces(made)
             return made
         if self._vary:
-            student = drawn(student, self._vary, rng)
+            student = draw_student(student, self._vary, rng)
         self._drawn = str(student)
         return student.seat(self.family, self.session.world)
 
     def _check_announces(self, student: Any) -> None:
         if self.announce and not hasattr(student, "intend"):
             raise ValueError(
-                f"the student {self._spec!s} cannot announce its actions, since it has no intend(observation, info); "
-                "announce must be False"
+                f"the student {self._spec!s} has no intend(observation, info), which announce=True needs; allowed: "
+                "announce=False"
             )
 
     def _next_episode(self, life: Lifetime, terminated: bool) -> bool:
-        """End an episode of a lifetime; begin the next one, if there is one."""
+        """End an episode of a lifetime and begin the next; whether there is one."""
         session, view, student = self.session, self.student_view, self.student
         if hasattr(student, "finish"):
             student.finish(view.observe(), view.info_for(student), terminated)
-        life.over()
+        life.end_episode()
         if life.episode == life.episodes:
             return False
         session.start_next_episode(self._start, self._options)
@@ -251,7 +252,7 @@ class TeacherEnv(SeatEnv):
         intention = None
         if self.announce and self._running and not self.session.over:
             intention = self.student.intend(self.student_view.observe(), self.student_view.info_for(self.student))
-        if intention is not None:  # Gymnasium's vectors want the same type in each step, or nothing
+        if intention is not None:  # Gymnasium's vector environments need the same type in each step, or no entry
             info["intention"] = intention
         info["student"] = self._drawn if isinstance(self._spec, Student) else None
         if life is not None and self.episodes > 1:
@@ -259,7 +260,7 @@ class TeacherEnv(SeatEnv):
         return observation, info
 
     def action_masks(self) -> np.ndarray:
-        """Which actions are legal now, bool, one each; the form that maskable learners ask for.
+        """Which actions are legal now, bool of shape (actions,), as learners with action masks need it.
 
         Raises:
             ValueError: the speech is not `kinds`.
@@ -273,5 +274,5 @@ class TeacherEnv(SeatEnv):
 
 
 def _is_policy(student: Any) -> bool:
-    """Whether it acts itself, and is not a function or a class that makes such policies."""
+    """Whether it is a policy, not a function or a class that makes policies."""
     return hasattr(student, "act") and not isinstance(student, type)

@@ -1,1 +1,1 @@
-"""Where models are trained and judged: each module speaks to one framework, which is an extra of the same name."""
+"""Frameworks that train and evaluate models: a module for each, which needs the extra of the same name."""

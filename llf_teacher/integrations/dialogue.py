@@ -1,4 +1,4 @@
-"""An episode whose student is asked by others, turn by turn: a framework sends the messages and brings the answers."""
+"""An episode whose student is a framework's model: the framework sends the messages and returns the answers."""
 
 from typing import Any
 
@@ -21,20 +21,20 @@ SCORES = {
     "parse_failures": "parse_failures",
     **{f"said_{kind}": f"said_{kind}" for kind in KINDS},
 }
-"""What frameworks log of an episode, each with its field of `EpisodeRow`."""
+"""The scores of an episode, by name the field of `EpisodeRow`."""
 
 
 class Dialogue:
-    """Plays what a study plays: of the same seed the same world, the same prompts and words, and the same end.
+    """Plays an episode as a study does: the same seed gives the same world, prompts and words, and ends alike.
 
-    A turn has two halves: `answer` is the student's, `speak` the teacher's. The teacher has opened already.
+    A turn has two halves: `answer` is the student's, `speak` the teacher's. The opening is played already.
 
     Args:
         id: an id of `llf_teacher.ids()`.
         seed: of the episode.
-        teacher: as studies name it.
+        teacher: its spec, as in studies.
         history, max_prompt_tokens: see `Conversation`.
-        settings: more of `llf_teacher.make`, such as `feedback_type` and `max_turns`.
+        settings: other keywords of `llf_teacher.make`, such as `feedback_type` and `max_turns`.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -61,16 +61,16 @@ class Dialogue:
 
     @property
     def turns(self) -> list[TurnRow]:
-        """The turns that were played; the first is the opening."""
+        """The rows of the turns so far; the first is the opening."""
         return self._recorder.rows
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing more to answer: the episode has ended, or its task is solved."""
+        """Whether the episode has ended, or its task is solved, and the teacher has spoken."""
         return self.env.session.done
 
     def answer(self, text: str, reply: ModelReply | None = None) -> None:
-        """The student's half of a turn: the model's answer to `messages`, and its cost as far as that is known."""
+        """The student's half of a turn: the model's answer to `messages`, with its tokens and seconds."""
         reply = reply or {}
         said = split_thought(text)
         action = self.talk.answer(said, input_tokens=reply.get("input_tokens"))
@@ -78,7 +78,7 @@ class Dialogue:
         self.env.student_view.act(action)
 
     def speak(self, words: str | None = None) -> None:
-        """The teacher's half: these words, or what the teacher of the settings says."""
+        """The teacher's half: these words, or those of the session's teacher."""
         session = self.env.session
         if words is None:
             session.speak()
@@ -88,22 +88,22 @@ class Dialogue:
         turn = session.turn
         seen = {**self.env.student_view.observe(), "instruction": turn.instruction}
         self.messages: list[Message] = [] if self.over else self.talk.ask(seen)
-        """What to send to the model; nothing if the episode is over."""
+        """The messages for the model; empty if the episode is over."""
 
-    def known_to_teacher(self) -> dict[str, str]:
-        """The world and the student's last action as text, and what the teacher of the settings would say."""
+    def teacher_prompt(self) -> dict[str, str]:
+        """The world, the student's last action and the suggestion of the session's teacher, as text."""
         return {**self.env.teacher_view.words(), "suggestion": self.env.session.suggest() or "nothing"}
 
     def episode(self) -> EpisodeRow:
-        """The episode as a study keeps it."""
+        """The episode's row in a store."""
         return self._recorder.episode("words")
 
     def record(self) -> list[dict[str, Any]]:
-        """The turns as JSON values, with what was said and whether it holds; the first is the opening."""
+        """The turns as JSON values, with the label of each claim; the first is the opening."""
         return turns_as_dicts(self.turns)
 
     def scores(self) -> dict[str, float]:
-        """The same as numbers, by the names of `SCORES`."""
+        """The scores, by the names of `SCORES`."""
         row = self.episode()
         return {name: float(getattr(row, field)) for name, field in SCORES.items()}
 

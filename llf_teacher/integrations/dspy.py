@@ -1,7 +1,7 @@
 """Programs that DSPy improves by our feedback: `dspy.GEPA(feedback_metric(), ...).compile(LLFProgram(), trainset=...)`.
 
-What is optimised are the instructions of the predictor that has the student's seat. What is reflected on is what it was
-asked and answered in a turn, and what the teacher said of each turn of its episode.
+GEPA optimises the instructions of the predictor in the student's seat. It reflects on the prompts and answers, and on
+the teacher's words of each turn.
 """
 
 from collections.abc import Callable, Iterable
@@ -24,12 +24,12 @@ class StudentTurn(dspy.Signature):
 
 
 class LLFProgram(dspy.Module):
-    """Plays an episode, without images. Its inputs are those of `examples`, its output has the `Played` one.
+    """Plays an episode, without images. Its inputs are those of `examples`, its output has `played`, a `Played`.
 
-    An answer that DSPy cannot read is given as it is: whether there is an action in it, the environment says.
+    An answer that DSPy cannot parse is passed to the environment as it is.
 
     Args:
-        settings: more of `Dialogue`, such as `teacher` and `feedback_type`.
+        settings: other arguments of `Dialogue`, such as `teacher` and `feedback_type`.
     """
 
     def __init__(self, **settings: Any) -> None:
@@ -38,7 +38,7 @@ class LLFProgram(dspy.Module):
         self.settings = settings
 
     def forward(self, id: str, seed: int) -> dspy.Prediction:
-        """Play it."""
+        """Play the episode."""
         return dspy.Prediction(played=play(Game(id, seed), self._ask, **self.settings))
 
     def _ask(self, messages: list[Message]) -> str:
@@ -52,18 +52,18 @@ class LLFProgram(dspy.Module):
 
 
 def examples(games: Iterable[tuple[str, int]]) -> list[dspy.Example]:
-    """Episodes to play, ids of `llf_teacher.ids()` with seeds, as what DSPy trains and validates with."""
+    """Examples for DSPy: episodes to play, given by ids of `llf_teacher.ids()` and seeds."""
     return [dspy.Example(**Game(*game)._asdict()).with_inputs(*Game._fields) for game in games]
 
 
 def feedback_metric(score: str = "return") -> Callable[..., dspy.Prediction]:
-    """A metric that says what the teacher said, for `dspy.GEPA` and `dspy.Evaluate`.
+    """A metric with the teacher's words as feedback, for `dspy.GEPA` and `dspy.Evaluate`.
 
     Args:
-        score: which of `SCORES` counts; regret counts negatively.
+        score: the name of one of `SCORES`; regret is negated.
 
     Raises:
-        ValueError: there is no such score.
+        ValueError: the score is unknown.
     """
     check_score(score)
 

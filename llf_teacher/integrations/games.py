@@ -1,4 +1,4 @@
-"""Episodes as what improves prompts takes them: which to play, what came of it, and what there is to reflect on."""
+"""Episodes for optimisers of prompts: what to play, the scores, and the texts to reflect on."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from teachers.spec import unknown
 
 
 class Game(NamedTuple):
-    """An episode to play, an example to learn from."""
+    """An episode to play."""
 
     id: str
     """An id of `llf_teacher.ids()`."""
@@ -17,28 +17,28 @@ class Game(NamedTuple):
 
 
 class Played(NamedTuple):
-    """An episode that was played."""
+    """An episode after it was played."""
 
     game: Game
     scores: dict[str, float]
     """By the names of `SCORES`."""
     turns: list[dict[str, Any]]
-    """As `Dialogue.record` has them."""
+    """As of `Dialogue.record`."""
 
     def words(self) -> str:
-        """What was seen, done and said, turn by turn."""
+        """Actions, rewards and the teacher's words, turn by turn."""
         return "\n\n".join(
             f"Turn {turn['turn']}. {done(turn)}Teacher: {turn['feedback'] or '-'}" for turn in self.turns
         )
 
     def worth(self, score: str) -> float:
-        """The score of that name; more is better, so that regret counts negatively."""
+        """A score, where more is better: regret is negated."""
         value = self.scores[score]
         return -value if score == "regret" else value
 
 
 def play(game: Game, ask: Callable[[list[Message]], str], **settings: Any) -> Played:
-    """Play an episode with a model, messages in, an answer out; `settings` are more of `Dialogue`."""
+    """Play an episode with a model, messages in, an answer out; `settings` are other arguments of `Dialogue`."""
     dialogue = Dialogue(*game, **settings)
     try:
         while not dialogue.over:
@@ -53,14 +53,14 @@ def check_score(score: str) -> None:
     """Check the name of a score.
 
     Raises:
-        ValueError: there is no such score.
+        ValueError: the score is unknown.
     """
     if score not in SCORES:
         raise ValueError(unknown("score", score, SCORES))
 
 
 def done(turn: Mapping[str, Any]) -> str:
-    """What the student did in a turn, and what the world paid; nothing in the opening."""
+    """The student's action and reward in a turn; empty for the opening."""
     if not turn["turn"]:
         return ""
     failed = turn.get("parse_failure")

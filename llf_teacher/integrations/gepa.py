@@ -1,7 +1,7 @@
 """Prompts that GEPA improves by our feedback: `gepa.optimize({ADVICE: "..."}, ..., adapter=LLFAdapter(ask))`.
 
-What is optimised is advice to the student, one text under the name `ADVICE`, which stands behind what it is told of the
-task. What GEPA reflects on is what the teacher said of each turn.
+GEPA optimises advice to the student, one text under the name `ADVICE`, which follows the task in the system prompt. It
+reflects on the teacher's words of each turn.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,7 +13,7 @@ from llf_teacher.integrations.games import Game, Played, check_score, done, play
 from llf_teacher.students.conversation import Message
 
 ADVICE = "advice"
-"""The component of a candidate."""
+"""The name of a candidate's component."""
 
 
 class LLFAdapter:
@@ -21,11 +21,11 @@ class LLFAdapter:
 
     Args:
         ask: the model, messages in, an answer out.
-        score: which of `SCORES` counts; regret counts negatively.
-        settings: more of `Dialogue`, such as `teacher` and `feedback_type`.
+        score: the name of one of `SCORES`; regret is negated.
+        settings: other arguments of `Dialogue`, such as `teacher` and `feedback_type`.
 
     Raises:
-        ValueError: there is no such score.
+        ValueError: the score is unknown.
     """
 
     propose_new_texts = None  # GEPA's own way to reflect
@@ -51,7 +51,7 @@ class LLFAdapter:
         eval_batch: EvaluationBatch[Played, dict[str, float]],
         components_to_update: Iterable[str],
     ) -> dict[str, list[dict[str, Any]]]:
-        """What was asked, done and said in each episode."""
+        """Task, actions, the teacher's words and scores of each episode."""
         records = [
             {
                 "Inputs": {"task": played.turns[0]["instruction"], "environment": played.game.id},
@@ -64,7 +64,7 @@ class LLFAdapter:
         return dict.fromkeys(components_to_update, records)
 
     def play(self, game: Game, advice: str) -> Played:
-        """An episode."""
+        """Play an episode with advice."""
         return play(game, lambda messages: self.ask(_advised(messages, advice)), **self.settings)
 
 

@@ -1,7 +1,7 @@
 """Tasks for Inspect, one a family: `inspect eval llf_teacher/gridworld --model ... -T teacher=silent -T seeds=20`.
 
-A sample is an episode, with the prompts that a study has. Its scores are success, return, regret and what else
-`llf_teacher.integrations.dialogue.SCORES` names; all turns, with what was said in them, are in the sample's store.
+A sample is an episode with the prompts of a study. Its scores are `llf_teacher.integrations.dialogue.SCORES`, such as
+success, return and regret; all turns, with their claims, are in the sample's store.
 """
 
 from collections.abc import Callable
@@ -25,15 +25,16 @@ from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.conversation import Message
 from llf_teacher.students.student import ModelReply
 from pz_envs.family import Family, all_families
+from pz_envs.settings import Settings
 
 STORED = "llf_teacher"
-"""Where the sample's store has the scores and the turns."""
+"""The key of scores and turns in the sample's store."""
 _CHAT: dict[str, Callable[..., ChatMessage]] = {
     "system": ChatMessageSystem,
     "user": ChatMessageUser,
     "assistant": ChatMessageAssistant,
 }
-_FINISH = {"max_tokens": "length", "model_length": "length"}  # as a record has it
+_FINISH = {"max_tokens": "length", "model_length": "length"}  # the names of records
 
 
 @solver
@@ -52,7 +53,7 @@ def student(**settings: Any) -> Solver:
             while not (dialogue.over or state.completed):
                 state.output = await model.generate(_chat(dialogue.messages))
                 state.messages.append(state.output.message)
-                dialogue.answer(state.output.completion, _told(state.output))
+                dialogue.answer(state.output.completion, _reply_facts(state.output))
                 dialogue.speak()
                 state.messages += _chat(dialogue.messages[-1:])
         finally:  # a limit may end it, too
@@ -67,14 +68,14 @@ def _chat(messages: list[Message]) -> list[ChatMessage]:
     return [_CHAT[message["role"]](content=message["content"]) for message in messages]
 
 
-def _told(output: ModelOutput) -> ModelReply:
-    """What is known of an answer."""
-    told: ModelReply = {"finish": _FINISH.get(output.stop_reason, output.stop_reason)}
+def _reply_facts(output: ModelOutput) -> ModelReply:
+    """Finish reason, seconds and tokens of an output."""
+    reply: ModelReply = {"finish": _FINISH.get(output.stop_reason, output.stop_reason)}
     if output.time is not None:
-        told["seconds"] = output.time
+        reply["seconds"] = output.time
     if output.usage is not None:
-        told |= {"input_tokens": output.usage.input_tokens, "output_tokens": output.usage.output_tokens}
-    return told
+        reply |= {"input_tokens": output.usage.input_tokens, "output_tokens": output.usage.output_tokens}
+    return reply
 
 
 _METRICS = [mean(), stderr(cluster="seed"), ci(cluster="seed")]
@@ -82,7 +83,7 @@ _METRICS = [mean(), stderr(cluster="seed"), ci(cluster="seed")]
 
 @scorer(metrics=dict.fromkeys(SCORES, _METRICS))
 def outcome() -> Scorer:
-    """What came of the episode; environments of one seed are one draw, as in a study."""
+    """The scores of the episode; environments of one seed are one cluster, as in a study."""
 
     async def score(state: TaskState, target: Target) -> Score:
         return Score(value=state.store.get(STORED)["scores"])
@@ -94,10 +95,10 @@ def _task_of(family: Family) -> Callable[..., Task]:
     def play(
         ids: str | list[str] = "",
         teacher: str = "oracle",
-        instruction_type: str = "b",
+        instruction_type: str = Settings.instruction_type,
         feedback_type: str | list[str] = "a",
         voice: str = "plain",
-        max_turns: int | None = None,
+        max_turns: int | None = Settings.max_turns,
         seeds: int = 10,
         first_seed: int = 0,
         history: int = 20,
@@ -128,10 +129,10 @@ def _task_of(family: Family) -> Callable[..., Task]:
     play.__doc__ = f"""{family.summary.capitalize()}, with feedback in words.
 
     Args:
-        ids: environments of the family; by default those that stand for it.
+        ids: environments of the family; by default its showcase.
         teacher, instruction_type, feedback_type, voice, max_turns: see `llf_teacher.make`.
-        seeds: how many episodes of each environment, from `first_seed` on.
-        history, max_prompt_tokens: how much of the past is sent along; see `llf_teacher.Conversation`.
+        seeds: number of episodes of each environment, from `first_seed` on.
+        history, max_prompt_tokens: limits of the conversation that is sent; see `llf_teacher.Conversation`.
     """
     made: Callable[..., Task] = task(play)
     return made

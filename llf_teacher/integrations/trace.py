@@ -1,7 +1,7 @@
-"""A guide for the trainers of Trace (`opto`), of the shape that they call; it needs nothing of them.
+"""A guide for the trainers of Trace (`opto`), with the interface that they call; it imports nothing of them.
 
-An example is an environment and a seed, and a response is its first turn, which is all there is to it in environments
-that ask one question again and again.
+An example is an environment and a seed, and a response is the action of its first turn, which suits environments that
+ask one question repeatedly.
 """
 
 from collections.abc import Iterable
@@ -12,17 +12,17 @@ from llf_teacher.students.conversation import as_prompt
 
 
 class TeachingGuide:
-    """Says of a response what the teacher says, and as its score what the world pays.
+    """Gives the teacher's words as feedback on a response, and the reward as its score.
 
     Args:
-        settings: those of `Dialogue`, but for `id` and `seed`.
+        settings: arguments of `Dialogue`, except `id` and `seed`.
     """
 
     def __init__(self, **settings: Any) -> None:
         self.settings = settings
 
     def dataset(self, ids: Iterable[str], seeds: Iterable[int]) -> dict[str, list[Any]]:
-        """Examples for a trainer: prompts as `inputs`, and as `infos` what they are of, an id and a seed."""
+        """Examples for a trainer: prompts as `inputs`, ids with seeds as `infos`."""
         infos = [(id, seed) for seed in seeds for id in ids]
         return {"inputs": [as_prompt(self._begin(info).messages) for info in infos], "infos": infos}
 
@@ -30,9 +30,9 @@ class TeachingGuide:
         """Score and feedback.
 
         Args:
-            query: the prompt; it is not read.
-            response: the answer to it.
-            reference: what the prompt is of, an id and a seed.
+            query: the prompt; unused.
+            response: the answer.
+            reference: id and seed of the prompt.
         """
         dialogue = self._begin(reference)
         dialogue.answer(f"{response}")

@@ -9,24 +9,24 @@ from llf_teacher.students.conversation import Conversation, as_prompt
 from teachers.seeds import Seeds
 
 REWARDS = ("return", "success", "regret")
-"""What an episode pays: the sum of its rewards, 1 for success in its last turn, or what its turns lost, negated."""
+"""The reward of an episode: the sum of rewards, 1 for success in its last turn, or the negative sum of regrets."""
 OVER = "The episode is over; there is nothing more to do."
 _COLUMNS = ("teacher", "feedback_type", "instruction_type", "voice", "max_turns")
 
 
 class FeedbackEnvironment:
-    """An environment with a teacher, as TRL wants one: the model calls `act`, and hears what the teacher says.
+    """An environment with a teacher for TRL: the model calls `act`, which returns the teacher's words.
 
-    A row of the data set says by its columns `id`, `seed`, `teacher`, `feedback_type`, `instruction_type`, `voice` and
-    `max_turns` what is played, as far as it has them; it needs no `prompt`, and other columns are left alone.
+    A row of the data set may have the columns `id`, `seed`, `teacher`, `feedback_type`, `instruction_type`, `voice` and
+    `max_turns`; it needs no `prompt`, and other columns are ignored.
 
     Args:
-        id: the environment, of rows that have none.
-        reward: what an episode pays, one of `REWARDS`. Turns that the model did not take are texts that are no action.
-        settings: those of `llf_teacher.make`, for rows that do not say otherwise.
+        id: the environment of rows without an id.
+        reward: of an episode, one of `REWARDS`. Turns that the model did not take count as texts that are no action.
+        settings: keywords of `llf_teacher.make`; a row's columns replace them.
 
     Raises:
-        ValueError: there is no such reward, or, by `reset`, no environment.
+        ValueError: the reward is unknown.
     """
 
     def __init__(self, id: str = "", *, reward: str = "return", **settings: Any) -> None:
@@ -36,15 +36,21 @@ class FeedbackEnvironment:
         self._made: dict[str, StudentEnv] = {}
 
     def reset(self, **row: Any) -> str:
-        """Begin an episode; what the model is told is put behind the row's prompt."""
+        """Begin an episode; TRL appends the returned text to the row's prompt.
+
+        Raises:
+            ValueError: the id is missing or unknown, or a setting is not allowed.
+        """
         settings = self._settings | {name: row[name] for name in _COLUMNS if row.get(name) is not None}
         id, seed = row.get("id") or self._id, int(row.get("seed") or 0)
         if not id:
-            raise ValueError("no environment is given; add a column `id` to the data set, or pass `id=`")
+            raise ValueError(
+                "id must be an environment's id, got none; add a column `id` to the data set, or pass `id=`"
+            )
         self._env = self._environment(id, settings)
         observation, _ = self._env.reset(seed=seed)
         self._talk = Conversation(self._env, answer="tool", history=0, rng=Seeds(seed).stream("student"))
-        self._paid, self._lost, self._over = 0.0, 0.0, False
+        self._paid = self._lost = 0.0
         return as_prompt(self._talk.ask(observation))
 
     def act(self, action: str, thought: str = "") -> str:
@@ -57,17 +63,17 @@ class FeedbackEnvironment:
         Returns:
             What the teacher says, and what there is to see.
         """
-        if self._over:
+        if self._env.session.done:
             raise ValueError(OVER)
         observation = self._step(self._talk.answer(json.dumps({"thought": thought, "action": action})))
-        if self._over:
+        if self._env.session.done:
             return f"{prompt(observation)}\n\n{OVER}".strip()
         asked: str = self._talk.ask(observation)[-1]["content"]
         return asked
 
     def get_reward(self) -> float:
-        """What the episode pays."""
-        while not self._over:
+        """The reward of the episode."""
+        while not self._env.session.done:
             self._step("")
         if self._reward == "success":
             return float(self._env.session.moment.success)
@@ -78,13 +84,12 @@ class FeedbackEnvironment:
         observation: dict[str, Any]
         observation, reward, _, _, _ = self._env.step(action)
         self._paid += reward
-        if self._reward == "regret":  # which not every oracle knows
+        if self._reward == "regret":  # which not every oracle has
             self._lost += session.teacher.oracle.regret(session.moment)
-        self._over = session.done
         return observation
 
     def _environment(self, id: str, settings: dict[str, Any]) -> StudentEnv:
-        """An environment, which is made once."""
+        """An environment, which is made once and reused."""
         name = repr((id, sorted(settings.items())))
         if name not in self._made:
             self._made[name] = make(id, text=True, **copy.deepcopy(settings))  # others are made with the same teacher

@@ -21,6 +21,7 @@ from verifiers.v1.dialects.chat import message_to_wire
 from llf_teacher.integrations.dialogue import SCORES, Dialogue
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import all_families
+from pz_envs.settings import Settings
 
 __all__ = ["LLFHarness", "LLFSeats", "LLFTaskset"]
 
@@ -42,19 +43,19 @@ class LLFData(vf.TaskData):
 
 
 class LLFTask(vf.Task[LLFData]):
-    """An episode; what came of it is recorded by `LLFSeats`, which knows."""
+    """An episode; `LLFSeats` records its results."""
 
 
 class LLFTasksetConfig(vf.TasksetConfig):
-    """Which episodes."""
+    """The episodes of a taskset."""
 
     env_ids: list[str] = Field([])
-    """Ids of `llf_teacher.ids()`, in turn; without any, those that stand for the families."""
+    """Ids of `llf_teacher.ids()`, in turn; empty: the showcases of all families."""
     first_seed: int = 0
 
 
 class LLFTaskset(vf.Taskset[LLFTask, LLFTasksetConfig]):
-    """All episodes of some environments, seed after seed, without end."""
+    """All episodes of some environments, seed after seed; infinite."""
 
     INFINITE = True
 
@@ -77,7 +78,7 @@ class LLFHarness(vf.Harness[vf.HarnessConfig]):
 
     @cached_property
     def client(self) -> AsyncOpenAI:
-        """What has the connections; where to, and by which key, is told at each request."""
+        """Holds the connections; each request sets address and key."""
         return AsyncOpenAI(base_url="http://127.0.0.1", api_key="none", max_retries=0)
 
     async def launch(
@@ -102,22 +103,25 @@ class LLFHarness(vf.Harness[vf.HarnessConfig]):
         return vf.ProgramResult(exit_code=0, stdout="", stderr="")
 
 
-_SEAT = vf.AgentConfig(runtime=vf.SubprocessConfig())  # which the harness makes no use of
+_SEAT = vf.AgentConfig(runtime=vf.SubprocessConfig())  # which the harness does not use
+
+
+_SETTINGS = {"instruction_type", "feedback_type", "voice", "max_turns"}  # of the lesson, in the configuration
 
 
 class LLFSeatsConfig(vf.EnvConfig):
-    """Who sits where, and how an episode is played."""
+    """The agents in the seats, and the settings of an episode."""
 
     student: vf.AgentConfig = _SEAT
     teacher: vf.AgentConfig = _SEAT
-    """Speaks only if `model_teaches`; its instruction and what it knows come from the personality in either case."""
+    """Speaks only if `model_teaches`; instruction and known facts come from the personality in either case."""
     model_teaches: bool = False
     personality: str = "oracle"
     """The teacher's, as in `llf_teacher.make(..., teacher=...)`."""
-    instruction_type: str = "b"
+    instruction_type: str = Settings.instruction_type
     feedback_type: str = "a"
     voice: str = "plain"
-    max_turns: int | None = None
+    max_turns: int | None = Settings.max_turns
     """Turns of an episode; None: the family's."""
     reward: str = "return"
     """The score that is the reward, one of `SCORES`."""
@@ -138,10 +142,7 @@ class LLFSeats(vf.Env[LLFSeatsConfig]):
             task.data.env_id,
             task.data.seed,
             teacher=config.personality,
-            instruction_type=config.instruction_type,
-            feedback_type=config.feedback_type,
-            voice=config.voice,
-            max_turns=config.max_turns,
+            **config.model_dump(include=_SETTINGS),
         )
         try:
             if config.model_teaches:
@@ -161,13 +162,13 @@ class LLFSeats(vf.Env[LLFSeatsConfig]):
 
 
 async def _play(dialogue: Dialogue, task: LLFTask, agents: vf.Agents, teacher: vf.Interaction | None) -> vf.Trace:
-    """The episode; it ends early where a limit of verifiers ends the conversation of either."""
+    """Play the episode; it ends early when verifiers' limits end the conversation of an agent."""
     system, question = dialogue.messages
     async with agents.student.interaction(_seated(task, system["content"])) as student:
         said = await student.turn(question["content"])
         while not said.terminated:
             dialogue.answer(said.last_reply)
-            lesson = teacher and await teacher.turn(_TURN.format_map(dialogue.known_to_teacher()))
+            lesson = teacher and await teacher.turn(_TURN.format_map(dialogue.teacher_prompt()))
             dialogue.speak(lesson and lesson.last_reply)
             if dialogue.over or (lesson and lesson.terminated):
                 break
@@ -176,6 +177,6 @@ async def _play(dialogue: Dialogue, task: LLFTask, agents: vf.Agents, teacher: v
 
 
 def _seated(task: LLFTask, system_prompt: str) -> LLFTask:
-    """The task as one seat has it."""
+    """The task with the system prompt of a seat."""
     seated: LLFTask = task.with_data(system_prompt=system_prompt)
     return seated

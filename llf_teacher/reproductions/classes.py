@@ -60,7 +60,7 @@ def teacher_env(
         cost=0.0,
         teacher_reward="student_progress",
         announce=True,
-        pool=1,  # a lifetime that has ended is not used again
+        options={"pool": 1},  # rows that have ended are ignored
         **options,
     )
 

@@ -105,7 +105,7 @@ class Policy(ABC, Generic[S_co]):
 
         Args:
             observation: of the student's seat: `state` (or `observation`), `instruction`, `feedback`.
-            info: from `entitled`.
+            info: that of `SeatsEnv.info_for`.
         """
 
 

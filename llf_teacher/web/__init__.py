@@ -1,4 +1,4 @@
-"""A page in the browser: lessons with people in the seats, and stored episodes to look at.
+"""A page in the browser: lessons with people in the seats, and a viewer of stored episodes.
 
-`app` is the server, `open_lessons` keeps the lessons, `lesson` plays one, `plan` reads what was chosen for it.
+`app` is the server, `open_lessons` has the lessons, `lesson` plays one, `plan` checks the choices of its form.
 """

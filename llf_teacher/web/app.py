@@ -1,4 +1,4 @@
-"""The server: addresses and what is answered there."""
+"""The server: its routes and their handlers."""
 
 import asyncio
 import json
@@ -26,7 +26,7 @@ from llf_teacher.web.downloads import DOWNLOADS, content
 from llf_teacher.web.guard import LOCAL, Guard
 from llf_teacher.web.open_lessons import FullError, OpenLesson, OpenLessons, Terms
 from llf_teacher.web.plan import MOST_TURNS, SPEECHES, read_plan, students
-from llf_teacher.web.stored import PAGE, found
+from llf_teacher.web.stored import PAGE, search
 from llf_teacher.web.views import links, picture, state
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.personality import PERSONALITIES
@@ -34,15 +34,15 @@ from teachers.personality import PERSONALITIES
 __all__ = ["make_app"]
 
 LARGEST = 16_384
-"""Bytes that a request may have."""
+"""Greatest length of a request body, in bytes."""
 LONGEST = 4_000
-"""Characters that a person may say at once."""
+"""Greatest length of a person's words in a turn, in characters."""
 _STATIC = Path(__file__).parent / "static"
 _PHRASES = {
     "Not Found": "there is no such page; begin at /",
-    "Method Not Allowed": "that cannot be done here; begin at /",
+    "Method Not Allowed": "this page does not allow the request's method; begin at /",
 }
-"""Sentences for what Starlette says by itself."""
+"""Sentences for Starlette's own errors."""
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -56,13 +56,13 @@ def make_app(
     """The application.
 
     Args:
-        terms: how many lessons there may be, and what holds in them.
-        stores: those whose episodes can be looked at.
+        terms: limits and conditions of lessons.
+        stores: their episodes are shown.
         names: the names of the server; requests under others are refused.
-        key: what visitors must know; empty: nothing.
+        key: that visitors need; empty: none.
 
     Raises:
-        StoreError: a store is none.
+        StoreError: a path is no store.
     """
     for path in stores:
         load(path).close()  # raises the error if there is no store
@@ -70,10 +70,10 @@ def make_app(
 
 
 class _Pages:
-    """What is answered.
+    """The handlers of the routes.
 
-    One thread does all that has to do with lessons and stores: some simulators draw in the thread only in which they
-    began, and two requests never meet in a lesson. The loop stays free for what takes no time.
+    One thread handles all lessons and stores: some simulators can draw only in the thread in which they began, and two
+    requests never change a lesson at the same time. The event loop stays free for short work.
     """
 
     def __init__(self, terms: Terms, stores: Sequence[Path]) -> None:
@@ -101,7 +101,7 @@ class _Pages:
             Route(f"{seat}/episode.{{ending}}", self.download),
             Route("/stored/{store:int}", self.listing),
             Route("/stored/{store:int}/{key}", self.replay),
-            Route("/static/look.css", self.look),
+            Route("/static/theme.css", self.theme),
             Mount("/static", StaticFiles(directory=_STATIC)),
         ]
         handlers: Any = {ValueError: _refused, HTTPException: _refused, Exception: _broken}
@@ -128,7 +128,7 @@ class _Pages:
                 self._idle.set()
 
     async def _draw(self, what: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
-        """The same of a picture, which takes the longest: when nobody waits for a turn, and one at a time."""
+        """The same for slow drawing: one at a time, when no turn waits."""
         async with self._draw_lock:
             await self._idle.wait()
             return await self._do(what, *args, **kwargs)
@@ -137,14 +137,14 @@ class _Pages:
         text = self._pages.get_template(name).render(stores=self._stores, **values)
         return HTMLResponse(escape_control_chars(text))
 
-    async def look(self, request: Request) -> Response:
-        """The style that reports have, too."""
+    async def theme(self, request: Request) -> Response:
+        """The style sheet, which reports share."""
         return Response(self._style, media_type="text/css", headers={"Cache-Control": "max-age=3600"})
 
     # Lessons.
 
     async def start(self, request: Request) -> Response:
-        """Choose a lesson."""
+        """The page that offers lessons."""
         families: dict[str, list[str]] = {}
         for id, each in entries().items():
             if not each.family.missing():
@@ -159,7 +159,7 @@ class _Pages:
         )
 
     async def begin(self, request: Request) -> Response:
-        """Make a lesson; where its maker sits."""
+        """Begin a lesson; returns the address of its maker's seat."""
         given = await _body(request)
         opened = await self._do(lambda: self.lessons.begin(read_plan(given)))
         return JSONResponse({"page": f"/seat/{opened.tokens[opened.lesson.plan.seat]}"}, 201)
@@ -178,14 +178,14 @@ class _Pages:
         )
 
     async def state(self, request: Request) -> Response:
-        """The lesson now; nothing, if it is the `version` that the page has."""
+        """The state of the lesson; 204 if the page has this `version`."""
         opened, seat = await self._found(request)
         if request.query_params.get("version") == f"{opened.version}":
             return Response(status_code=204)
         return await self._state(opened, seat, request.query_params.get("since", ""))
 
     async def sit(self, request: Request) -> Response:
-        """Sit down."""
+        """Take a seat."""
         opened, seat = await self._found(request)
         given = await _body(request)
         self.lessons.sit(opened, seat, given.get("agreed"), given.get("code"))
@@ -195,7 +195,7 @@ class _Pages:
         """A turn: `act`, `claims`, `say`, `personality` or `step`."""
         opened, seat = await self._found(request)
         given = await _body(request)
-        await self._do(self.lessons.move, opened, seat, _what(given, seat))
+        await self._do(self.lessons.move, opened, seat, _parse_turn(given, seat))
         return await self._state(opened, seat, _since(given))
 
     async def undo(self, request: Request) -> Response:
@@ -206,13 +206,13 @@ class _Pages:
         return await self._state(opened, seat, _since(given))
 
     async def frame(self, request: Request) -> Response:
-        """The picture."""
+        """The frame as a PNG."""
         opened, seat = await self._found(request)
         theme = request.query_params.get("theme", "light")
         return Response(await self._draw(picture, opened.lesson, seat, theme), media_type="image/png")
 
     async def episode(self, request: Request) -> Response:
-        """The whole episode, with each claim's check, once it is over."""
+        """The whole episode with the label of each claim, when it is over."""
         opened, _ = await self._found(request)
         record = await self._do(self.lessons.record, opened)
         turns = prepare_turns(unpack_turns(pack_turns(record.turns)), record.episode.family)
@@ -220,11 +220,13 @@ class _Pages:
         return self._page("episode.html.j2", episode=values, turns=turns, downloads=DOWNLOADS)
 
     async def download(self, request: Request) -> Response:
-        """The episode as a file, once it is over."""
+        """The episode as a file, when it is over."""
         opened, _ = await self._found(request)
         ending = request.path_params["ending"]
         if ending not in DOWNLOADS:
-            raise HTTPException(404, f"there is no such file; there are {', '.join(DOWNLOADS)}")
+            raise HTTPException(
+                404, f"there is no file with the ending {ending!r:.20}; allowed: {', '.join(DOWNLOADS)}"
+            )
         record = await self._do(self.lessons.record, opened)
         made = await self._draw(content, ending, record, opened.lesson.film)
         name = f"llf-{record.spec.key[:8]}.{ending}"
@@ -236,7 +238,7 @@ class _Pages:
             return await self._do(self.lessons.find, request.path_params["token"])
         except LookupError:
             raise HTTPException(
-                404, "there is no such lesson, or nobody has looked at it for so long that it is gone; begin a new one"
+                404, "there is no such lesson, or it was closed after a long time without requests; begin a new one"
             ) from None
 
     async def _state(self, opened: OpenLesson, seat: str, since: str) -> Response:
@@ -248,7 +250,7 @@ class _Pages:
         """The episodes of a store."""
         number, store = self._store(request)
         words = request.query_params.get("q", "")[:200]
-        rows, more = await self._do(found, store, words)
+        rows, more = await self._do(search, store, words)
         return self._page("listing.html.j2", number=number, store=store, rows=rows, more=more, words=words, most=PAGE)
 
     async def replay(self, request: Request) -> Response:
@@ -262,29 +264,30 @@ class _Pages:
     def _store(self, request: Request) -> tuple[int, Store]:
         number = request.path_params["store"]
         if number >= len(self._stores):
-            raise HTTPException(404, "there is no such store; name stores by `llf serve --replay`")
+            raise HTTPException(404, "there is no such store; give stores to `llf serve` by --replay")
         return number, self._stores[number]
 
 
 async def _body(request: Request) -> dict[str, Any]:
-    """What was sent: an object of JSON, not too large.
+    """The request body as a JSON object.
 
     Raises:
         ValueError: it is something else.
+        HTTPException: it is too long, or of another content type.
     """
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
-        raise HTTPException(415, "send JSON, as content type application/json")
+        raise HTTPException(415, "the content type must be application/json; send JSON")
     body = b""
     async for part in request.stream():
         body += part
         if len(body) > LARGEST:
-            raise HTTPException(413, f"that is too long; at most {LARGEST} bytes can be sent at once")
+            raise HTTPException(413, f"the request body is too long; allowed: at most {LARGEST} bytes")
     try:
         given = json.loads(body or b"{}")
     except (ValueError, RecursionError):
-        raise ValueError("what was sent is no JSON") from None
+        raise ValueError("the request body is not valid JSON; send an object") from None
     if not isinstance(given, dict):
-        raise ValueError("what was sent is JSON, but no object")
+        raise ValueError("the request body is JSON, but not an object; send an object")
     return given
 
 
@@ -292,11 +295,11 @@ def _since(given: Mapping[str, Any]) -> str:
     return f"{given.get('since', '')}"
 
 
-def _what(given: Mapping[str, Any], seat: str) -> Any:
-    """The turn that was sent, as `LiveLesson.move` takes it.
+def _parse_turn(given: Mapping[str, Any], seat: str) -> Any:
+    """The turn in a request body, for `LiveLesson.move`.
 
     Raises:
-        ValueError: it is none.
+        ValueError: there is no turn in it.
     """
     if seat == STUDENT:
         return _text(given, "act")
@@ -314,11 +317,11 @@ def _text(given: Mapping[str, Any], name: str) -> str:
     text = given.get(name)
     if not isinstance(text, str) or len(text) > LONGEST:
         raise ValueError(f"{name} must be a text of at most {LONGEST} characters, got {text!r:.60}")
-    return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
+    return text.encode("utf-8", "replace").decode()  # lone surrogates cannot be stored
 
 
 async def _refused(request: Request, error: Exception) -> Response:
-    """What a visitor can mend, as a sentence."""
+    """An error of the visitor, as a sentence."""
     status, why = 400, f"{error}"
     if isinstance(error, HTTPException):
         status, why = error.status_code, _PHRASES.get(error.detail, error.detail)
@@ -328,8 +331,9 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 
 async def _broken(request: Request, error: Exception) -> Response:
-    """What a visitor cannot mend."""
-    return _sentence(request, "something is wrong here, which is not your doing; the server's terminal says what", 500)
+    """An error of the server, as a sentence."""
+    why = "the server has an internal error, which its terminal shows; try again, or begin a new lesson"
+    return _sentence(request, why, 500)
 
 
 def _sentence(request: Request, why: str, status: int) -> Response:

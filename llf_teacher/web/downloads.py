@@ -1,4 +1,4 @@
-"""An episode as a file to take along."""
+"""An episode as a file to download."""
 
 import tempfile
 from collections.abc import Callable
@@ -16,23 +16,23 @@ from worlds.pictures.canvas import Frame
 
 
 class Download(NamedTuple):
-    """A kind of file."""
+    """A file format."""
 
     media_type: str
     title: str
     make: Callable[[Path, Record, Callable[[], list[Frame]]], object]
-    """Writes an episode to a path; frames are asked for where they are needed."""
+    """Writes an episode to a path; the function of frames is called only if they are needed."""
 
 
 def _write_json(path: Path, record: Record, film: object) -> None:
-    told: dict[str, Any] = {
+    values: dict[str, Any] = {
         **record.spec._asdict(),
         **record.episode._asdict(),
         "key": record.spec.key,
         "regrets": unpack_regrets(record.episode.regrets),
         "turns": unpack_turns(pack_turns(record.turns)),
     }
-    path.write_text(to_json(told) + "\n", encoding="utf-8")
+    path.write_text(to_json(values) + "\n", encoding="utf-8")
 
 
 def _write_store(path: Path, record: Record, film: object) -> None:
@@ -58,11 +58,11 @@ DOWNLOADS = {
     "gif": Download("image/gif", "GIF: an animation", _write_film),
     "db": Download("application/vnd.sqlite3", "a store of a study, with this row", _write_store),
 }
-"""What can be taken along, by the ending of its name."""
+"""The formats by the ending of the file's name."""
 
 
 def content(ending: str, record: Record, film: Callable[[], list[Frame]]) -> bytes:
-    """An episode as a file of a kind. Nothing of it is left here."""
+    """The bytes of an episode's file in a format; no file is left on the server."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"download.{ending}"
         DOWNLOADS[ending].make(path, record, film)

@@ -1,4 +1,4 @@
-"""What is asked of every request, and what every answer says to the browser."""
+"""Checks of every request, and security headers of every response."""
 
 import ipaddress
 import secrets
@@ -11,11 +11,11 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 KEY, COOKIE = "key", "llf_key"
-"""Where a visitor gives the server's key: in the address, once, and from then on in a cookie."""
+"""The names of the server's key: a query parameter in the first address, then a cookie."""
 OPEN = ("/static/", "/seat/")
-"""Where no key is needed: what stands for all, and a seat, whose address is itself a secret."""
+"""Paths without a key: static files, and seats, whose addresses are secrets themselves."""
 LOCAL = frozenset({"127.0.0.1", "localhost", "::1"})
-"""The names under which a server is known that serves its own machine only."""
+"""The names of a server that is reached only from its own machine."""
 _POLICY = "; ".join(
     (
         "default-src 'none'",
@@ -35,21 +35,21 @@ _HEADERS = {
 
 
 class Guard:
-    """Answers nobody who came under a foreign name, from a foreign page, or without the key.
+    """Refuses requests with a foreign `Host`, from a foreign page, or without the key.
 
-    A page of somebody else whose name is made to lead here (DNS rebinding) is told by the name that the browser gives.
+    The check of `Host` stops DNS rebinding, where the name of a foreign page leads to this server.
 
     Args:
-        app: who answers the others.
+        app: handles the other requests.
         names: the names of this server.
-        key: what visitors must know; empty: nothing.
+        key: that visitors need; empty: none.
     """
 
     def __init__(self, app: ASGIApp, names: Collection[str] = LOCAL, key: str = "") -> None:
         self._app, self._names, self._key = app, {name.lower() for name in names}, key
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let a request through, or refuse it."""
+        """Pass a request on, or refuse it."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
@@ -67,10 +67,10 @@ class Guard:
         headers = Headers(scope=scope)
         host = headers.get("host", "")
         if not self._is_ours(host):
-            return _no(f"this server is not called {host[:100]!r}; start it with `llf serve --name` for that name", 421)
+            return _no(f"{host[:100]!r} is not a name of this server; start it with `llf serve --name`", 421)
         origin = headers.get("origin")
         if scope["method"] not in ("GET", "HEAD") and origin is not None and urlsplit(origin).netloc != host:
-            return _no("this came from another page than ours; open the page itself", 403)
+            return _no("the request comes from a foreign page; open this server's own page", 403)
         path: str = scope["path"]
         if not self._key or path.startswith(OPEN):
             return None
@@ -87,7 +87,7 @@ class Guard:
         return secrets.compare_digest(key.encode(), self._key.encode())
 
     def _is_ours(self, host: str) -> bool:
-        """Whether a `Host` header names this server. Beyond this machine an address does: names alone can be bent."""
+        """Whether a `Host` header names this server; with a key any IP address does: only names can be rebound."""
         try:
             name = urlsplit(f"//{host}").hostname or ""
         except ValueError:

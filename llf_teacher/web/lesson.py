@@ -1,4 +1,6 @@
-"""A lesson on the page: one that people play, its record, and its film."""
+"""A lesson on the page, with its record and its film."""
+
+from dataclasses import replace
 
 from llf_teacher.episodes.live import LiveLesson
 from llf_teacher.episodes.record import EpisodeSpec, Record, summary
@@ -6,17 +8,16 @@ from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.web.plan import Plan
 from pz_envs.seats import STUDENT, TEACHER
-from pz_envs.settings import Settings
 from worlds.pictures.canvas import Frame
 
 __all__ = ["PlannedLesson"]
 
 
 class PlannedLesson(LiveLesson):
-    """A lesson as it was chosen on the page.
+    """The lesson of a plan.
 
     Args:
-        plan: what was chosen.
+        plan: the plan.
 
     Raises:
         ValueError: the student cannot play here.
@@ -26,12 +27,9 @@ class PlannedLesson(LiveLesson):
         self.plan = plan
         found = entry(plan.id)
         student = None if STUDENT in plan.people else parse_student(plan.student)
-        settings = Settings(
-            teacher=plan.teacher,
-            instruction_type=plan.instruction_type,
-            feedback_type=plan.feedback_type,
-            max_turns=plan.max_turns,
-            speech=plan.speech if TEACHER in plan.people else "message",
+        settings = replace(
+            plan.settings,
+            speech=plan.settings.speech if TEACHER in plan.people else "message",
             text=student is None or student.text,
             render_mode="rgb_array",
             privileged_info=True,
@@ -40,16 +38,16 @@ class PlannedLesson(LiveLesson):
         super().__init__(found, settings, plan.seed, plan.people, student)
 
     def record(self, spec: EpisodeSpec) -> Record:
-        """The episode as a store keeps it.
+        """The record of the episode.
 
         Raises:
-            ValueError: it is not over.
+            ValueError: the episode is not over.
         """
         self._check_over()
         return Record(spec, summary(self.family.name, self.reads, self.rows), tuple(self.rows))
 
     def film(self, theme: str = "light") -> list[Frame]:
-        """A frame of each turn, played again, with the truth.
+        """The frames of all turns, with the truth; the episode is played again for them.
 
         Raises:
             ValueError: as `record`.
@@ -67,7 +65,7 @@ class PlannedLesson(LiveLesson):
 
 
 class _Filmed(PlannedLesson):
-    """One that keeps a frame of each turn."""
+    """A lesson that stores a frame of each turn."""
 
     def __init__(self, plan: Plan, theme: str) -> None:
         self._theme = theme
@@ -76,4 +74,4 @@ class _Filmed(PlannedLesson):
 
     def _note(self) -> None:
         super()._note()
-        self.frames.append(self.view.kept().themed(self._theme).frame(self.view.description()))
+        self.frames.append(self.view.require_renderer().with_theme(self._theme).frame(self.view.description()))

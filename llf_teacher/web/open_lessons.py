@@ -1,4 +1,4 @@
-"""The lessons that a server holds: not too many, and none that nobody plays any more."""
+"""The open lessons of a server: a limited number, without those that have been idle for long."""
 
 import re
 import secrets
@@ -18,49 +18,49 @@ _CODE = re.compile(r"[A-Za-z0-9_-]{1,32}")
 
 
 class Terms(NamedTuple):
-    """What holds for everybody who sits down."""
+    """Limits of the server, and conditions for people in seats."""
 
     consent: str = ""
-    """A text that people have to agree to; empty: there is none."""
+    """A text to which people must agree; empty: none."""
     codes: bool = False
     """Whether people give a participant's code."""
     undo: bool = True
-    """Whether turns can be taken back."""
+    """Whether turns can be undone."""
     store: Path | None = None
-    """Where episodes with people are written as they end; None: nowhere."""
+    """The store of finished episodes with people; None: none."""
     most: int = 100
-    """Lessons at a time."""
+    """Greatest number of open lessons."""
     idle: float = 3600.0
-    """Seconds after which a lesson is dropped that nobody has looked at."""
+    """Seconds without a request after which a lesson is closed."""
 
 
 @dataclass
 class OpenLesson:
-    """A lesson, and who may sit where in it."""
+    """A lesson and the secrets of its seats."""
 
     lesson: PlannedLesson
     tokens: dict[str, str]
     """The secret of each seat, by the seat."""
     codes: dict[str, str] = field(default_factory=dict)
-    """The participants' codes, of those who have sat down."""
+    """By seat the codes of the participants that have taken one."""
     seen: float = 0.0
-    """When it was last looked at."""
+    """The time of the last request."""
     kept: bool = False
     """Whether the episode is in the store."""
     version: int = 0
-    """How often something has changed."""
+    """The number of changes."""
 
 
 class FullError(ValueError):
-    """There is no place for another lesson."""
+    """There are as many lessons as allowed."""
 
 
 class OpenLessons:
-    """The lessons of a server, each found by the secrets of its seats.
+    """The lessons of a server, by the secrets of their seats.
 
     Args:
-        terms: how many, how long, and what people have to agree to.
-        clock: seconds of a clock that never goes back.
+        terms: limits and conditions.
+        clock: a monotonic clock, in seconds.
     """
 
     def __init__(self, terms: Terms, clock: Callable[[], float] = time.monotonic) -> None:
@@ -72,16 +72,16 @@ class OpenLessons:
         return len(self._open)
 
     def begin(self, plan: Plan) -> OpenLesson:
-        """A new lesson; without consent and codes, people sit in their seats at once.
+        """A new lesson; without consent and codes, people take their seats at once.
 
         Raises:
-            FullError: there are as many as may be.
+            FullError: there are as many lessons as allowed.
             ValueError: the lesson cannot be played.
         """
         self.sweep()
         if len(self._open) >= self.terms.most:
             raise FullError(
-                f"all {self.terms.most} places are taken; try again later, or start the server with more --sessions"
+                f"all {self.terms.most} lessons are in use; try again later, or start the server with more --sessions"
             )
         seats = plan.people or {plan.seat}
         opened = OpenLesson(PlannedLesson(plan), {seat: secrets.token_urlsafe(16) for seat in sorted(seats)})
@@ -93,10 +93,10 @@ class OpenLessons:
         return opened
 
     def find(self, token: str) -> tuple[OpenLesson, str]:
-        """The lesson and the seat that a secret is for.
+        """The lesson and the seat of a secret.
 
         Raises:
-            LookupError: there is none.
+            LookupError: the secret is unknown.
         """
         self.sweep()
         opened, seat = self._seats[token]
@@ -104,7 +104,7 @@ class OpenLessons:
         return opened, seat
 
     def sweep(self) -> None:
-        """Drop the lessons that nobody has looked at for long."""
+        """Close the lessons without a request for `idle` seconds."""
         late = self._clock() - self.terms.idle
         for opened in [each for each in self._open if each.seen <= late]:
             self._open.remove(opened)
@@ -113,65 +113,65 @@ class OpenLessons:
             opened.lesson.close()
 
     def sit(self, opened: OpenLesson, seat: str, agreed: Any, code: Any) -> None:
-        """Let a person sit down.
+        """Give a person a seat.
 
         Raises:
-            ValueError: it has not agreed, or gives no code where one is needed.
+            ValueError: the person has not agreed, or gives no code where one is needed.
         """
         if seat not in opened.lesson.plan.people or seat in opened.codes:
             return
         if self.terms.consent and agreed is not True:
-            raise ValueError("to take part you have to agree; without that nothing begins, and nothing is kept")
+            raise ValueError("to take part you must agree; otherwise no lesson begins and nothing is stored")
         if self.terms.codes and not (isinstance(code, str) and _CODE.fullmatch(code)):
-            raise ValueError("give the code that you were given: 1 to 32 letters, digits, '-' or '_'")
+            raise ValueError("the code must be 1 to 32 letters, digits, '-' or '_'; give the one that you received")
         opened.codes[seat] = code if self.terms.codes else ""
         opened.version += 1
 
     def move(self, opened: OpenLesson, seat: str, what: Any) -> None:
-        """One turn in a seat; an episode that ends is written to the store.
+        """Play a turn in a seat; an episode that ends is written to the store.
 
         Raises:
-            ValueError: as of `PlannedLesson.move`, or the person has not sat down.
+            ValueError: as of `PlannedLesson.move`, or a person has not taken its seat.
         """
         lesson = opened.lesson
         if waiting := lesson.plan.people - opened.codes.keys():
             who = "you have" if seat in waiting else f"the {NAMES[min(waiting)]} has"
-            raise ValueError(f"{who} not sat down yet; the lesson begins when all people have")
+            raise ValueError(f"{who} not taken a seat yet; the lesson begins when all people have")
         lesson.move(seat, what)
         opened.version += 1
         if lesson.over and lesson.plan.people and self.terms.store is not None:
             with Store(self.terms.store) as store:
-                store.add(_unlike(self.record(opened), store))
+                store.add(_as_new_sample(self.record(opened), store))
             opened.kept = True
 
     def undo(self, opened: OpenLesson, seat: str) -> None:
-        """Take the last turn back.
+        """Undo the last turn.
 
         Raises:
-            ValueError: as of `PlannedLesson.undo`, or it may not be.
+            ValueError: as of `PlannedLesson.undo`, or undo is not allowed.
         """
         if not self.terms.undo:
-            raise ValueError("turns cannot be taken back here")
+            raise ValueError("this server does not allow to take turns back; begin a new lesson")
         if opened.kept:
-            raise ValueError("the episode is in the study already; begin a new lesson")
+            raise ValueError("the episode is in the store already; begin a new lesson")
         opened.lesson.undo(seat)
         opened.version += 1
 
     def record(self, opened: OpenLesson) -> Record:
-        """The episode as a store keeps it.
+        """The record of the episode.
 
         Raises:
-            ValueError: it is not over.
+            ValueError: the episode is not over.
         """
         return opened.lesson.record(opened.lesson.plan.spec(opened.codes))
 
 
 NAMES = {STUDENT: "student", TEACHER: "teacher"}
-"""The seats in words."""
+"""The seats by the words of the page."""
 
 
-def _unlike(record: Record, store: Store) -> Record:
-    """The record as one more sample where the store has one of that name: people may play the same world again."""
+def _as_new_sample(record: Record, store: Store) -> Record:
+    """The record with the next free sample number: people can play the same world again."""
     spec = record.spec
     while store.has(spec.key):
         spec = spec._replace(sample=spec.sample + 1)

@@ -1,64 +1,65 @@
-"""What a lesson is to be, as somebody chose it on the page."""
+"""The plan of a lesson: the choices of the page's form, checked."""
 
 import secrets
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
 
 from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.people import PersonTeaching
+from llf_teacher.registry import entry
 from llf_teacher.students.parsing import STUDENTS
 from llf_teacher.students.student import Policy
 from llf_teacher.studies import Study
 from llf_teacher.studies.definition.custom_specs import teacher_spec
 from pz_envs.seats import STUDENT, TEACHER
+from pz_envs.settings import Settings
 from teachers.personality import parse_personality
 from teachers.session import is_count
 from teachers.spec import parse_call, unknown
 
 SEATS = {"student": STUDENT, "teacher": TEACHER, "watch": WATCHER}
-"""Where one can sit, by the words of the page."""
+"""The seats by the words of the page."""
 SPEECHES = {"claims": "claims", "own words": "message"}
-"""How a person teaches, by the words of the page."""
+"""The forms of a person's teaching by the words of the page."""
 MOST_TURNS, LONGEST_SPEC = 200, 300
 
 
 class Plan(NamedTuple):
-    """What a lesson is to be."""
+    """The plan of a lesson."""
 
     id: str
     seat: str
-    """Of whoever makes it: `STUDENT`, `TEACHER` or `WATCHER`."""
+    """The seat of its maker: `STUDENT`, `TEACHER` or `WATCHER`."""
     two: bool
-    """Whether another person sits in the other seat."""
-    teacher: str
-    """The personality that teaches, or that says what a person in its seat can choose from."""
+    """Whether another person has the other seat."""
     student: str
-    speech: str
-    """How a person teaches, of `SPEECHES`."""
-    instruction_type: str
-    feedback_type: str
-    max_turns: int
+    """The student's spec, where no person has its seat."""
+    settings: Settings
+    """The chosen ones: the `teacher` is a personality's spec, also where a person chooses among its claims or sees its
+    suggestions; `speech` is that of a person in its seat.
+    """
     seed: int
 
     @property
     def people(self) -> frozenset[str]:
-        """The seats in which people sit."""
+        """The seats of people."""
         if self.seat == WATCHER:
             return frozenset()
         return frozenset((STUDENT, TEACHER) if self.two else (self.seat,))
 
     def spec(self, codes: Mapping[str, str]) -> EpisodeSpec:
-        """The episode as a study names it; `codes` are those of the people, by their seats.
+        """The spec of the episode in a study; `codes` are the participants', by their seats.
 
         Raises:
-            ValueError: one error that lists all that is not allowed.
+            ValueError: one error that lists everything that is not allowed.
         """
-        teacher: Any = self.teacher
-        student = self.student
+        settings, student = self.settings, self.student
+        teacher: Any = settings.teacher
         if TEACHER in self.people:
-            teacher = teacher_spec(PersonTeaching(codes.get(TEACHER, ""), self.speech, self.teacher))
+            teacher = teacher_spec(PersonTeaching(codes.get(TEACHER, ""), settings.speech, teacher))
         if STUDENT in self.people:
             code = codes.get(STUDENT, "")
             student = "llf_teacher.people:PersonLearning" + (f"(code={code!r})" if code else "")
@@ -66,25 +67,25 @@ class Plan(NamedTuple):
             ids=(self.id,),
             teachers=(teacher,),
             students=(student,),
-            instruction_types=(self.instruction_type,),
-            feedback_types=(self.feedback_type,),
+            instruction_types=(settings.instruction_type,),
+            feedback_types=(f"{settings.feedback_type}",),
             seeds=(self.seed,),
-            max_turns=self.max_turns,
+            max_turns=settings.max_turns,
         )
         return next(study.episodes())
 
 
 @cache
 def students() -> tuple[str, ...]:
-    """The students that the page offers: those of the shelf, less those that ask a model, which may cost money."""
+    """The students that the page offers: the built-in ones, without those that call a model, which may cost money."""
     return tuple(name for name in STUDENTS.names if getattr(STUDENTS[name], "policy", Policy).record is Policy.record)
 
 
 def read_plan(given: Mapping[str, Any]) -> Plan:
-    """What was chosen, checked. Nothing is looked for but what is on the shelves: no text makes a module be imported.
+    """The plan of the form's values. Only registered names are looked up: no value makes a module be imported.
 
     Raises:
-        ValueError: something is missing or not allowed; the message says what to choose from.
+        ValueError: a value is missing or not allowed; the message lists what is.
     """
     if unknown_names := [name for name in given if name not in _FIELDS]:
         raise ValueError(unknown("choice", unknown_names[0], _FIELDS))
@@ -101,35 +102,36 @@ def read_plan(given: Mapping[str, Any]) -> Plan:
         texts["id"],
         SEATS[texts["seat"]],
         given.get("two", False),
-        str(parse_personality(texts["teacher"])),
         _student(texts["student"]),
-        SPEECHES[texts["speech"]],
-        texts["instruction_type"],
-        texts["feedback_type"],
-        _number("max_turns", given.get("max_turns"), 1, MOST_TURNS) or 0,
+        Settings(
+            teacher=str(parse_personality(texts["teacher"])),
+            instruction_type=texts["instruction_type"],
+            feedback_type=texts["feedback_type"],
+            speech=SPEECHES[texts["speech"]],
+            max_turns=_number("max_turns", given.get("max_turns"), 1, MOST_TURNS),
+        ),
         secrets.randbelow(2**31) if given.get("seed") is None else _number("seed", given["seed"], 0, 2**63 - 1) or 0,
     )
-    if not plan.max_turns:
-        from llf_teacher.registry import entry
-
-        plan = plan._replace(max_turns=entry(plan.id).family.max_turns)
+    if plan.settings.max_turns is None:
+        max_turns = entry(plan.id).family.max_turns
+        plan = plan._replace(settings=replace(plan.settings, max_turns=max_turns))
     spec = plan.spec({})
-    return plan._replace(id=spec.id, feedback_type=spec.feedback_type)
+    return plan._replace(id=spec.id, settings=replace(plan.settings, feedback_type=spec.feedback_type))
 
 
 _FIELDS = {
     "id": "",
     "seat": "student",
     "two": False,
-    "teacher": "oracle",
+    "teacher": Settings.teacher,
     "student": "obedient",
     "speech": "claims",
-    "instruction_type": "b",
-    "feedback_type": "a",
+    "instruction_type": Settings.instruction_type,
+    "feedback_type": Settings.feedback_type,
     "max_turns": None,
     "seed": None,
 }
-"""What can be chosen, with what holds where nothing is."""
+"""The fields of the form with their defaults."""
 
 
 def _student(spec: str) -> str:

@@ -1,4 +1,4 @@
-"""What a seat is shown of its lesson, as JSON values."""
+"""The state of a lesson for a seat, as JSON values."""
 
 import io
 from typing import Any
@@ -22,17 +22,17 @@ _MANY_WORDS = 24  # of a world, for each of which there is a button
 def state(
     lessons: OpenLessons, opened: OpenLesson, seat: str, pages: jinja2.Environment, since: str = ""
 ) -> dict[str, Any]:
-    """The lesson as a seat may know it.
+    """The lesson as a seat may see it.
 
     Args:
-        lessons: all that are open.
+        lessons: all open lessons.
         opened: the lesson.
-        seat: who looks.
-        pages: has the macros that draw turns.
-        since: the `mark` of an earlier state; turns that were in that are left out. Empty: all are wanted.
+        seat: the seat.
+        pages: the templates, with the macro of a turn.
+        since: the `mark` of an earlier state, whose turns are left out; empty: none are.
     """
     lesson, terms = opened.lesson, lessons.terms
-    watch = lesson.watch(seat)
+    renderer = lesson.renderer(seat)
     checked = seat != STUDENT or lesson.over
     epoch, _, known = since.partition(".")
     now = f"{lesson.undone}{'c' if checked else 'p'}"
@@ -47,8 +47,8 @@ def state(
         "turns": _drawn(lesson, first, checked, pages),
         "seat": NAMES.get(seat, seat),
         "turn": moment.turn,
-        "most": lesson.plan.max_turns,
-        "total": round(sum(each.reward for each in watch.moments), 6) + 0.0,
+        "most": lesson.session.max_turns,
+        "total": round(sum(each.reward for each in renderer.moments), 6) + 0.0,
         "success": moment.success,
         "over": lesson.over,
         "mine": mine,
@@ -57,13 +57,13 @@ def state(
         "consent": terms.consent,
         "codes": terms.codes,
         "kept": opened.kept,
-        "now": escape_control_chars("".join(piece for piece, _ in watch.text(lesson.view.description()))),
+        "now": escape_control_chars("".join(piece for piece, _ in renderer.text(lesson.view.description()))),
         "said": [
             {"kind": f"{spoken.kind or ''}", "text": escape_control_chars(spoken.text)}
-            for spoken in watch.sentences
-            if watch.heard
+            for spoken in renderer.sentences
+            if renderer.heard
         ],
-        "heard": watch.heard,
+        "heard": renderer.heard,
         "undo": terms.undo and not opened.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
         **(_to_teach(lesson) if seat == TEACHER and mine else {}),
         **(_to_learn(lesson) if seat == STUDENT else {}),
@@ -71,21 +71,21 @@ def state(
 
 
 def _drawn(lesson: PlannedLesson, first: int, checked: bool, pages: jinja2.Environment) -> list[str]:
-    """Each turn from the first one wanted, as HTML."""
+    """The turns from `first` on, as HTML."""
     macro = pages.get_template("theme/episode.html.j2").module.one_turn  # type: ignore[attr-defined]  # a macro of it
     turns = prepare_turns(unpack_turns(pack_turns(lesson.rows[first:])), lesson.family.name)
     return [escape_control_chars(str(macro(turn, checked))) for turn in turns]
 
 
 def _to_teach(lesson: PlannedLesson) -> dict[str, Any]:
-    """What a person can say."""
+    """The choices of a person that teaches."""
     offer = lesson.teacher_view.offer
     if lesson.settings.speech == "message":
         return {"suggestion": escape_control_chars(offer.suggestion())}
     voice, turn = offer.teacher.voice, offer.moment.turn
     return {
         "claims": [
-            # In the first of its paraphrases: which one is said is drawn when it is.
+            # In the first paraphrase; the one that is said is drawn later.
             {
                 "kind": f"{claim.kind}",
                 "text": escape_control_chars(voice.say((claim,), turn, Draws(np.random.default_rng(0)), 0)),
@@ -96,7 +96,7 @@ def _to_teach(lesson: PlannedLesson) -> dict[str, Any]:
 
 
 def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
-    """How a person can act."""
+    """The actions of a person that learns."""
     world = lesson.session.world
     words = list(world.action_words)
     return {
@@ -107,18 +107,18 @@ def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
 
 
 def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
-    """The lesson now as a seat may see it, as a PNG.
+    """The frame of the last turn as a seat may see it, as a PNG.
 
     Raises:
         ValueError: there is no such theme.
     """
-    frame = lesson.watch(seat).themed(theme).frame(lesson.view.description())
+    frame = lesson.renderer(seat).with_theme(theme).frame(lesson.view.description())
     file = io.BytesIO()
-    Image.fromarray(frame).save(file, "png", compress_level=1)  # which is quick, and a third larger
+    Image.fromarray(frame).save(file, "png", compress_level=1)  # fast, and a third larger
     return file.getvalue()
 
 
 def links(opened: OpenLesson, seat: str) -> dict[str, str]:
-    """The secrets of the seats that others are to take, by the names of these."""
+    """The secrets of the seats for other people, by the names of the seats."""
     shares = opened.lesson.plan.seat == seat and seat != WATCHER
     return {NAMES[other]: token for other, token in opened.tokens.items() if other != seat and shares}

@@ -1,4 +1,4 @@
-"""A classroom: one teacher, many students, and never enough attention for all of them."""
+"""A classroom: one teacher with limited attention, and several students."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,13 +7,13 @@ import numpy as np
 from gymnasium import spaces
 
 from pz_envs.assembly import Parts, assemble
-from pz_envs.frames import tiled
+from pz_envs.frames import tile_frames
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import Attention, refuse_messages
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
 from pz_envs.settings import Settings, check_flags
 from pz_envs.subject import Seating, Subject
-from pz_envs.teacher_view import CHOICES, LEGAL, SUBSET_BITS, TRAITS, mask_space, words_space
+from pz_envs.teacher_view import CHOICES, CLAIM_COLUMNS, LEGAL, SUBSET_BITS, mask_space, words_space
 from teachers.atoms import KINDS, SILENCE, Moment
 from teachers.seeds import Seeds
 from teachers.session import CLAIMS, LONGEST, Purse, check_cost, is_count
@@ -30,66 +30,63 @@ _ATTENDED = 5  # the column of `students`
 class ClassroomEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0` to `student_<n - 1>`.
 
-    Each student is taught in a session of its own, as in `TutoringEnv`; they do not hear each other.
+    Each student has a session of its own, as in `TutoringEnv`; students do not hear each other.
 
     Turn order:
-        `reset` gives every student the instruction, free of charge. Then round follows round. In a round the teacher
-        comes first: it has up to `attention` turns, and with each turns to one student, or to nobody, which ends its
-        part of the round. Who was not spoken to hears nothing; but with `speech="kinds"`, if its last text was no
-        action, it hears the notice of that, free of charge. With `speech="message"` it hears that from no one but the
-        teacher. Then every student that is left acts, in the order of the numbers. A student whose episode has ended
-        (its world ended it, `max_cycles` turns are over, or it succeeded, `until_success` holds and the task is not
-        repeated) can be spoken to for the last time in the teacher's next part, after which it is terminated or
-        truncated and leaves `agents`. When the last one leaves, the teacher's seat ends, too: terminated if every
-        student was, else truncated.
+        `reset` gives every student the instruction, free of charge. Then rounds follow. In a round the teacher is
+        first: it has up to `attention` turns, and addresses one student in each, or nobody, which ends its part of the
+        round. A student that is not addressed hears nothing; but with `speech="kinds"`, if its last text was no action,
+        it hears the notice of that, free of charge. With `speech="message"` only the teacher can say so. Then every
+        student that is left acts, in the order of the numbers. A student whose episode has ended (by the world, after
+        `max_cycles` turns, or by success if `until_success` holds and the task is not repeated) can be addressed for
+        the last time in the teacher's next part; then it is terminated or truncated and leaves `agents`. When the last
+        student leaves, the teacher's episode ends, too: terminated if every student was, else truncated.
 
     Student:
-        Observation, action and info are those of `TutoringEnv`'s student. With `ask_cost` it may ask, once a turn: it
-        pays, and is not moved on; at once the teacher has one more turn, and attention for this student alone, to say
-        what advice it wants to give; then the student acts.
+        Observation, action and info are those of `TutoringEnv`'s student. With `ask_cost` it may ask, once a turn. It
+        pays, and its world does not step; the teacher has one extra turn at once, for this student only, to give
+        advice; then the student acts.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of
             `students`, Box (n, 6) float32, per student: turn / max_cycles, 0 to 1; its last reward, in the world's
             `reward_range`; importance of its next action, 0 to the oracle's `max_importance`; 1 if its episode is
-            over, else 0; 1 until it leaves, else 0; 1 if it was spoken to in this round, else 0;
-            `available`, MultiBinary (n, 5): the kinds of which there is a claim to say to it, in the order
-            r, hp, hn, fp, fn;
+            over, else 0; 1 until it leaves, else 0; 1 if it was addressed in this round, else 0;
+            `available`, MultiBinary (n, 5): the kinds of which there is a claim for it, in the order r, hp, hn, fp, fn;
             `purse`, Box (2,) float32: share of the round's attention and share of the budget that are left, 0 to 1;
             `action_mask`, int8 (1 + 31 n,);
             `asking`, MultiBinary (n,), only with `ask_cost`: the student that asks.
         Action: Discrete(1 + 31 n). 0: nobody; `address(i, subset)` = 31 i + subset: to student i the claims of a subset
         of the kinds, bit j of `subset` (1 to 31) for kind j.
     Teacher, `speech="claims"`:
-        As with `kinds`, with 32 in place of 31: `address(i, c)` = 32 i + c says the one claim c (1 to 32) of those that
-        there are to say to student i; and `claims`, Box (n, 32, 8) int8, what is to be known of each of them, as in
-        `TutoringEnv`.
+        As with `kinds`, with 32 in place of 31: `address(i, c)` = 32 i + c says claim c (1 to 32) of those for student
+        i; and `claims`, Box (n, 32, 8) int8, the kind and the role of each claim, as in `TutoringEnv`.
     Teacher, `speech="message"`:
         Observation: Dict of `student_<i>`, each a Dict of `state` and `action` (`Prose`), the student's world and last
         action as text, both empty once it has left.
         Action: Dict of `student`, Discrete(n + 1), 0 for nobody, i + 1 for student i, and `words`, `Prose`; an
-        `Utterance` brings its atoms along. What words say of the instruction is not repeated.
+        `Utterance` brings its atoms along. Atoms of the instruction are left out.
     Info of the teacher: the privileged `moments`, a tuple with a `Moment` per student; `asking`, the number of the
-    student who asks, if one does; with `kinds` also `trimmed`, the kinds of its last action of which nothing was said,
-    as a subset's number; with `message` also `suggestions`, per student what its own teacher would say (empty for who
-    has left), and `suggestion`, what it would answer.
-    To turn to a student who has left, or a second time in a round, is to waste that attention.
+    student that asks, if one does; with `kinds` also `trimmed`, the kinds of its last action of which nothing was said,
+    as a subset's number; with `message` also `suggestions`, per student what the personality would say (empty for a
+    student that has left), and `suggestion`, its answer to a question.
+    Attention for a student that has left, or for the second time in a round, is lost.
 
     Rewards: at a student's step it gets its world's reward, and the teacher its `teacher_reward`; so over a round the
-    teacher gets the sum over the class. At the teacher's step it pays `attention_cost` for turning to a student, and
-    `cost` for each atom of feedback, out of one `budget` for the whole class.
+    teacher gets the sum over the class. At the teacher's step it pays `attention_cost` for addressing a student, and
+    `cost` for each atom of feedback; one `budget` is for the whole class.
 
     Seeds: `reset(seed)` gives the seed itself to the first student's `TutoringEnv`, and to all of them with
-    `same_world`: then all begin in equal worlds, whose random streams are equal, too; the others get seeds that are
-    drawn. Without a seed the streams go on.
+    `same_world`: then all begin in equal worlds with equal random streams. Else the seeds of the others are drawn.
+    Without a seed the streams go on.
 
     Args:
-        lessons: the parts of one session per student, all alike, which share the purse.
-        settings: of each of them.
+        lessons: the parts of one session per student, with equal settings and one purse.
+        settings: of each session.
         name: for `metadata`.
-        attention: students that the teacher can turn to in a round, 1 to their number.
+        attention: students that the teacher can address in a round, 1 to their number.
         same_world: whether all students begin in equal worlds.
-        attention_cost: paid by the teacher for turning to a student, at least 0.
+        attention_cost: paid by the teacher for addressing a student, at least 0.
 
     Raises:
         ValueError: an argument is not allowed.
@@ -116,13 +113,13 @@ class ClassroomEnv(SeatsEnv):
         check_flags(same_world=same_world)
         super().__init__(f"classroom_{name}", settings.speech, settings.render_mode)
         self.sessions = tuple(parts.session for parts in lessons)
-        """One per student."""
+        """The session of each student."""
         self.student_views = tuple(parts.student_view for parts in lessons)
-        """What each student sees."""
+        """The view of each student."""
         self.teacher_views = tuple(parts.teacher_views[0] for parts in lessons)
-        """What the teacher sees of each student."""
+        """The teacher's view of each student's session."""
         self.purse, self.max_turns = self.teacher_views[0].offer.purse, self.sessions[0].max_turns
-        self._sayings: int = CHOICES.get(settings.speech, 2) - 1  # to choose from, for one student
+        self._choices: int = CHOICES.get(settings.speech, 2) - 1  # actions for one student
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}
@@ -131,14 +128,14 @@ class ClassroomEnv(SeatsEnv):
         self._rows: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
         self.seeds = Seeds()
         """The streams of this environment's episodes, beside those of the sessions."""
-        self.observation_spaces[TEACHER] = self._teachers_view()
-        self.action_spaces[TEACHER] = self._teachers_choice()
+        self.observation_spaces[TEACHER] = self._teacher_observation_space()
+        self.action_spaces[TEACHER] = self._teacher_action_space()
         for student, view in zip(self.students, self.student_views, strict=True):
             self.observation_spaces[student], self.action_spaces[student] = view.observation_space, view.action_space
 
     def address(self, student: int, said: int) -> int:
         """The teacher's action that says a subset of the kinds (1 to 31) or a claim (1 to 32) to a student (from 0)."""
-        return self._sayings * student + said
+        return self._choices * student + said
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin an episode; without a seed the random streams go on. `options` are the worlds'."""
@@ -164,7 +161,7 @@ class ClassroomEnv(SeatsEnv):
         self._open_class()
 
     @property
-    def truth_now(self) -> tuple[Any, ...]:
+    def current_truth(self) -> tuple[Any, ...]:
         """The truth of each student's world."""
         return tuple(session.moment.after for session in self.sessions)
 
@@ -200,7 +197,7 @@ class ClassroomEnv(SeatsEnv):
         }
         if self.speech == "claims":
             present = set(self._class)
-            blank = np.zeros((CLAIMS, len(TRAITS)), np.int8)
+            blank = np.zeros((CLAIMS, len(CLAIM_COLUMNS)), np.int8)
             tables = [teacher.table() if i in present else blank for i, teacher in enumerate(self.teacher_views)]
             observation["claims"] = np.array(tables)
         if self.sessions[0].ask_cost is not None:
@@ -208,17 +205,17 @@ class ClassroomEnv(SeatsEnv):
         return observation
 
     def moment_of(self, student: str) -> Moment[Any]:
-        """A student's last turn."""
+        """The last moment of a student: privileged."""
         return self.sessions[self._number[student]].moment
 
     def as_text(self) -> str:
-        """Every student's session."""
+        """The text of each session."""
         views = zip(self.students, self.student_views, strict=True)
         return "\n\n".join(f"{student}: {view.as_text()}" for student, view in views)
 
     def frame(self) -> Frame:
-        """A frame of every session, in rows; more than four at half their size."""
-        return tiled([view.frame() for view in self.student_views])
+        """The frames of all sessions, in rows; more than four at half their size."""
+        return tile_frames([view.frame() for view in self.student_views])
 
     def close(self) -> None:
         """Close the window and the worlds."""
@@ -226,7 +223,7 @@ class ClassroomEnv(SeatsEnv):
         for session in self.sessions:
             session.world.close()
 
-    def _parties(self) -> str:
+    def _describe_seats(self) -> str:
         return f"students={len(self.sessions)} {self.sessions[0].teacher!r}"
 
     def _act(self, agent: str, action: Any) -> None:
@@ -239,7 +236,7 @@ class ClassroomEnv(SeatsEnv):
         self._pay(agent, self.teacher_views[i].reward(), reward)
         if self.sessions[i].asked:
             self._asking, self._rows = i, None
-            self.infos[TEACHER] = self._privilege()
+            self.infos[TEACHER] = self._teacher_info()
             self.agent_selection = TEACHER
             return
         self._next += 1
@@ -257,10 +254,10 @@ class ClassroomEnv(SeatsEnv):
             session.suggest() if self.speech == "message" and i in self._unheard else SILENCE
             for i, session in enumerate(self.sessions)
         )
-        self.infos[TEACHER] = self._privilege()
+        self.infos[TEACHER] = self._teacher_info()
         self.agent_selection = TEACHER
 
-    def _privilege(self) -> dict[str, Any]:
+    def _teacher_info(self) -> dict[str, Any]:
         """The teacher's info."""
         info: dict[str, Any] = {"moments": self._moments}
         if self.speech == "message":
@@ -274,9 +271,9 @@ class ClassroomEnv(SeatsEnv):
         return info
 
     def _teach(self, action: Any) -> None:
-        """A turn of the teacher."""
-        i, said = self._understand(action)
-        self._trimmed = 0 if i is None else said  # all of it, unless it is heard
+        """The teacher's turn."""
+        i, said = self._parse_action(action)
+        self._trimmed = 0 if i is None else said  # all of it, until it is heard
         reward = 0.0
         if self._asking is not None:
             self._answer(self._asking, i, said)
@@ -287,14 +284,14 @@ class ClassroomEnv(SeatsEnv):
             self._left -= 1
             reward = -self.attention_cost
             if i in self._unheard:
-                reward += self._tell(i, said)
+                reward += self._address(i, said)
         self._pay(TEACHER, reward, 0.0)
-        self.infos[TEACHER] = self._privilege()
+        self.infos[TEACHER] = self._teacher_info()
         if not self._left or not self._unheard:
-            self._dismiss()
+            self._end_teacher_part()
 
     def _answer(self, asking: int, i: int | None, said: Any) -> None:
-        """What the teacher says to a student who asks; what it says to another one is not heard."""
+        """The teacher's answer to the student that asks; words for another student are not heard."""
         reward = 0.0 if i is None else -self.attention_cost
         if i == asking:
             reward += self._say(asking, said)
@@ -302,11 +299,11 @@ class ClassroomEnv(SeatsEnv):
             self._end_turn(asking)
         self._pay(TEACHER, reward, 0.0)
         self._asking, self._rows = None, None
-        self.infos[TEACHER] = self._privilege()
+        self.infos[TEACHER] = self._teacher_info()
         self.agent_selection = self.students[asking]
 
     def _say(self, i: int, said: Any) -> float:
-        """Let a student hear something; the teacher's reward for that."""
+        """Speak to a student; returns the teacher's reward."""
         session, teacher = self.sessions[i], self.teacher_views[i]
         reward = teacher.act(said)
         if not session.heard:  # one claim a turn
@@ -315,15 +312,15 @@ class ClassroomEnv(SeatsEnv):
         return reward
 
     def _end_turn(self, i: int) -> None:
-        """Let a student hear nothing, but for a notice that its text was no action, which is free."""
+        """Say nothing to a student, except for the free notice that its text was no action."""
         session = self.sessions[i]
         if self.speech == "message" or session.asked:
             session.say(SILENCE)
         else:
             session.say_kinds(0)
 
-    def _understand(self, action: Any) -> tuple[int | None, Any]:
-        """The student that an action turns to, and what it says: a subset or words.
+    def _parse_action(self, action: Any) -> tuple[int | None, Any]:
+        """The student that an action addresses, and what it says: a subset, a claim's number or words.
 
         Raises:
             ValueError: the action is outside the action space.
@@ -337,27 +334,27 @@ class ClassroomEnv(SeatsEnv):
                 )
             student = int(action["student"]) - 1
             return (None if student < 0 else student), action["words"]
-        last = self._sayings * len(self.sessions)
+        last = self._choices * len(self.sessions)
         if not (type(action) is int and 0 <= action <= last) and not space.contains(action):
             raise ValueError(f"the teacher's action must be an integer from 0 to {last}, got {action!r}")
-        student, said = divmod(int(action) - 1, self._sayings)
+        student, said = divmod(int(action) - 1, self._choices)
         return (None if student < 0 else student), said + 1
 
-    def _tell(self, i: int, said: Any) -> float:
-        """Say something to a student; the teacher's reward for that."""
+    def _address(self, i: int, said: Any) -> float:
+        """Speak to a student that has not been addressed in this round; returns the teacher's reward."""
         del self._unheard[i]
         reward = self._say(i, said)
         if self._rows is not None:
             rows, true, mask = self._rows
             rows[i, _ATTENDED] = 1
-            mask[1 + self._sayings * i : 1 + self._sayings * (i + 1)] = 0
+            mask[1 + self._choices * i : 1 + self._choices * (i + 1)] = 0
             if not self.purse.left:
                 true[:] = 0
                 mask[1:] = 0
         return reward
 
-    def _dismiss(self) -> None:
-        """End the teacher's part of the round: silence for the others, the end for whose episode is over."""
+    def _end_teacher_part(self) -> None:
+        """End the teacher's part of the round: the others hear nothing, and students whose episode is over leave."""
         for i in self._unheard:
             self._end_turn(i)
         self._unheard = {}
@@ -388,10 +385,10 @@ class ClassroomEnv(SeatsEnv):
         self._paid = agent
 
     def _table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What the teacher sees of each student, the kinds that are true, and the mask of its actions."""
+        """The teacher's `students`, `available` and `action_mask`."""
         rows, true, legal = [], [], []
         present = set(self._class)
-        nothing = np.zeros(self._sayings, np.int8)
+        nothing = np.zeros(self._choices, np.int8)
         for i, teacher in enumerate(self.teacher_views):
             turn, reward, importance, _, over = teacher.features()
             here = i in present
@@ -404,18 +401,18 @@ class ClassroomEnv(SeatsEnv):
                 legal.append(nothing)
             else:
                 legal.append(LEGAL[available, 1:] if self.speech == "kinds" else teacher.choices()[1:])
-        mask = np.ones(1 + self._sayings * len(rows), np.int8)
+        mask = np.ones(1 + self._choices * len(rows), np.int8)
         mask[1:] = np.concatenate(legal)
         return np.array(rows, np.float32), SUBSET_BITS[true], mask
 
-    def _teachers_view(self) -> spaces.Dict:
+    def _teacher_observation_space(self) -> spaces.Dict:
         count = len(self.sessions)
         if self.speech == "message":
             return spaces.Dict({student: words_space() for student in self.students})
         low, high = self.teacher_views[0].feature_bounds()
         more: dict[str, spaces.Space[Any]] = {}
         if self.speech == "claims":
-            more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(TRAITS)), np.int8)
+            more["claims"] = spaces.Box(0, 1, (count, CLAIMS, len(CLAIM_COLUMNS)), np.int8)
         if self.sessions[0].ask_cost is not None:
             more["asking"] = spaces.MultiBinary(count)
         keep = [0, 1, 2, 4, 4, 4]  # presence and attendance have the bounds of `over`
@@ -424,16 +421,16 @@ class ClassroomEnv(SeatsEnv):
                 "students": spaces.Box(np.tile(low[keep], (count, 1)), np.tile(high[keep], (count, 1))),
                 "available": spaces.MultiBinary((count, len(KINDS))),
                 "purse": spaces.Box(0, 1, (2,), np.float32),
-                "action_mask": mask_space(1 + self._sayings * count),
+                "action_mask": mask_space(1 + self._choices * count),
                 **more,
             }
         )
 
-    def _teachers_choice(self) -> spaces.Space[Any]:
+    def _teacher_action_space(self) -> spaces.Space[Any]:
         count = len(self.sessions)
         if self.speech == "message":
             return spaces.Dict({"student": spaces.Discrete(count + 1), "words": Prose(LONGEST)})
-        return spaces.Discrete(1 + self._sayings * count)
+        return spaces.Discrete(1 + self._choices * count)
 
 
 class Classroom(Seating):
@@ -451,15 +448,15 @@ class Classroom(Seating):
         same_world: bool = False,
         attention_cost: float = 0.01,
     ) -> ClassroomEnv:
-        """One teacher and its students; see `ClassroomEnv`. One budget is for the whole class.
+        """One teacher and several students; see `ClassroomEnv`.
 
         Args:
-            subject: what is taught.
-            settings: of each student's lesson.
-            students: how many, 1 to 64.
-            attention: students that the teacher can turn to in a round, 1 to their number.
+            subject: the subject.
+            settings: of each session; the budget is for the whole class.
+            students: their number, 1 to 64.
+            attention: students that the teacher can address in a round, 1 to their number.
             same_world: whether all students begin in equal worlds.
-            attention_cost: paid by the teacher for turning to a student, at least 0.
+            attention_cost: paid by the teacher for addressing a student, at least 0.
 
         Raises:
             ValueError: an argument is not allowed.
@@ -479,7 +476,7 @@ class Classroom(Seating):
     def parallel_env(
         self, subject: Subject, settings: Settings, *, rule: str = "round_robin", **own: Any
     ) -> ParallelSeats:
-        """The students, which act at the same time; a scripted teacher divides its attention by a rule.
+        """The students, which act at the same time; a scripted teacher divides its attention among them by a rule.
 
         See `pz_envs.scripted.Attention` for the rules, and `pz_envs.parallel_seats.ParallelSeats`.
 

@@ -1,4 +1,4 @@
-"""A panel: several teachers, who need not agree, and one student."""
+"""A panel: several teachers, which may disagree, and one student."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +8,7 @@ from gymnasium import spaces
 
 from pz_envs.assembly import Parts, assemble
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import Frank, refuse_messages
+from pz_envs.scripted import SayAll, refuse_messages
 from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
@@ -29,7 +29,7 @@ def check_teachers(teachers: Any) -> None:
     """Check the teachers of a panel.
 
     Raises:
-        ValueError: they are no list, or too few or too many.
+        ValueError: they are not a list, or not 1 to 16.
     """
     if isinstance(teachers, str) or not isinstance(teachers, Sequence):
         raise ValueError(f"teachers must be a list of 1 to {MOST}, such as ['oracle', 'silent'], got {teachers!r}")
@@ -41,30 +41,30 @@ class PanelEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` to `teacher_<m - 1>` and `student_0`, over one session.
 
     Turn order:
-        `reset` gives the student the instruction, free of charge. Then round follows round: each teacher speaks once,
-        then the student acts. With `order="fixed"` the teachers speak in the order of their numbers, with `random` in
-        an order that is drawn anew for each round. After the student's last action each teacher has a last word; then
-        all seats end together, and the student reads the last words in its dead step's `last()`.
+        `reset` gives the student the instruction, free of charge. Then rounds follow: each teacher speaks once, then
+        the student acts. With `order="fixed"` the teachers speak in the order of their numbers, with `random` in
+        an order that is drawn anew for each round. After the student's last action each teacher speaks once
+        more; then all agents end together, and the student has these words in the `last()` of its dead step.
 
     Student:
-        Observation: that of `TutoringEnv`'s student, where `feedback` is what all teachers said, in the order in which
-        they spoke; and `said`, Dict of `teacher_<i>` (`Prose`), what each of them said. Action and info are those of
-        `TutoringEnv`; each atom tells its `speaker`.
+        Observation: that of `TutoringEnv`'s student, where `feedback` has the words of all teachers, in the order in
+        which they spoke; and `said`, Dict of `teacher_<i>` (`Prose`), the words of each. Action and info are those of
+        `TutoringEnv`; each atom has its `speaker`.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of `available`, `features` and `action_mask` as in `TutoringEnv`, with its own budget, and
         `heard`, MultiBinary (5): the kinds that others have said before it in this round, in the order r, hp, hn, fp,
-        fn. Action: Discrete(32), the subset of the kinds to say. What it can say are the claims of its own personality.
+        fn. Action: Discrete(32), the subset of the kinds to say. It can say the claims of its own personality.
     Teacher, `speech="claims"`:
-        As with `kinds`, and as in `TutoringEnv`: it is asked again after each claim that it says.
+        As with `kinds`, and as in `TutoringEnv`: it acts again after each claim.
     Teacher, `speech="message"`:
-        Observation: Dict of `state`, `action` (`Prose`) as in `TutoringEnv`, and `heard` (`Prose`), what others have
-        said before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. What it says of the
-        instruction is not repeated.
-    The notice that the student's text was no action is heard from the first who gives it in a round.
+        Observation: Dict of `state`, `action` (`Prose`) as in `TutoringEnv`, and `heard` (`Prose`), the words of others
+        before it in this round. Action: `Prose`; an `Utterance` brings its atoms along. Atoms of the instruction are
+        left out.
+    Of the notice that the student's text was no action only the first in a round is heard.
     Info: the privileged `moment`; with `kinds` also `trimmed`, with `message` `suggestion`, with `claims` `claims`
     and `sentences`, as in `TutoringEnv`.
-    A student who asks (`ask_cost`) asks all teachers: a round of answers follows, and then it acts.
+    A student that asks (`ask_cost`) asks all teachers: a round of answers follows, and then it acts.
 
     Rewards: at the student's step the student gets the world's reward, and each teacher its `teacher_reward`, by its
     own oracle; at its own step a teacher pays `cost` for each atom of feedback, within a `budget` of its own.
@@ -90,7 +90,7 @@ class PanelEnv(SeatsEnv):
         self.session, self.student_view, views = parts
         self.order, self.max_turns = order, self.session.max_turns
         self.teacher_views = {f"{TEACHER[:-1]}{i}": view for i, view in enumerate(views)}
-        """Per agent what it sees and does."""
+        """The view of each teacher, by agent."""
         self.teachers = tuple(self.teacher_views)
         self.possible_agents = [*self.teacher_views, STUDENT]
         said = spaces.Dict({teacher: Prose(LONGEST) for teacher in self.teacher_views})
@@ -112,8 +112,8 @@ class PanelEnv(SeatsEnv):
         self._enter()
 
     @property
-    def truth_now(self) -> Any:
-        """The world's truth as it is."""
+    def current_truth(self) -> Any:
+        """The current truth of the world."""
         return self.session.moment.after
 
     def _enter(self) -> None:
@@ -136,16 +136,16 @@ class PanelEnv(SeatsEnv):
         return observation
 
     def moment_of(self, student: str) -> Moment[Any]:
-        """The student's last turn."""
+        """The student's last moment: privileged."""
         return self.session.moment
 
     def as_text(self) -> str:
-        """The world, and the last words of each teacher."""
+        """The world and the last words of each teacher."""
         words = "\n".join(f"{teacher}: {said}" for teacher, said in self._said.items())
         return f"{self.student_view.as_text()}\n{words}"
 
     def frame(self) -> Frame:
-        """The session, where each sentence has its speaker."""
+        """The frame of the last turn, where each sentence has its speaker."""
         return self.student_view.frame()
 
     def close(self) -> None:
@@ -153,7 +153,7 @@ class PanelEnv(SeatsEnv):
         super().close()
         self.session.world.close()
 
-    def _parties(self) -> str:
+    def _describe_seats(self) -> str:
         return f"{[offer.teacher for offer in self.session.offers]}"
 
     def _act(self, agent: str, action: Any) -> None:
@@ -213,7 +213,7 @@ class Panel(Seating):
         """Several teachers and one student; see `PanelEnv`.
 
         Args:
-            subject: what is taught.
+            subject: the subject.
             settings: of the lesson; cost and budget are each teacher's own.
             teachers: 1 to 16 personalities.
             order: `fixed` or `random`.
@@ -223,14 +223,16 @@ class Panel(Seating):
         """
         check_teachers(teachers)
         if settings.teacher != Settings().teacher:
-            raise ValueError(f"a panel has teachers=[...], not teacher={settings.teacher!r}")
+            raise ValueError(f"a panel does not use teacher={settings.teacher!r}; give its teachers as teachers=[...]")
         if settings.numbers:
-            raise ValueError("a panel's student hears each of its teachers in words; allowed: numbers=False")
+            raise ValueError(
+                "numbers=True is not supported in a panel, whose student hears each teacher in words; allowed: False"
+            )
         parts = assemble(subject, settings, personalities=teachers, instructs=True)
         return PanelEnv(parts, settings, subject.name, order=order)
 
     def parallel_env(self, subject: Subject, settings: Settings, **own: Any) -> ParallelSeats:
-        """The student alone; each teacher says all that its personality would say.
+        """The student alone; each teacher says all that its personality lets through.
 
         Raises:
             ValueError: an argument is not allowed, such as `speech="message"`.
@@ -238,7 +240,7 @@ class Panel(Seating):
         refuse_messages(settings.speech)
         env = self.seats(subject, settings, **own)
         teachers = [agent for agent in env.possible_agents if agent != STUDENT]
-        return ParallelSeats(env, {teacher: Frank() for teacher in teachers})
+        return ParallelSeats(env, {teacher: SayAll() for teacher in teachers})
 
 
 SEATING = Panel()

@@ -15,47 +15,46 @@ __all__ = ["SEATING", "Tutoring", "TutoringEnv"]
 class TutoringEnv(SeatsEnv):
     """An AEC environment with the agents `teacher_0` and `student_0`: the two seats of a `teachers.session.Session`.
 
-    The teacher opens; then student and teacher alternate, and the teacher has the last word: after the student's final
-    action nothing terminates until the teacher has spoken.
+    The teacher is first; then student and teacher alternate, and the teacher is last: after the student's final action
+    the episode ends when the teacher has spoken.
 
     Student:
         Observation: Dict of `state` (the world's space; `Prose` with `text=True`), `instruction` and `feedback`
-        (`Prose`), what the teacher last said, and `image`, if there is one. Of an opening utterance with atoms the
-        advice for the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
+        (`Prose`), the teacher's last words, and `image`, if there is one. In an opening utterance with atoms the advice
+        for the first action is feedback and the rest is the instruction. Action: the world's space; `Prose` with
         `text=True`. A text that is no action is a `ParseFailure` (in the info as `parse_failure`): the world does not
-        step, the turn counts. Info: what the world says, with `success`, and `atoms`, what was said last.
-        With `numbers=True` the observation is one flat Box, float32, of the state and of what was said; see
-        `pz_envs.numbers`, and `student_view.fields` for what is where. The action is the world's, the info has no
-        `atoms`.
+        step, the turn counts. Info: the world's, with `success`, and `atoms`, the claims heard last.
+        With `numbers=True` the observation is one flat Box, float32, of the state and the claims; see
+        `pz_envs.numbers`, and `student_view.fields` for its layout. The action is the world's, the info has no `atoms`.
 
     Teacher, `speech="message"`:
         Observation: Dict of `state` and `action` (`Prose`), the world and the student's last action as text.
-        Action: `Prose`; an `Utterance` brings its atoms along, of which those are heard that `feedback_type` allows.
-        Info: the privileged `moment`, and `suggestion`, the utterance that the seat's own teacher would say.
+        Action: `Prose`; an `Utterance` brings its atoms along, of which the student hears those that `feedback_type`
+        allows. Info: the privileged `moment`, and `suggestion`, the utterance of the session's teacher.
 
     Teacher, `speech="kinds"`:
         Observation: Dict of
-            `available`, MultiBinary(5): the kinds of which there is a claim to say, in the order r, hp, hn, fp, fn;
+            `available`, MultiBinary(5): the kinds of which there is a claim, in the order r, hp, hn, fp, fn;
             `features`, Box (5,) float32: turn / max_turns, 0 to 1; the last reward, in the world's `reward_range`;
             importance of the next action, 0 to the oracle's `max_importance`; share of the budget that is left, 0 to 1,
             1 without a budget; 1 if the episode is over, else 0;
             `action_mask`, int8 (32,).
-        The claims are those of the seat's own teacher after its personality: true, if that does not err.
-        Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds of which there is nothing to say are
-        not said. `reset` says the instruction itself. Info: the privileged `moment`, and `trimmed`, the kinds of its
-        last action of which nothing could be said, as a subset's number.
+        The claims are those of the session's teacher after its personality, which may be false if it errs.
+        Action: Discrete(32), the subset of kinds to say, bit i for kind i; kinds without a claim are skipped. The
+        instruction is given by `reset`. Info: the privileged `moment`, and `trimmed`, the kinds of its last action of
+        which nothing could be said, as a subset's number.
 
     Teacher, `speech="claims"`:
-        Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim that
-        there is to say its kind, one of five, and whether it is about an action, a plan, or an edit of a text.
-        Action: Discrete(33): i says claim i - 1, and the seat is asked again; 0, or what cannot be said, ends the
-        teacher's turn, which ends by itself when nothing else can be said. The student hears all of it at once, in
-        speaking order. Info: the privileged `moment`; `claims`, those of the numbers; and `sentences`, their sound.
+        Observation: as with `kinds`, with `action_mask` int8 (33,), and `claims`, Box (32, 8) int8: per claim
+        its kind, one of five, and whether it is about an action, a plan, or an edit of a text.
+        Action: Discrete(33): i says claim i - 1, and the teacher acts again; 0, or a masked action, ends the teacher's
+        turn, which also ends when no other claim can be said. The student hears all claims at once, in speaking order.
+        Info: the privileged `moment`; `claims`, in the order of the numbers; and `sentences`, one wording of each.
 
-    Asking, with `ask_cost`: in place of an action the student may ask, once a turn; see `pz_envs.asking` for how. The
-    world does not step and the turn does not count; the teacher is asked for its advice (fp, fn) on the moment, its
-    observation has one more entry `asked`, MultiBinary(1), its info `asked`, and then the student acts. A second
-    question in a turn is taken for a text that is no action: it costs the turn.
+    Asking, with `ask_cost`: in place of an action the student may ask, once a turn; see `pz_envs.asking` for the
+    action. The world does not step and the turn does not count; the teacher gives advice (fp, fn) on the moment, with
+    one more entry `asked`, MultiBinary(1), in its observation and `asked` in its info; then the student acts. A second
+    question in a turn is handled as a text that is no action: it costs the turn.
 
     Rewards: at the student's step it gets the world's reward, or pays `ask_cost` for a question, and the teacher gets
     its `teacher_reward`; at its own step the teacher pays `cost` for each atom of feedback, one for a text without any.
@@ -89,8 +88,8 @@ class TutoringEnv(SeatsEnv):
         self._enter()
 
     @property
-    def truth_now(self) -> Any:
-        """The world's truth as it is."""
+    def current_truth(self) -> Any:
+        """The current truth of the world."""
         return self.session.moment.after
 
     def observe(self, agent: str) -> Any:
@@ -102,7 +101,7 @@ class TutoringEnv(SeatsEnv):
         )
 
     def moment_of(self, student: str) -> Moment[Any]:
-        """The student's last turn."""
+        """The student's last moment: privileged."""
         return self.session.moment
 
     def as_text(self) -> str:
@@ -110,7 +109,7 @@ class TutoringEnv(SeatsEnv):
         return self.student_view.as_text()
 
     def frame(self) -> Frame:
-        """The episode now, uint8 (480, 640, 3)."""
+        """The frame of the last turn, uint8 (480, 640, 3)."""
         return self.student_view.frame()
 
     def close(self) -> None:
@@ -118,13 +117,13 @@ class TutoringEnv(SeatsEnv):
         super().close()
         self.session.world.close()
 
-    def _parties(self) -> str:
+    def _describe_seats(self) -> str:
         return f"{self.session.teacher!r}"
 
     def _enter(self) -> None:
         self._open()
         self.infos[STUDENT] = self.student_view.info()
-        self._pass_to_teacher()
+        self._select_teacher()
 
     def _act(self, agent: str, action: Any) -> None:
         if agent == STUDENT:
@@ -135,7 +134,7 @@ class TutoringEnv(SeatsEnv):
             self._cumulative_rewards[TEACHER] += paid
             self._cumulative_rewards[STUDENT] = 0.0 + reward
             self.infos[STUDENT] = self.student_view.info()
-            self._pass_to_teacher()
+            self._select_teacher()
         else:
             cost = self.teacher_view.act(action)
             self.rewards = {TEACHER: cost, STUDENT: 0.0}
@@ -143,14 +142,14 @@ class TutoringEnv(SeatsEnv):
             if self.speech == "kinds" and self.teacher_view.offer.trimmed != self.infos[TEACHER]["trimmed"]:
                 self.infos[TEACHER] = {**self.infos[TEACHER], "trimmed": self.teacher_view.offer.trimmed}
             if self.session.heard:
-                self._pass_to_student()
+                self._select_student()
 
-    def _pass_to_teacher(self) -> None:
+    def _select_teacher(self) -> None:
         self.infos[TEACHER] = self.teacher_view.info()
         self.agent_selection = TEACHER
 
-    def _pass_to_student(self) -> None:
-        """The student reads what was said, which ends a finished episode."""
+    def _select_student(self) -> None:
+        """Select the student, with the teacher's words in its info; a finished episode ends."""
         session = self.session
         if session.over:
             self.terminations = dict.fromkeys(self.agents, session.terminated)

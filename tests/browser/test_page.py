@@ -157,7 +157,7 @@ def test_people_agree_first(visitor, tmp_path):
         visitor.shows("#consent", "We keep what you do <here>.")
         assert not visitor.one("#lesson").is_displayed()
         visitor.press("Sit down")
-        visitor.shows("#problem-sit", "you have to agree")
+        visitor.shows("#problem-sit", "you must agree")
         visitor.click("input[name=agreed]")
         visitor.one("#participant").send_keys("p07" + Keys.ENTER)
         visitor.until(lambda: visitor.one("#lesson").is_displayed(), "lesson")

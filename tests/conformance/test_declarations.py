@@ -22,13 +22,13 @@ def test_what_a_family_declares_is_there(family):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"world": "Wrold"}, f"declares {NAME}, which is not in order: AttributeError"),
+        ({"world": "Wrold"}, f"declares {NAME}, which fails to load: AttributeError"),
         ({"world": "pathlib:Path"}, "pathlib:Path is no World"),
-        ({"oracle": "worlds.wrold:Oracle"}, "declares oracle, which is not in order: ModuleNotFoundError"),
+        ({"oracle": "worlds.wrold:Oracle"}, "declares oracle, which fails to load: ModuleNotFoundError"),
         ({"oracle": "pathlib:Path"}, "pathlib:Path is no Oracle"),
-        ({"phrases": "teachers.phrases:none.toml"}, "declares phrases, which is not in order"),
-        ({"environments": {NAME: {"no_such_option": 1}}}, f"declares {NAME}, which is not in order: ValueError"),
-        ({"environments": {}, "showcase": ()}, "has no environments, or shows none"),
+        ({"phrases": "teachers.phrases:none.toml"}, "declares phrases, which fails to load"),
+        ({"environments": {NAME: {"no_such_option": 1}}}, f"declares {NAME}, which fails to load: ValueError"),
+        ({"environments": {}, "showcase": ()}, "has no environments, or no showcase"),
         ({"showcase": ("typo-v0",)}, "names environments that it does not have: typo-v0"),
         ({"sampled": ("typo-v0",)}, "names environments that it does not have: typo-v0"),
         ({"aliases": {"other-v0": "typo-v0"}}, "names environments that it does not have: typo-v0"),

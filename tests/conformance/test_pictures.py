@@ -124,7 +124,7 @@ def test_frames_hide_what_is_hidden(entry):
     for _ in range(4):
         if any(env.step(env.session.world.sample_action(rng))[2:4]):
             break
-    frame, watch = env.render(), env.student_view.watch
+    frame, watch = env.render(), env.student_view.renderer
     watch.turns = list(watch.picture.alike(watch.turns, rng))
     assert np.array_equal(env.render(), frame)
 

@@ -163,7 +163,7 @@ class Cut(EditClaim):
         (GoSomewhere(action=1), "Go there.", None),
         (Way(actions=(0, 1)), "The way: 0, 1.", None),
         (Write(line=2, words="two words", ordinal="2"), "Line 2: two words.", None),
-        (Go(action=1), "Go there.", "the slot 'action' of Go is '1', in 'Go there.': it is not there"),
+        (Go(action=1), "Go there.", "the slot 'action' of Go is '1', in 'Go there.': it is not in the sentence"),
         (
             GoInWords(action=1),
             "Go number 1.",

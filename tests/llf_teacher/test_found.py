@@ -51,7 +51,7 @@ def test_dir_shows_it_before_anything_was_asked_for():
         ),
         (
             lambda: pettingzoo.make("parallel", "llf/gridworld-v0", **SETTINGS),
-            f"<InTurns <TutoringEnv llf/gridworld-v0 speech='message' {TUTOR}>>",
+            f"<TurnBasedParallelEnv <TutoringEnv llf/gridworld-v0 speech='message' {TUTOR}>>",
         ),
         (
             lambda: pettingzoo.make("aec", "llf/gridworld-classroom-v0", students=2, **SETTINGS),
@@ -66,7 +66,7 @@ def test_dir_shows_it_before_anything_was_asked_for():
             lambda: pettingzoo.make(
                 "parallel", "llf/gridworld-panel-v0", teachers=["mistake(eps=0.2)"], feedback_type="hp+fp"
             ),
-            f"<ParallelSeats <PanelEnv llf/gridworld-panel-v0 speech='kinds' [{TUTOR}]>, with teacher_0: Frank()>",
+            f"<ParallelSeats <PanelEnv llf/gridworld-panel-v0 speech='kinds' [{TUTOR}]>, with teacher_0: SayAll()>",
         ),
         (
             lambda: gymnasium.make_vec(GRIDWORLD, 2, feedback_type="fp"),

@@ -8,8 +8,9 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
 import llf_teacher
-from llf_teacher.gym.lifetime import FIELDS, drawn
+from llf_teacher.gym.lifetime import FIELDS
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.variation import draw_student
 from teachers.session import SUBSETS
 from worlds.testing import plain
 
@@ -227,7 +228,7 @@ def test_parameters_are_drawn_at_reset():
     assert {student.trust for student in students} == {0, 1}
     assert all(student.optimism == 0 for student in students)
     assert env.reset(seed=3)[1]["student"] == specs[3]
-    one = drawn(parse_student("ucb"), {"scale": (2.0, 2.0)}, np.random.default_rng(0))
+    one = draw_student(parse_student("ucb"), {"scale": (2.0, 2.0)}, np.random.default_rng(0))
     assert str(one) == "ucb(scale=2.0)"
 
 
@@ -301,7 +302,7 @@ def test_announcements_go_through_gymnasiums_vectors(vector, episodes):
 
 
 def test_who_cannot_announce_is_refused_however_it_is_made():
-    refused = pytest.raises(ValueError, match=r"cannot announce its actions, since it has no intend")
+    refused = pytest.raises(ValueError, match=r"has no intend\(observation, info\), which announce=True needs")
     for student in (Still(), Still, "obedient"):
         with refused:
             llf_teacher.TeacherEnv(GRID, student=student, announce=True)
@@ -351,12 +352,12 @@ def test_intentions_are_announced_in_a_single_episode():
     ("settings", "match"),
     [
         ({"episodes": 0}, "episodes must be an integer of at least 1, got 0"),
-        ({"student": "random", "announce": True}, "the student random cannot announce its actions"),
+        ({"student": "random", "announce": True}, "the student random has no intend"),
         ({"student": "ucb", "vary": {"skale": (0, 1)}}, "unknown parameter of ucb 'skale'; did you mean scale"),
         ({"student": "ucb", "vary": {"scale": (1, 0)}}, r"vary\['scale'\] must be the least and the greatest value"),
         ({"student": "ucb", "vary": {"scale": 3}}, r"vary\['scale'\] must be the least and the greatest value"),
         ({"student": "ucb", "vary": {"trust": (0.5, 2)}}, "trust must be a number from 0 to 1, got 2"),
-        ({"student": object(), "vary": {"scale": (0, 1)}}, "vary needs a student given by its spec"),
+        ({"student": object(), "vary": {"scale": (0, 1)}}, "vary needs a student that is given by its spec"),
         ({"student": "ucb(forget=3)"}, "forget must be True or False, got 3"),
         ({"student": "q_learning(epsilon=2)"}, "epsilon must be a number from 0 to 1, got 2"),
     ],

@@ -184,9 +184,9 @@ def test_what_follows_an_end_is_as_in_gymnasium(id, mode):
 
 def test_rows_are_reset_by_hand():
     batch = batch_of(GRID, 4, max_turns=2, autoreset_mode=AutoresetMode.DISABLED)
-    with pytest.raises(ResetNeeded, match="nothing has begun; call reset"):
+    with pytest.raises(ResetNeeded, match="no episode has begun; call reset"):
         batch.step(np.zeros(4, int))
-    with pytest.raises(ResetNeeded, match="the first reset must be one of all rows"):
+    with pytest.raises(ResetNeeded, match="the first reset must be of all rows; call reset"):
         batch.reset(options={"reset_mask": np.array([True, False, False, False])})
     batch.reset(seed=0)
     batch.step(np.zeros(4, int))
@@ -282,11 +282,14 @@ def test_a_stream_can_be_copied(again):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"teacher": "mistake(eps=1)"}, "only the teacher 'oracle' speaks"),
+        ({"teacher": "mistake(eps=1)"}, "teacher .mistake.eps=1.. is not supported in arrays; allowed: 'oracle'"),
         ({"feedback_type": "m"}, "feedback_type 'm' is not supported in arrays"),
-        ({"text": True}, "does not take these options: .*'text'.*mode 'sync' may"),
+        (
+            {"text": True},
+            r"in arrays .*'sync' takes more.* does not use text from this seat; leave it out",
+        ),
         ({"pool": -1}, "pool must be an integer from 0"),
-        ({"max_turns": 0}, "max_turns must be None or an integer of at least 1, got 0"),
+        ({"max_turns": 0}, r"max_cycles \(or max_turns\) must be an integer of at least 1, got 0"),
         ({"until_success": 1}, "until_success must be True or False"),
         ({"num_rooms": 1}, "num_rooms must be an integer from 2"),
     ],

@@ -112,11 +112,15 @@ def test_what_people_say_is_text():
 @pytest.mark.parametrize(
     ("sent", "status", "why"),
     [
-        ({"content": b"{", "headers": {"content-type": "application/json"}}, 400, "what was sent is no JSON"),
-        ({"content": b"[" * 9000, "headers": {"content-type": "application/json"}}, 400, "what was sent is no JSON"),
-        ({"json": [1]}, 400, "what was sent is JSON, but no object"),
-        ({"data": {"id": GRID}}, 415, "send JSON, as content type application/json"),
-        ({"json": {"id": "x" * LARGEST}}, 413, "that is too long; at most 16384 bytes"),
+        ({"content": b"{", "headers": {"content-type": "application/json"}}, 400, "the request body is not valid JSON"),
+        (
+            {"content": b"[" * 9000, "headers": {"content-type": "application/json"}},
+            400,
+            "the request body is not valid JSON",
+        ),
+        ({"json": [1]}, 400, "the request body is JSON, but not an object"),
+        ({"data": {"id": GRID}}, 415, "the content type must be application/json; send JSON"),
+        ({"json": {"id": "x" * LARGEST}}, 413, "the request body is too long; allowed: at most 16384 bytes"),
         ({"json": {"id": "llf-gridword-v0"}}, 400, "'llf-gridword-v0'"),
         ({"json": {"id": GRID, "teacher": "antigravity:fly"}}, 400, "antigravity:fly"),
         ({"json": {"id": GRID, "teacher": ["oracle"]}}, 400, "teacher must be a text"),
@@ -169,7 +173,7 @@ def test_what_is_not_there_is_said(path, status):
     assert visitor.get(path).status_code == status
     assert visitor.get(path).json()["error"].startswith("there is no ")
     assert '<p role="alert">there is no ' in visitor.get(path, headers=HTML).text
-    assert visitor.delete("/").json()["error"] == "that cannot be done here; begin at /"
+    assert visitor.delete("/").json()["error"] == "this page does not allow the request's method; begin at /"
 
 
 def test_a_mistake_of_ours_is_no_traceback(monkeypatch):
@@ -180,7 +184,7 @@ def test_a_mistake_of_ours_is_no_traceback(monkeypatch):
     visitor = TestClient(make_app(), base_url="http://127.0.0.1", raise_server_exceptions=False)
     answer = visitor.post("/lessons", json={"id": GRID})
     assert answer.status_code == 500
-    assert answer.json()["error"].startswith("something is wrong here")
+    assert answer.json()["error"].startswith("the server has an internal error")
     assert "secret" not in answer.text
     assert answer.headers["content-security-policy"]
 
@@ -199,15 +203,15 @@ def test_pages_load_nothing_from_elsewhere():
         assert "<script>" not in answer.text
         assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in answer.text
         assert answer.headers["cache-control"] == "no-store"
-    assert visitor.get("/static/look.css").headers["content-type"].startswith("text/css")
-    assert "ol.turns" in visitor.get("/static/look.css").text
+    assert visitor.get("/static/theme.css").headers["content-type"].startswith("text/css")
+    assert "ol.turns" in visitor.get("/static/theme.css").text
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example", "192.168.0.7:8000", "[", ""])
 def test_only_those_who_call_it_by_its_name_are_answered(host):
     answer = client().get("/", headers={"host": host})
     assert answer.status_code == 421
-    assert "this server is not called" in answer.text
+    assert "is not a name of this server" in answer.text
 
 
 def test_a_foreign_page_cannot_play():
@@ -216,7 +220,7 @@ def test_a_foreign_page_cannot_play():
         answer = visitor.post("/lessons", json={"id": GRID}, headers={"origin": origin})
         assert (answer.status_code, answer.text) == (
             403,
-            "this came from another page than ours; open the page itself\n",
+            "the request comes from a foreign page; open this server's own page\n",
         )
     own = visitor.post("/lessons", json={"id": GRID}, headers={"origin": "http://127.0.0.1:8000"})
     assert own.status_code == 201
@@ -256,7 +260,10 @@ def test_an_episode_can_be_taken_along(seat, tmp_path):
     assert f'filename="llf-{record["key"][:8]}.db"' in answer.headers["content-disposition"]
     (tmp_path / "one.db").write_bytes(answer.content)
     assert load(tmp_path / "one.db").turns(record["key"]) == record["turns"]
-    assert visitor.get(f"{page}/episode.exe").json()["error"] == "there is no such file; there are json, jsonl, gif, db"
+    assert (
+        visitor.get(f"{page}/episode.exe").json()["error"]
+        == "there is no file with the ending 'exe'; allowed: json, jsonl, gif, db"
+    )
 
 
 def test_stored_episodes_can_be_looked_at(tmp_path):
@@ -288,15 +295,15 @@ def test_people_agree_before_anything_is_kept(tmp_path):
     state = told(visitor.get(f"{page}/state"))
     assert (state["join"], state["consent"], state["codes"]) == (True, "We keep what you do.", True)
     for sent, why in (
-        ({"agreed": "yes", "code": "p1"}, "to take part you have to agree"),
-        ({"agreed": True, "code": "a b"}, "give the code that you were given: 1 to 32 letters"),
-        ({"agreed": True}, "give the code"),
+        ({"agreed": "yes", "code": "p1"}, "to take part you must agree"),
+        ({"agreed": True, "code": "a b"}, "the code must be 1 to 32 letters"),
+        ({"agreed": True}, "the code must be"),
     ):
         assert why in visitor.post(f"{page}/sit", json=sent).json()["error"]
-    assert "you have not sat down yet" in visitor.post(f"{page}/move", json={"act": "west"}).json()["error"]
+    assert "you have not taken a seat yet" in visitor.post(f"{page}/move", json={"act": "west"}).json()["error"]
     told(visitor.post(f"{page}/sit", json={"agreed": True, "code": "p1"}))
     assert told(visitor.get(f"{page}/state"))["waits"] == "teacher"
-    assert "the teacher has not sat down yet" in visitor.post(f"{page}/move", json={"act": "west"}).json()["error"]
+    assert "the teacher has not taken a seat yet" in visitor.post(f"{page}/move", json={"act": "west"}).json()["error"]
     told(visitor.post(f"{teacher}/sit", json={"agreed": True, "code": "p2"}))
     assert not path.exists()
     for _ in range(3):
@@ -304,7 +311,7 @@ def test_people_agree_before_anything_is_kept(tmp_path):
         told(visitor.post(f"{page}/move", json={"act": "west"}))
     state = told(visitor.post(f"{teacher}/move", json={"claims": []}))
     assert (state["over"], state["kept"], state["undo"]) == (True, True, False)
-    assert "is in the study already" in visitor.post(f"{teacher}/undo", json={}).json()["error"]
+    assert "is in the store already" in visitor.post(f"{teacher}/undo", json={}).json()["error"]
     (row,) = load(path).rows()
     assert row["student"] == "llf_teacher.people:PersonLearning(code='p1')"
     assert row["teacher"] == "llf_teacher.people:PersonTeaching(code='p2', offers='mistake(eps=0.5)')"
@@ -320,7 +327,7 @@ def test_the_same_world_again_is_another_sample(tmp_path):
         page = begin(visitor, seat=seat, max_turns=1)
         finish(visitor, page, {"act": "west"})
         assert told(visitor.get(f"{page}/state"))["undo"] is False
-        assert "cannot be taken back here" in visitor.post(f"{page}/undo", json={}).json()["error"]
+        assert "does not allow to take turns back" in visitor.post(f"{page}/undo", json={}).json()["error"]
     assert sorted(row["sample"] for row in load(path).rows()) == [0, 1]
     with contextlib.closing(sqlite3.connect(path)) as db:
         assert db.execute("SELECT count(*) FROM result").fetchone() == (2,)
@@ -330,7 +337,7 @@ def test_lessons_are_bounded_in_number_and_age():
     visitor = client(Terms(most=1))
     page = begin(visitor)
     answer = visitor.post("/lessons", json={"id": GRID})
-    assert (answer.status_code, answer.json()["error"].split(";")[0]) == (503, "all 1 places are taken")
+    assert (answer.status_code, answer.json()["error"].split(";")[0]) == (503, "all 1 lessons are in use")
     now = 0.0
     held = OpenLessons(Terms(most=2, idle=60), clock=lambda: now)
     one, two = (held.begin(read_plan({"id": GRID, "seat": "watch"})) for _ in range(2))

@@ -11,7 +11,7 @@ from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
 from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.plan import read_plan, students
-from pz_envs.frames import Watch
+from pz_envs.frames import EpisodeRenderer
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import Label
 
@@ -142,12 +142,12 @@ def test_a_students_picture_is_that_of_an_agent_until_the_end():
     env = llf_teacher.make(GRID, text=True, max_turns=6, render_mode="rgb_array")
     env.reset(seed=7)
     for text in ("west", "north"):
-        assert np.array_equal(live.watch(STUDENT).frame(live.view.description()), env.render())
+        assert np.array_equal(live.renderer(STUDENT).frame(live.view.description()), env.render())
         live.move(STUDENT, text)
         env.step(text)
-    assert not np.array_equal(live.watch(TEACHER).frame(live.view.description()), env.render())
-    assert {spoken.verdict for spoken in live.watch(STUDENT).sentences} == {Label.UNCHECKED}
-    assert live.watch(TEACHER) is live.watch(to_the_end(live, STUDENT, "west") and STUDENT)
+    assert not np.array_equal(live.renderer(TEACHER).frame(live.view.description()), env.render())
+    assert {spoken.verdict for spoken in live.renderer(STUDENT).sentences} == {Label.UNCHECKED}
+    assert live.renderer(TEACHER) is live.renderer(to_the_end(live, STUDENT, "west") and STUDENT)
 
 
 def test_a_film_has_a_frame_of_each_turn():
@@ -155,7 +155,7 @@ def test_a_film_has_a_frame_of_each_turn():
     light, dark = live.film(), live.film("dark")
     assert len(light) == len(dark) == 3
     assert light[0].mean() > 2 * dark[0].mean()
-    assert isinstance(live.view.watch, Watch)
+    assert isinstance(live.view.renderer, EpisodeRenderer)
 
 
 def test_people_are_in_studies(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 import llf_teacher
 from pz_envs.family import all_families
 from pz_envs.seats import STUDENT, TEACHER
-from pz_envs.teacher_view import TRAITS
+from pz_envs.teacher_view import CLAIM_COLUMNS
 from teachers.atoms import ActionClaim
 from teachers.session import CLAIMS
 
@@ -107,8 +107,8 @@ def test_the_table_tells_kind_and_role_of_each_claim(family):
     claims, table = env.infos[TEACHER]["claims"], env.observe(TEACHER)["claims"]
     assert 0 < len(claims) <= CLAIMS
     for claim, row in zip(claims, table, strict=False):
-        assert next(trait for trait, bit in zip(TRAITS, row, strict=True) if bit) == claim.kind
-        assert bool(row[TRAITS.index("action")]) == isinstance(claim, ActionClaim)
+        assert next(trait for trait, bit in zip(CLAIM_COLUMNS, row, strict=True) if bit) == claim.kind
+        assert bool(row[CLAIM_COLUMNS.index("action")]) == isinstance(claim, ActionClaim)
     assert not table[len(claims) :].any()
 
 
@@ -116,7 +116,7 @@ def test_a_student_succeeds_by_one_claim_a_turn():
     env = llf_teacher.TeacherEnv("llf-gridworld-v0", student="obedient", speech="claims", cost=0.01, until_success=True)
     observation, _ = env.reset(seed=4)
     done, total = False, 0.0
-    advice = TRAITS.index("fp")
+    advice = CLAIM_COLUMNS.index("fp")
     while not done:
         mask = observation["action_mask"]
         wanted = [i for i in np.flatnonzero(observation["claims"][:, advice]) if mask[1 + i]]
@@ -131,7 +131,7 @@ def test_a_class_is_told_a_claim_at_a_time():
     env = GRID.raw_env(seating="classroom", students=2, attention=2, speech="claims")
     env.reset(seed=5)
     observation = env.observe(TEACHER)
-    assert observation["claims"].shape == (2, CLAIMS, len(TRAITS))
+    assert observation["claims"].shape == (2, CLAIMS, len(CLAIM_COLUMNS))
     env.step(env.address(1, 1))
     (atom,) = env.observe("student_1")["feedback"].atoms
     assert atom.claim == env.sessions[1].offers[0].listed()[0]

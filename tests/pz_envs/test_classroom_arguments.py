@@ -47,8 +47,8 @@ def test_the_teachers_seat_alone():
 @pytest.mark.parametrize(
     ("partners", "match"),
     [
-        ({"student_9": Guide(0)}, "there is no seat 'student_9'; allowed: teacher_0, student_0"),
-        ({TEACHER: Guide(0), "student_0": Guide(0)}, "every seat is taken"),
+        ({"student_9": Guide(0)}, "there is no agent 'student_9'; allowed: teacher_0, student_0"),
+        ({TEACHER: Guide(0), "student_0": Guide(0)}, "partners play every agent"),
     ],
 )
 def test_seats_of_partners(partners, match):

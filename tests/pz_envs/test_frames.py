@@ -14,7 +14,7 @@ from pettingzoo.test import render_test
 import llf_teacher
 from llf_teacher.registry import family
 from pz_envs.assembly import assemble
-from pz_envs.frames import HEIGHT, WIDTH, Spoken
+from pz_envs.frames import HEIGHT, WIDTH, SpokenSentence
 from pz_envs.seatings.tutoring import TutoringEnv
 from pz_envs.settings import Settings
 from teachers.atoms import FP, HN, SILENCE, Label, Utterance
@@ -127,7 +127,7 @@ def test_a_frame_shows_what_was_said():
     assert not np.array_equal(before, silent)
     env.reset(seed=0)
     env.step(Utterance("Look north."))
-    assert env.student_view.watch.sentences == (Spoken("Look north.", None, Label.UNCHECKED),)
+    assert env.student_view.renderer.sentences == (SpokenSentence("Look north.", None, Label.UNCHECKED),)
     assert not np.array_equal(env.frame(), silent)
     assert np.array_equal(env.frame()[:, : WIDTH // 2], silent[:, : WIDTH // 2])  # the world is the same
 
@@ -138,36 +138,36 @@ def test_each_sentence_has_its_kind_and_only_the_privileged_see_whether_it_holds
         env.step(env.infos["teacher_0"]["suggestion"])
         env.step(0)
         env.step(env.infos["teacher_0"]["suggestion"])
-        assert [(each.kind, each.verdict) for each in env.student_view.watch.sentences] == [(FP, verdict)]
-    assert started().student_view.watch.lab is not env.session.teacher.oracle.lab
+        assert [(each.kind, each.verdict) for each in env.student_view.renderer.sentences] == [(FP, verdict)]
+    assert started().student_view.renderer.lab is not env.session.teacher.oracle.lab
 
 
 def test_what_was_said_fades_when_the_student_has_acted():
     env = started()
     env.step(env.infos["teacher_0"]["suggestion"])
-    assert env.student_view.watch.heard
+    assert env.student_view.renderer.heard
     env.step(wrong(env))
-    assert not env.student_view.watch.heard
+    assert not env.student_view.renderer.heard
     env.step(env.infos["teacher_0"]["suggestion"])
-    assert env.student_view.watch.heard
-    assert HN in {each.kind for each in env.student_view.watch.sentences}
+    assert env.student_view.renderer.heard
+    assert HN in {each.kind for each in env.student_view.renderer.sentences}
 
 
 def test_the_instruction_is_shown_where_the_seat_says_it_itself():
     env = started(speech="kinds")
-    told = len(env.student_view.watch.sentences)
+    told = len(env.student_view.renderer.sentences)
     assert told
     env.step(31)
-    assert len(env.student_view.watch.sentences) > told
+    assert len(env.student_view.renderer.sentences) > told
 
 
 def test_asking_keeps_the_turn():
     env = llf_teacher.make(ID, render_mode="rgb_array", ask_cost=0.1, text=True)
     env.reset(seed=0)
     env.step("ask")
-    assert len(env.student_view.watch.moments) == 1
+    assert len(env.student_view.renderer.moments) == 1
     env.step("north")
-    assert len(env.student_view.watch.moments) == 2
+    assert len(env.student_view.renderer.moments) == 2
     assert env.render().shape == SIZE
 
 
@@ -179,7 +179,7 @@ def test_an_episode_that_is_taken_up_is_shown():
     env.step(1)
     env.reset(seed=0)
     env.resume_from(moment)
-    assert env.student_view.watch.moments == [moment]
+    assert env.student_view.renderer.moments == [moment]
     assert env.render().shape == SIZE
 
 
@@ -215,7 +215,7 @@ def test_in_a_panel_each_sentence_has_its_speaker():
     env = started(seating="panel", teachers=("oracle", "oracle"), feedback_type="fp")
     for _ in env.teachers:
         env.step(31)
-    speakers = [each.speaker for each in env.student_view.watch.sentences if each.kind is not None]
+    speakers = [each.speaker for each in env.student_view.renderer.sentences if each.kind is not None]
     assert speakers == ["teacher_0", "teacher_1"]
     assert env.render().shape == SIZE
 

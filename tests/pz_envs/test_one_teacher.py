@@ -128,7 +128,9 @@ def test_a_teacher_that_is_given_brings_its_own_settings():
 
 
 def test_a_panel_has_teachers():
-    with pytest.raises(ValueError, match=r"a panel has teachers=\[...\], not teacher='silent'"):
+    with pytest.raises(
+        ValueError, match=r"a panel does not use teacher='silent'; give its teachers as teachers=\[...\]"
+    ):
         GRID.raw_env(seating="panel", teacher="silent")
 
 

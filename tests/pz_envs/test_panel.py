@@ -7,7 +7,7 @@ import pytest
 import llf_teacher  # noqa: F401  (registers the environments)
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import Frank
+from pz_envs.scripted import SayAll
 from pz_envs.seats import STUDENT
 from pz_envs.testing import require_aec, require_parallel
 from teachers.atoms import KINDS, Utterance
@@ -209,7 +209,7 @@ def test_forms_in_parallel():
     observations, _ = teachers.reset(seed=0)
     rounds = 0
     while teachers.agents:
-        acts = {agent: Frank().act(observations[agent], {}) for agent in teachers.agents}
+        acts = {agent: SayAll().act(observations[agent], {}) for agent in teachers.agents}
         observations, rewards, _, _, _ = teachers.step(acts)
         rounds += 1
     assert rounds == 3

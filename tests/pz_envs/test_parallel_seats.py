@@ -96,5 +96,5 @@ def test_a_learner_is_told_that_an_episode_has_ended():
 
 @pytest.mark.parametrize("seating", ["tutoring", "classroom"])
 def test_teachers_and_students_do_not_act_at_once(seating):
-    with pytest.raises(ValueError, match="seats of teachers and of students are left, who do not act at the same time"):
+    with pytest.raises(ValueError, match="teachers and students are left, which do not act at the same time"):
         ParallelSeats(GRID.raw_env(seating=seating, speech="kinds"), {})

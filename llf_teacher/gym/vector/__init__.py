@@ -1,4 +1,4 @@
-"""Thousands of lessons at once: the seats as Gymnasium's vector environments, in arrays."""
+"""Vector environments of both seats in arrays, for thousands of lessons at once."""
 
 from llf_teacher.gym.vector.student import StudentVectorEnv
 from llf_teacher.gym.vector.teacher import TeacherVectorEnv

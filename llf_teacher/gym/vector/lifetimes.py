@@ -1,4 +1,4 @@
-"""What teachers remember of many students: `llf_teacher.gym.lifetime.Lifetime` in arrays."""
+"""Statistics of many lifetimes: `llf_teacher.gym.lifetime.Lifetime` in arrays."""
 
 from typing import Any
 
@@ -10,12 +10,12 @@ from worlds.batches import Bools, Floats, Ints
 
 
 class Lifetimes:
-    """A lifetime a row.
+    """A lifetime in each row.
 
     Args:
-        rows: how many.
-        states: what a student can observe, numbered from 0.
-        episodes: episodes of a lifetime.
+        rows: number of rows.
+        states: number of states that a student can observe.
+        episodes: number of episodes in a lifetime.
     """
 
     def __init__(self, rows: int, states: int, episodes: int) -> None:
@@ -24,42 +24,42 @@ class Lifetimes:
         """Episodes that are over."""
         self.success, self.optimal, self.skill = np.zeros(rows), np.zeros(rows), np.zeros(rows)
         self.visits = np.zeros((rows, states), np.int32)
-        """Per state the visits that are over."""
+        """Earlier visits, int32 (rows, states)."""
         self.advised = np.zeros((rows, states), np.int32)
-        """Per state the visits in which an action was advised."""
+        """Visits in which an action was advised, int32 (rows, states)."""
         self.here = np.zeros(rows, np.int64)
-        """The state in which the student is."""
+        """The number of the student's current state, int64 (rows,)."""
 
     def begin(self, rows: Ints, places: Ints) -> None:
-        """Lifetimes begin, in these states."""
+        """Lifetimes begin in these states."""
         for array in (self.episode, self.success, self.optimal, self.skill, self.visits, self.advised):
             array[rows] = 0
         self.here[rows] = places
 
     def arrive(self, rows: Ints, places: Ints) -> None:
-        """Students are in these states now."""
+        """Count the current states."""
         self.visits[rows, self.here[rows]] += 1
         self.here[rows] = places
 
     def said(self, rows: Ints) -> None:
-        """Actions were advised."""
+        """Count advised actions."""
         self.advised[rows, self.here[rows]] += 1
 
     def acted(self, rows: Ints, optimal: Bools) -> None:
-        """Students have acted."""
+        """Count actions."""
         self.optimal[rows] = optimal
         self.skill[rows] += TURN_RATE * (optimal - self.skill[rows])
 
-    def over(self, rows: Ints, success: Bools) -> None:
-        """Episodes are over."""
+    def end_episode(self, rows: Ints, success: Bools) -> None:
+        """Count ends of episodes."""
         self.episode[rows] += 1
         self.success[rows] += EPISODE_RATE * (success - self.success[rows])
         self.optimal[rows] = 0
 
     def features(self, announced: Bools, mistake: Bools, way: Ints) -> npt.NDArray[np.float32]:
         """The numbers of `llf_teacher.gym.lifetime.FIELDS`, float32 of shape (rows, 9)."""
-        everybody = np.arange(len(self.here))
-        visits, advised = self.visits[everybody, self.here], self.advised[everybody, self.here]
+        all_rows = np.arange(len(self.here))
+        visits, advised = self.visits[all_rows, self.here], self.advised[all_rows, self.here]
         return columns(
             self.episode / self.episodes,
             self.success,
@@ -72,8 +72,8 @@ class Lifetimes:
             _share(way),
         )
 
-    def recalled(self, row: int, seen: list[Any]) -> dict[str, Any]:
-        """What `Lifetime.recall` takes."""
+    def restore_arguments(self, row: int, seen: list[Any]) -> dict[str, Any]:
+        """The arguments of `Lifetime.restore` for a row."""
         counts = zip(self.visits[row].tolist(), self.advised[row].tolist(), strict=True)
         return {
             "episode": int(self.episode[row]),

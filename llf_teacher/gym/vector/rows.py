@@ -1,8 +1,9 @@
-"""What the vector environments of both seats have in common: rows of lessons, how they begin, go on and begin again."""
+"""The base of the vector environments of both seats: lessons in arrays, their steps and their resets."""
 
 import inspect
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,25 +14,29 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from llf_teacher.registry import entry
-from pz_envs.settings import check_flags
+from pz_envs.settings import FIELDS, Settings
 from teachers.atoms import Moment
 from teachers.batches import Moments
-from teachers.session import is_count
-from teachers.spec import unknown
+from teachers.feedback import MIXED, parse_kinds
+from teachers.session import BIT, is_count
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
 
 
 class RowsEnv(VectorEnv[Any, Any, Any]):
-    """Lessons in arrays, one a row; the seat that acts is the subclass's.
+    """Lessons in arrays, one in each row; a subclass plays one of the seats.
 
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
-        num_envs: rows.
-        max_turns: turns of the student in an episode; None: the family's.
-        until_success: whether success ends an episode; it does not where the task is repeated.
+        num_envs: number of rows.
+        settings: of the lessons; None: the defaults.
+        keywords: fields that replace those, the world's options, and those of the family's batch.
         autoreset_mode: one of Gymnasium's.
-        options: the world's, and those of the family's batch.
+        used: the fields of the settings that this seat uses.
+        defaults: fields with other defaults at this seat.
+
+    Raises:
+        ValueError: an argument is not allowed.
     """
 
     moments: Moments[Any]
@@ -41,59 +46,61 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self,
         env_id: str,
         num_envs: int,
-        max_turns: int | None,
-        until_success: bool,
+        settings: Settings | None,
+        keywords: Mapping[str, Any],
         autoreset_mode: str | AutoresetMode,
-        options: Mapping[str, Any],
+        *,
+        used: frozenset[str],
+        **defaults: Any,
     ) -> None:
         self.env_id, self.family, own, _ = entry(env_id)
         if not is_count(num_envs):
             raise ValueError(f"num_envs must be an integer of at least 1, got {num_envs!r}")
-        if max_turns is not None and not is_count(max_turns):
-            raise ValueError(f"max_turns must be None or an integer of at least 1, got {max_turns!r}")
-        check_flags(until_success=until_success)
+        self.settings = Settings.of(
+            f"{env_id} in arrays (vectorization_mode='sync' takes more)",
+            {**own, **keywords},
+            (*self.family.options(), *(self.family.batch_options() if self.family.world_batch else ())),
+            given=settings,
+            others=set(inspect.signature(type(self)).parameters) - {"env_id"},
+            refused=FIELDS - used - {"options"},
+            **defaults,
+        )
         self.num_envs = num_envs
-        self.max_turns = self.family.max_turns if max_turns is None else max_turns
-        self.until_success = until_success
+        self.max_turns = self.settings.max_turns or self.family.max_turns
         self.mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.mode}
-        self._options = {**own, **options}
-        if self.family.world_batch:
-            allowed = (*self.family.options(), *self.family.batch_options())
-            if unknown_names := [name for name in options if name not in allowed]:
-                why = unknown("option", unknown_names[0], [*allowed, *inspect.signature(type(self)).parameters])
-                raise ValueError(f"{env_id} in arrays does not take these options: {why}; mode 'sync' may")
-        self.worlds, self.oracle = self.family.make_batch(num_envs, **self._options)
-        self._ends = until_success and not self.family.repeated
-        self._everybody = np.arange(num_envs)
+        self.worlds, self.oracle = self.family.make_batch(num_envs, **self.settings.options)
+        self._ends = self.settings.until_success and not self.family.repeated
+        self._all_rows = np.arange(num_envs)
         self._draws = np.random.default_rng()
         self._streams = Streams(np.zeros(num_envs, np.uint64))
         self._done: Bools | None = None
 
-    def _shown(self, **settings: Any) -> str:
-        """What `repr` gives."""
-        told = " ".join(f"{name}={value!r}" for name, value in settings.items())
-        return f"<{type(self).__name__} {self.env_id} num_envs={self.num_envs} {told}>"
+    def _repr(self, **arguments: Any) -> str:
+        """The `repr` with some arguments."""
+        shown = " ".join(f"{name}={value!r}" for name, value in arguments.items())
+        return f"<{type(self).__name__} {self.env_id} num_envs={self.num_envs} {shown}>"
 
-    def _seat(self, observation: spaces.Space[Any], action: spaces.Space[Any]) -> None:
-        """Take note of what a single seat observes, and how it acts."""
+    def _set_spaces(self, observation: spaces.Space[Any], action: spaces.Space[Any]) -> None:
+        """Set the spaces of a row and of all rows."""
         self.single_observation_space, self.single_action_space = observation, action
         self.observation_space = batch_space(observation, self.num_envs)
         self.action_space = batch_space(action, self.num_envs)
 
     @property
-    def world_options(self) -> dict[str, Any]:
-        """The options of each row's world."""
-        own = self.family.batch_options()
-        return {name: value for name, value in self._options.items() if name not in own}
+    def scalar_settings(self) -> Settings:
+        """The settings of a row as a scalar environment."""
+        arrays = self.family.batch_options()
+        options = {name: value for name, value in self.settings.options.items() if name not in arrays}
+        return replace(self.settings, max_turns=self.max_turns, options=options)
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Begin in all rows, or in those of `options["reset_mask"]`.
+        """Begin episodes in all rows, or in those of `options["reset_mask"]`.
 
-        A row with a seed begins as the scalar environment does that is reset with it; row i of one integer has the seed
-        `seed + i`. The other rows are drawn.
+        A row with a seed begins like the scalar environment with that seed; of one integer, row i has the seed
+        `seed + i`. Rows without a seed are drawn.
 
         Raises:
             ValueError: a seed or an option is not allowed.
@@ -114,7 +121,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
             self.worlds.draw(rows[~given], self._draws)
         if self._done is None:
             if len(rows) < self.num_envs:
-                raise ResetNeeded("the first reset must be one of all rows, without a reset_mask")
+                raise ResetNeeded("the first reset must be of all rows; call reset() without a reset_mask")
             self._done = np.zeros(self.num_envs, bool)
         self._done = self._done.copy()
         self._done[rows] = False
@@ -130,7 +137,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
 
     def _masked(self, mask: Any) -> Ints:
         if mask is None:
-            return self._everybody
+            return self._all_rows
         if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (self.num_envs,) or not mask.any():
             raise ValueError(
                 f"reset_mask must be a bool array of shape ({self.num_envs},) with at least one True, got {mask!r}"
@@ -146,14 +153,14 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         return seeds
 
     def step(self, actions: Any) -> tuple[Any, Floats, Bools, Bools, dict[str, Any]]:
-        """Act in each row. What follows an episode's end is as Gymnasium's autoreset modes have it.
+        """Act in each row. After the end of an episode a row follows Gymnasium's autoreset mode.
 
         Raises:
-            ResetNeeded: before `reset`, or in a row that has ended where nothing is reset by itself.
+            ResetNeeded: before `reset`, or in a row that has ended, if autoreset is disabled.
             ValueError: an action is outside the action space; nothing has changed.
         """
         if self._done is None:
-            raise ResetNeeded("nothing has begun; call reset() before step()")
+            raise ResetNeeded("no episode has begun; call reset() before step()")
         actions = legal(self.single_action_space, actions, self.num_envs)
         ended = self._done
         rows: Rows = ALL
@@ -167,7 +174,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         if isinstance(rows, slice) or len(rows):
             reward[rows], terminated[rows], truncated[rows] = self._play(actions[rows], rows)
         if not isinstance(rows, slice):
-            self._again(np.flatnonzero(ended))
+            self._reset_rows(np.flatnonzero(ended))
         self._done = terminated | truncated
         if self.mode is AutoresetMode.SAME_STEP and self._done.any():
             return self._same_step(reward, terminated, truncated)
@@ -176,21 +183,21 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
     def _same_step(
         self, reward: Floats, terminated: Bools, truncated: Bools
     ) -> tuple[Any, Floats, Bools, Bools, dict[str, Any]]:
-        """Begin anew where an episode has ended, and tell what was observed last there."""
+        """Reset the rows that have ended; their last step is in the infos."""
         done = terminated | truncated
         rows = np.flatnonzero(done)
         last = np.full(self.num_envs, None, object)
         observed = self._observe()
         for row in rows.tolist():
             last[row] = _row(observed, row)
-        told = {name: part & done if name[0] == "_" else part for name, part in self._infos().items()}
-        infos = {"final_obs": last, "_final_obs": done, "final_info": told, "_final_info": done.copy()}
-        self._again(rows)
+        final = {name: part & done if name[0] == "_" else part for name, part in self._infos().items()}
+        infos = {"final_obs": last, "_final_obs": done, "final_info": final, "_final_info": done.copy()}
+        self._reset_rows(rows)
         self._done = np.zeros(self.num_envs, bool)
         return self._observe(), reward, terminated, truncated, self._infos() | infos
 
-    def _again(self, rows: Ints) -> None:
-        """Begin anew in rows that have ended."""
+    def _reset_rows(self, rows: Ints) -> None:
+        """Begin episodes in rows that have ended."""
         self.worlds.draw(rows, self._draws)
         self._open(rows)
         self._begin(rows, [None] * len(rows))
@@ -216,7 +223,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         self._note(rows, Moments(before, actions, reward, self.worlds.state, success, turn, over))
 
     def _note(self, rows: Rows, moments: Moments[Any]) -> None:
-        """Take note of the moments of some rows; the states are those of all rows."""
+        """Store the moments of some rows; the states are those of all rows."""
         if not isinstance(rows, slice):
             now = self.moments
             parts = {}
@@ -232,7 +239,7 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
         return over & self.moments.success[rows] if self._ends else np.zeros(len(over), bool)
 
     def moment(self, row: int) -> Moment[Any]:
-        """The moment of a row, as a scalar environment has it."""
+        """The moment of a row in scalar form."""
         now, worlds = self.moments, self.worlds
         after, turn = worlds.truth(now.after, row), int(now.turn[row])
         if not turn:
@@ -243,33 +250,52 @@ class RowsEnv(VectorEnv[Any, Any, Any]):
 
     def _check_row(self, row: Any) -> int:
         if self._done is None:
-            raise ResetNeeded("nothing has begun; call reset() first")
+            raise ResetNeeded("no episode has begun; call reset() first")
         if not isinstance(row, int | np.integer) or not 0 <= row < self.num_envs:
             raise ValueError(f"a row must be an integer from 0 to {self.num_envs - 1}, got {row!r}")
         return int(row)
 
     @abstractmethod
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
-        """Begin what is to be begun beside the worlds."""
+        """Begin students and lifetimes in some rows, where there are any."""
 
     @abstractmethod
     def _play(self, actions: npt.NDArray[Any], rows: Rows) -> tuple[Floats, Bools, Bools]:
-        """Act in some rows: rewards, and whether they are terminated or truncated."""
+        """Act in some rows.
+
+        Returns:
+            Rewards, and whether the rows are terminated and truncated.
+        """
 
     @abstractmethod
     def _observe(self) -> Any:
-        """What is observed in all rows: new arrays."""
+        """The observations of all rows, in new arrays."""
 
     @abstractmethod
     def _infos(self) -> dict[str, Any]:
-        """Gymnasium's infos."""
+        """The infos of all rows."""
+
+
+def wanted_kinds(feedback_type: str | Iterable[str], instead: str) -> np.uint8:
+    """The kinds of a feedback type, as a subset's number.
+
+    Args:
+        feedback_type: `a`, `n`, or kinds.
+        instead: what supports `m`, for the error.
+
+    Raises:
+        ValueError: the feedback type is `m`, which is drawn anew in each turn, or not allowed at all.
+    """
+    if feedback_type == MIXED:
+        raise ValueError(f"feedback_type 'm' is not supported in arrays; allowed: a, n, or kinds; 'm': {instead}")
+    return np.uint8(sum(BIT[kind] for kind in parse_kinds(feedback_type)))
 
 
 def legal(space: spaces.Space[Any], actions: Any, rows: int) -> npt.NDArray[Any]:
     """The actions of all rows as an array.
 
     Raises:
-        ValueError: they are not as many as there are rows, or one is not in the space.
+        ValueError: the array has another shape or type, or an action is not in the space.
     """
     array: npt.NDArray[Any] = np.asarray(actions)
     if isinstance(space, spaces.Discrete):
@@ -290,7 +316,7 @@ def legal(space: spaces.Space[Any], actions: Any, rows: int) -> npt.NDArray[Any]
 
 
 def _row(observed: Any, row: int) -> Any:
-    """One row's part of what is observed."""
+    """The observation of a row."""
     if isinstance(observed, dict):
         return {name: _row(part, row) for name, part in observed.items()}
     return observed[row]

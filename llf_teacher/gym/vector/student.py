@@ -1,7 +1,7 @@
 """The student's seat, in arrays."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -9,74 +9,60 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
 from llf_teacher.gym.student_env import StudentEnv
-from llf_teacher.gym.vector.rows import RowsEnv
+from llf_teacher.gym.vector.rows import RowsEnv, wanted_kinds
+from pz_envs.settings import FIELDS, Settings, SettingsKeywords, takes_settings
 from pz_envs.teacher_view import SUBSET_BITS
 from teachers.atoms import FN, FP, KINDS, R, Utterance
-from teachers.feedback import MIXED, parse_kinds
-from teachers.phrasebook import Paraphrase
 from teachers.session import BIT
-from teachers.voice import Voice
 from worlds.batches import Bools, Floats, Ints, Rows
+
+_USED = frozenset(("teacher", "feedback_type", "instruction_type", "voice", "paraphrase", "max_turns", "until_success"))
 
 
 class StudentVectorEnv(RowsEnv):
-    """Many students' seats, each in front of a teacher who says all that is true: `StudentEnv` in arrays.
+    """Students' seats in arrays, each with the teacher `oracle`: `StudentEnv` in arrays.
 
-    Observation: Dict of `observation`, what the world shows, and of what the teacher says in numbers:
+    Observation: Dict of `observation`, the world's, and of the claims in numbers:
         `said`, MultiBinary(5): the kinds, in the order r, hp, hn, fp, fn;
-        `told`: the reward that r tells, 0 where it is not said;
-        `advised`, `warned`: the action that fp advises and that fn warns of; of finitely many -1 where none is, of
-        points the middle of the box. Verdicts, hp and hn, are about the action that was taken.
+        `told`: the reward in the claim of kind r, 0 without one;
+        `advised`, `warned`: the action that fp advises and that fn warns of; without one, -1 of a Discrete and the
+        centre of a Box. The claims of kind hp and hn are about the action that was taken.
     Action: the world's. Info: `success`.
 
-    `lesson` gives a row as a scalar environment, `words` what the teacher says there in words.
+    `lesson` gives a row as a scalar environment, `words` the teacher's words in some rows.
 
     Args:
         env_id: an id of `llf_teacher.ids()` whose family can be played in arrays.
-        num_envs: rows.
-        feedback_type: `a`, `n`, or kinds, as in `llf_teacher.make`; it is the same in each turn, so not `m`.
-        teacher: `oracle`; no other teacher speaks in arrays.
-        max_turns, until_success: as in `StudentEnv`.
-        instruction_type, voice, paraphrase: of `words` and `lesson`.
+        num_envs: number of rows.
+        settings: of the lessons; None: the defaults.
         autoreset_mode: one of Gymnasium's.
-        options: the world's, and those of the family's batch, such as `pool`.
+        keywords: fields of `pz_envs.settings.Settings` that replace those, the world's options, and those of the
+            family's batch, such as `pool`. Allowed are `teacher` (only `oracle`), `feedback_type` (not `m`: it is the
+            same in each turn), `max_turns`, `until_success`, and for `words` and `lesson` also `instruction_type`,
+            `voice` and `paraphrase`.
 
     Raises:
-        ValueError: an argument is not supported.
+        ValueError: an argument is not allowed.
     """
 
+    @takes_settings(without=FIELDS - _USED)
     def __init__(
         self,
         env_id: str,
         num_envs: int = 1,
         *,
-        feedback_type: str | Iterable[str] = "a",
-        teacher: str = "oracle",
-        max_turns: int | None = None,
-        until_success: bool = False,
-        instruction_type: str = "b",
-        voice: Voice = "plain",
-        paraphrase: Paraphrase = "random",
+        settings: Settings | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        **options: Any,
+        **keywords: Unpack[SettingsKeywords],
     ) -> None:
-        if teacher != "oracle":
-            raise ValueError(f"in arrays only the teacher 'oracle' speaks, got {teacher!r}; others: mode 'sync'")
-        if feedback_type == MIXED:
-            raise ValueError("feedback_type 'm' is not supported in arrays; allowed: a, n, or kinds; 'm': mode 'sync'")
-        kinds = parse_kinds(feedback_type)
-        super().__init__(env_id, num_envs, max_turns, until_success, autoreset_mode, options)
-        self._wanted = np.uint8(sum(BIT[kind] for kind in kinds))
-        self._lesson: dict[str, Any] = {
-            "feedback_type": feedback_type,
-            "max_turns": self.max_turns,
-            "until_success": until_success,
-            "instruction_type": instruction_type,
-            "voice": voice,
-            "paraphrase": paraphrase,
-            **self.world_options,
-        }
-        self._scribe = StudentEnv(env_id, **self._lesson)
+        super().__init__(env_id, num_envs, settings, keywords, autoreset_mode, used=_USED)
+        if self.settings.teacher != "oracle":
+            raise ValueError(
+                f"teacher {self.settings.teacher!r} is not supported in arrays; allowed: 'oracle'; for others there is "
+                "vectorization_mode='sync'"
+            )
+        self._wanted = wanted_kinds(self.settings.feedback_type, "vectorization_mode='sync'")
+        self._scribe = StudentEnv(env_id, settings=self.scalar_settings)
         world = self.worlds.world
         named, self._nothing = _named(world.action_space)
         low, high = world.reward_range
@@ -87,25 +73,25 @@ class StudentVectorEnv(RowsEnv):
             "advised": named,
             "warned": named,
         }
-        self._seat(spaces.Dict(space), world.action_space)
+        self._set_spaces(spaces.Dict(space), world.action_space)
 
     def __repr__(self) -> str:
-        return self._shown(teacher="oracle", feedback_type=self._lesson["feedback_type"])
+        return self._repr(teacher="oracle", feedback_type=self.settings.feedback_type)
 
     def lesson(self, row: int) -> StudentEnv:
         """The scalar environment in a row's state, after the teacher has spoken.
 
-        From there both agree as long as the row is in the same episode.
+        From there both agree until the end of the episode, under the same actions.
         """
         row = self._check_row(row)
-        env = StudentEnv(self.env_id, **self._lesson)
+        env = StudentEnv(self.env_id, settings=self.scalar_settings)
         env.reset(seed=row)
         self._resume(env, row)
         env.session.world.np_random = self._streams.stream(row)
         return env
 
     def words(self, rows: Iterable[int]) -> list[Utterance]:
-        """What the teacher says now in some rows, with its atoms; at first the instruction, too."""
+        """The teacher's words in some rows, with their atoms; at the opening with the instruction."""
         said = []
         for row in rows:
             if not self._scribe._running:
@@ -118,7 +104,7 @@ class StudentVectorEnv(RowsEnv):
         env.resume_from(self.moment(row), bool(self.terminated()[row]))
 
     def _begin(self, rows: Ints, seeds: Sequence[int | None]) -> None:
-        """There is nothing beside the worlds."""
+        """Only the worlds begin."""
 
     def _play(self, actions: npt.NDArray[Any], rows: Rows) -> tuple[Floats, Bools, Bools]:
         self._act(actions, rows)
@@ -137,7 +123,7 @@ class StudentVectorEnv(RowsEnv):
         }
 
     def _where(self, said: Ints, actions: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """The actions where they are said."""
+        """The actions where they are said, else the space's value for none."""
         heard = said.astype(bool).reshape(-1, *(1,) * (actions.ndim - 1))
         return np.where(heard, actions, self._nothing)
 
@@ -146,7 +132,7 @@ class StudentVectorEnv(RowsEnv):
 
 
 def _named(space: spaces.Space[Any]) -> tuple[spaces.Space[Any], Any]:
-    """The space of an action that may be named, and what stands for none."""
+    """The space of an action that may be named, and its value for none."""
     if isinstance(space, spaces.Discrete):
         return spaces.Discrete(int(space.n) + 1, start=-1), np.int64(-1)
     return space, (space.low + space.high) / 2  # type: ignore[attr-defined]  # there are batches of Discrete and Box alone

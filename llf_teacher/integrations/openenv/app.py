@@ -6,7 +6,7 @@ from llf_teacher.integrations.openenv.environment import FeedbackServerEnvironme
 from llf_teacher.integrations.openenv.models import FeedbackAction, FeedbackObservation
 
 SESSIONS = 64
-"""How many clients may play at once."""
+"""Greatest number of clients at once."""
 
 app = create_app(
     FeedbackServerEnvironment, FeedbackAction, FeedbackObservation, env_name="llf_teacher", max_concurrent_envs=SESSIONS

@@ -1,4 +1,4 @@
-"""An environment with a teacher, as OpenEnv's server wants one."""
+"""An environment with a teacher for OpenEnv's server."""
 
 from typing import Any
 from uuid import uuid4
@@ -14,11 +14,12 @@ from teachers.atoms import ParseFailure
 SEEDS = 1000
 """Tasks of each environment in a split."""
 _FIRST = {"train": 0, "test": 1_000_000}  # seed of each split
-_WAYS = 12  # buttons on the web page
+_BUTTONS = 12  # on the web page, at most
+_SETTINGS = ("teacher", "feedback_type", "instruction_type", "max_turns")  # that clients may choose
 
 
 class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation, State]):
-    """One session. A task is an environment and a seed; `reset` takes its split and index, or what it is made of."""
+    """The environment of a client's session. A task, named by split and index, is an environment's id and a seed."""
 
     SUPPORTS_CONCURRENT_SESSIONS = True
 
@@ -29,7 +30,7 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
         self._made: tuple[Any, ...] = ()
 
     def list_splits(self) -> list[str]:
-        """Those for training and for tests have other seeds."""
+        """The splits, `train` and `test`, which have different seeds."""
         return list(_FIRST)
 
     def num_tasks(self, split: str) -> int:
@@ -38,7 +39,7 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
         return len(llf_teacher.ids()) * SEEDS
 
     def get_task(self, split: str, index: int) -> dict[str, Any]:
-        """A task: environments come by turns.
+        """A task; successive tasks have successive environments.
 
         Raises:
             IndexError: there is no such task.
@@ -60,54 +61,56 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
         split: str = "train",
         index: int | None = None,
         id: str = "",
-        teacher: str = "oracle",
-        feedback_type: str = "a",
-        instruction_type: str = "b",
-        max_turns: int | None = None,
         **others: Any,
     ) -> FeedbackObservation:
-        """Begin an episode: of a task, or of an id (by default the first) and a seed, with any teacher of the shelf."""
+        """Begin an episode of a task, or of an id (by default the first) and a seed.
+
+        Args:
+            seed: of the episode, if it is no task.
+            episode_id: name of the episode; None: a new one.
+            split, index: of the task.
+            id: of the environment, if it is no task.
+            others: of these the settings `teacher`, `feedback_type`, `instruction_type` and `max_turns` are used.
+
+        Raises:
+            ValueError: a setting is not allowed.
+        """
+        settings = {name: others[name] for name in _SETTINGS if name in others}
+        teacher = settings.get("teacher", "")
         if index is not None:
             task = self.get_task(split, index)
             id, seed = task["id"], task["seed"]
         id = id or llf_teacher.ids()[0]
-        if ":" in teacher:
+        if not isinstance(teacher, str) or ":" in teacher:
             raise ValueError(
-                f"teacher must be one of `llf list`; a server imports nothing for clients, got {teacher!r}"
+                f"teacher must be a spec of `llf list`, got {teacher!r}; a server imports nothing for clients"
             )
-        made = (id, teacher, feedback_type, instruction_type, max_turns)
+        made = (id, settings)
         if self._env is None or made != self._made:
-            env = llf_teacher.make(
-                id,
-                text=True,
-                teacher=teacher,
-                feedback_type=feedback_type,
-                instruction_type=instruction_type,
-                max_turns=max_turns,
-            )
+            env = llf_teacher.make(id, text=True, **settings)
             self.close()
             self._env, self._made = env, made
         observation, info = self._env.reset(seed=seed)
         self._state = State(episode_id=episode_id or f"{uuid4()}", step_count=0)
-        return _told(observation, info, 0.0, False, None)
+        return _observation(observation, info, 0.0, False, None)
 
     def step(self, action: FeedbackAction, timeout_s: float | None = None, **others: Any) -> FeedbackObservation:
-        """Act, and hear what the teacher says of it."""
+        """Act; then the teacher speaks."""
         if self._env is None:
-            raise RuntimeError("there is no episode: call reset before step, in the same session")
+            raise RuntimeError("there is no episode; call reset before step, in the same session")
         observation, reward, terminated, truncated, info = self._env.step(action.text)
         self._state.step_count += 1
         acted = self._env.session.moment.action
         failure = acted.why if type(acted) is ParseFailure else None
-        return _told(observation, info, reward, terminated or truncated, failure)
+        return _observation(observation, info, reward, terminated or truncated, failure)
 
     @property
     def state(self) -> State:
-        """The episode's name, and how many turns it has had."""
+        """The name of the episode, and its number of turns."""
         return self._state
 
     def get_metadata(self) -> EnvironmentMetadata:
-        """What the server says of itself."""
+        """The server's description."""
         return EnvironmentMetadata(
             name="llf_teacher",
             description="Worlds in which a student learns from what a teacher says: learning from language feedback.",
@@ -115,9 +118,9 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
         )
 
     def web_actions(self, observation: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-        """A button for each word that names an action, where they are few."""
+        """A button for each word that names an action, if there are at most 12."""
         words = [] if self._env is None else list(self._env.session.world.action_words)
-        return [(word, {"text": word}) for word in words] if len(words) <= _WAYS else []
+        return [(word, {"text": word}) for word in words] if len(words) <= _BUTTONS else []
 
     def close(self) -> None:
         """Close the world."""
@@ -132,10 +135,10 @@ def _first(split: str) -> int:
     return _FIRST[split]
 
 
-def _told(
+def _observation(
     observation: dict[str, Any], info: dict[str, Any], reward: float, done: bool, failure: str | None
 ) -> FeedbackObservation:
     texts = {name: f"{text}" for name, text in observation.items()}
     kinds = [f"{atom.kind}" for atom in info["atoms"] if atom.kind is not None]
-    told = {"success": bool(info["success"]), "kinds": kinds, "failure": failure}
-    return FeedbackObservation(**texts, reward=float(reward), done=bool(done), metadata=told)
+    metadata = {"success": bool(info["success"]), "kinds": kinds, "failure": failure}
+    return FeedbackObservation(**texts, reward=float(reward), done=bool(done), metadata=metadata)

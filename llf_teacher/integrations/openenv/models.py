@@ -1,17 +1,17 @@
-"""What goes over the wire."""
+"""The messages between client and server."""
 
 from openenv.core.env_server.types import Action, Observation
 from pydantic import Field
 
 
 class FeedbackAction(Action):
-    """What the student does."""
+    """The student's action."""
 
     text: str = Field(description="The action as text, as the instruction describes it")
 
 
 class FeedbackObservation(Observation):
-    """What the student sees and hears.
+    """The student's observation.
 
     `metadata` has `success`, the `kinds` of feedback that were given, and `failure`, why a text was no action, or null.
     """

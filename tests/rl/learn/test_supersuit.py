@@ -8,7 +8,7 @@ from stable_baselines3.common.utils import set_random_seed
 
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.parallel_seats import ParallelSeats
-from pz_envs.scripted import Attention, Frank
+from pz_envs.scripted import Attention, SayAll
 from pz_envs.seats import TEACHER
 
 
@@ -30,7 +30,7 @@ def test_a_class_learns_to_follow_advice():
 
 def test_texts_go_through_vectors():
     aec = entry(f"{PREFIX}gridworld-v0").family.raw_env(speech="kinds")
-    single = supersuit.pettingzoo_env_to_vec_env_v1(ParallelSeats(aec, {TEACHER: Frank()}))
+    single = supersuit.pettingzoo_env_to_vec_env_v1(ParallelSeats(aec, {TEACHER: SayAll()}))
     envs = supersuit.concat_vec_envs_v1(single, 4, base_class="gymnasium")
     observations, _ = envs.reset(seed=7)
     assert all(observations["instruction"])
