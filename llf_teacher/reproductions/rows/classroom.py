@@ -50,20 +50,18 @@ def measure(rule: str, attention: int, seed: int) -> Sequence[float]:
     """Moves wasted per episode: the mean over students, and the greatest of a student."""
     rank, rng = RULES[rule], np.random.default_rng(seed)
     family = entry("llf-gridworld-v0").family
-    lifetimes = family.raw_env(
-        seating="classroom",
-        students=PUPILS,
-        attention=attention,
-        speech="kinds",
-        feedback_type="fp",
-        episodes=EPISODES,
-        max_cycles=TURNS,
-    )
+    options: dict[str, Any] = {
+        "students": PUPILS,
+        "attention": attention,
+        "episodes": EPISODES,
+        "max_cycles": TURNS,
+    }
+    lifetimes = family.raw_env(seating="classroom", speech="kinds", feedback_type="fp", **options)
     room: Any = lifetimes.unwrapped
-    env = ParallelSeats(lifetimes, {name: LEARNER.seat(family, room.desks[0].world) for name in room.students})
+    env = ParallelSeats(lifetimes, {name: LEARNER.seat(family, room.sessions[0].world) for name in room.students})
     observations, infos = env.reset(seed=seed)
     advice = [room.address(i, _ADVICE) for i in range(PUPILS)]
-    oracles, last = [desk.teacher.oracle for desk in room.desks], infos[TEACHER]["moments"]
+    oracles, last = [session.teacher.oracle for session in room.sessions], infos[TEACHER]["moments"]
     heard, wasted, rounds = np.zeros(PUPILS), np.zeros(PUPILS), 0
     while env.agents:
         seen, moments = observations[TEACHER], infos[TEACHER]["moments"]
