@@ -16,7 +16,7 @@ def test_corrected_is_what_was_announced():
     decisions = 0
     while not lessons.over:
         decisions += len(lessons.rows)
-        lessons.go_on(np.ones(len(lessons.rows), bool))
+        lessons.step(np.ones(len(lessons.rows), bool))
     assert decisions > 20
     assert not lessons.lost.any()
     assert not len(lessons.rows)
@@ -29,7 +29,7 @@ def test_no_more_is_said_than_there_is():
     while not lessons.over:
         np.add.at(said, lessons.rows, 1)
         assert ((lessons.choices.left > 0) & (lessons.choices.way > 0)).all()
-        lessons.go_on(np.ones(len(lessons.rows), bool))
+        lessons.step(np.ones(len(lessons.rows), bool))
     assert said.max() == 2
     lessons.close()
 

@@ -271,7 +271,7 @@ def test_a_class_with_attention_for_all_wastes_nothing():
 
 
 def test_practice_begins_in_the_room_that_was_picked():
-    school = curriculum._School(seed=1)
+    school = curriculum._Practice(seed=1)
     for room in (3, 7):
         moves, wasted, found = school.episode(room, 1)
         assert (moves, school.session.moment.before.room) == (1, room)

@@ -62,7 +62,7 @@ def test_any_sequence_is_a_list_and_kept_as_a_tuple():
         ({"ids": []}, "ids must be a non-empty list"),
         ({"ids": "llf-gridworld-v0"}, "ids must be a non-empty list"),
         ({"teachers": ["orakle"]}, "teachers: unknown personality 'orakle'"),
-        ({"teachers": [3]}, "teachers: bad personality spec 3"),
+        ({"teachers": [3]}, "teachers: bad teacher spec 3"),
         ({"students": ["nobody"]}, "students: unknown student"),
         ({"feedback_types": ["q"]}, "feedback_types: feedback type 'q'"),
         (
