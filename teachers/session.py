@@ -699,10 +699,10 @@ class Session:
         Raises:
             ValueError: the action is outside the action space.
         """
-        oracle, now = self.teacher.oracle, self.moment.after
         if type(action) is ParseFailure or type(action := self.read(action)) is ParseFailure:
             return True
-        values = oracle.values(now)
+        oracle = self.teacher.oracle
+        values = oracle.values(self.moment.after)
         if values is not None:
             return bool(values[action] < max(values) - _NEAR)
         if HN not in oracle.feedback_types:
