@@ -39,11 +39,10 @@ def worlds(entry):
         env = pettingzoo.make("aec", id)
         env.reset(seed=SEED)
         seats = env.unwrapped
-        desk = getattr(seats, "desk", seats)
-        yield seating, getattr(desk, "desks", (desk,))[0].world
+        yield seating, (seats.sessions[0] if hasattr(seats, "sessions") else seats.session).world
     alone = ParallelSeats(entry.family.raw_env(speech="kinds", **entry.options), {TEACHER: SayAll()})
     alone.reset(seed=SEED)
-    yield "parallel", alone.env.world
+    yield "parallel", alone.env.session.world
 
 
 @pytest.mark.parametrize("entry", ENTRIES)
