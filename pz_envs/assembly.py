@@ -72,7 +72,8 @@ def assemble(
             theme=settings.theme,
             privileged=settings.privileged_info,
         )
-    teachers = [_teacher(subject, world, each, settings) for each in personalities or [settings.teacher]]
+    given: Sequence[str | Personality | Teacher] = personalities or [settings.teacher]
+    teachers = [_teacher(subject, world, each, settings) for each in given]
     session = Session(
         world,
         teachers,

@@ -27,6 +27,15 @@ if TYPE_CHECKING:
 
 TUTORING = "tutoring"
 """The seating of one teacher and one student, which is meant where none is named."""
+
+
+class SeatsKeywords(SettingsKeywords, total=False):
+    """What the doors of PettingZoo take besides, as keywords."""
+
+    max_cycles: int | None
+    episodes: int
+
+
 _shown = takes_settings(names={"max_turns": "max_cycles"})
 
 
@@ -88,12 +97,13 @@ class Subject(ABC):
         """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
         from teachers.teacher import Teacher
 
-        voice = wording.pop("voice", "plain")
-        return Teacher(self.oracle_class()(world.scratch), self.phrasebook(voice), personality, **wording)
+        settings: dict[str, Any] = {**wording}
+        phrasebook = self.phrasebook(settings.pop("voice", "plain"))
+        return Teacher(self.oracle_class()(world.scratch), phrasebook, personality, **settings)
 
     @_shown
     def raw_env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SeatsKeywords]
     ) -> "SeatsEnv":
         """The bare AEC environment.
 
@@ -114,7 +124,7 @@ class Subject(ABC):
 
     @_shown
     def env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SeatsKeywords]
     ) -> "AECEnv":
         """The AEC environment with PettingZoo's check of the calling order; arguments as in `raw_env`."""
         from pz_envs.seats import OrderEnforcing
@@ -123,7 +133,7 @@ class Subject(ABC):
 
     @_shown
     def parallel_env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SeatsKeywords]
     ) -> "ParallelEnv":
         """The parallel form, as the seating has it; arguments as in `raw_env`."""
         found, lesson, own = self._read(seating, settings, keywords)
@@ -145,7 +155,7 @@ class Subject(ABC):
         rest = {key: value for key, value in keywords.items() if key not in names}
         if "max_cycles" in rest:
             rest["max_turns"] = rest.pop("max_cycles")
-        defaults = seating.defaults | ({"until_success": True} if own.get("episodes", 1) != 1 else {})
+        defaults = {**seating.defaults, **({"until_success": True} if own.get("episodes", 1) != 1 else {})}
         others = (*names, "max_cycles")
         lesson = Settings.of(self.name, rest, self.options(), given=settings, others=others, **defaults)
         return seating, lesson, own
@@ -162,10 +172,10 @@ class Seating(ABC):
     """Fields of `Settings` whose defaults are others here."""
 
     @abstractmethod
-    def raw_env(self, subject: Subject, settings: Settings, **own: Any) -> "SeatsEnv":
+    def raw_env(self, subject: Subject, settings: Settings, *args: Any, **own: Any) -> "SeatsEnv":
         """The bare AEC environment; a seating has arguments of its own as keywords."""
 
-    def parallel_env(self, subject: Subject, settings: Settings, **own: Any) -> "InTurns | ParallelSeats":
+    def parallel_env(self, subject: Subject, settings: Settings, *args: Any, **own: Any) -> "InTurns | ParallelSeats":
         """The parallel form: all seats act, and those whose turn it is not are ignored."""
         from pz_envs.parallel_seats import InTurns
         from pz_envs.seats import OrderEnforcing

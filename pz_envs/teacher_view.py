@@ -1,5 +1,6 @@
 """A teacher's seat over a session: what is seen from it, what its action means, and what it is paid."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,12 @@ class TeacherView:
         self.offer = session.offers[number]
         self.low, self.high = session.world.reward_range
         self._reward = parse_teacher_reward(reward)
-        self._act = {"message": session.say, "kinds": session.say_kinds, "claims": session.choose}[speech]
+        acts: dict[str, Callable[..., float]] = {
+            "message": session.say,
+            "kinds": session.say_kinds,
+            "claims": session.choose,
+        }
+        self._act = acts[speech]
         self.observation_space: spaces.Dict = words_space() if speech == "message" else self._choosing_space()
         self.action_space: spaces.Space[Any] = (
             message_space() if speech == "message" else spaces.Discrete(CHOICES[speech])

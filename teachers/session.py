@@ -394,12 +394,14 @@ class Session:
         self.state = self.world.observe()
         self._open_lesson()
         if moment.turn:
+            if not self.instructs:
+                self.offers[0].suggestion()  # with the instruction its oracle starts
             self.follow(moment, terminated)
             if self.observer is not None:
                 self.observer.begin(moment)
 
     def follow(self, moment: Moment[Any], terminated: bool = False) -> None:
-        """Take a turn of the student that was played elsewhere, with the world where it ends; arguments as above."""
+        """Take a turn of the student that was played elsewhere; the world stays as it is. Arguments as above."""
         self.moment, self.terminated = moment, terminated
         self.truncated = moment.over and not terminated
         self.info, self.atoms, self.asked = {"success": moment.success}, (), False

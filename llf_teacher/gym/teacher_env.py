@@ -125,7 +125,7 @@ class TeacherEnv(SeatEnv):
             self.action_space = spaces.Discrete(len(self.subsets))
             more["action_mask"] = mask_space(len(self.subsets))
         if more:
-            self.observation_space = spaces.Dict({**self.observation_space, **more})  # type: ignore[dict-item]
+            self.observation_space = spaces.Dict({**self.observation_space, **more})
 
     def __repr__(self) -> str:
         student = str(self._spec) if isinstance(self._spec, Student) else self._spec

@@ -13,9 +13,9 @@ HEAD = """# Known results
 Reproductions of known results about teaching. Each row is a claim of a paper, tried with our worlds, teachers and
 students on seeds that were not used for tuning. `llf reproduce` plays all rows and writes this page;
 `llf reproduce --only NAME` plays one row and keeps the others, and `--quick` plays a few seeds of each as a trial.
-Measurements are stored as they end, so that an interrupted run goes on where it stopped. Intervals are 95 % bootstrap intervals over
-seeds; a difference is significant if its interval excludes 0. Rows that train networks need the extra `learn`, and are
-left out without it.
+Measurements are stored as they end, so that an interrupted run goes on where it stopped. Intervals are 95 % bootstrap
+intervals over seeds; a difference is significant if its interval excludes 0. Rows that train networks need the extra
+`learn`, and are left out without it.
 
 A teacher can also learn when to speak. This needs the extra `learn` and has its own commands, beside its results:
 [A teacher that learned](learn-to-teach.md).

@@ -122,7 +122,7 @@ class ClassroomEnv(SeatsEnv):
         self.teacher_views = tuple(parts.teacher_views[0] for parts in lessons)
         """What the teacher sees of each student."""
         self.purse, self.max_turns = self.teacher_views[0].offer.purse, self.sessions[0].max_turns
-        self._sayings = CHOICES.get(settings.speech, 2) - 1  # to choose from, for one student
+        self._sayings: int = CHOICES.get(settings.speech, 2) - 1  # to choose from, for one student
         self.attention, self.attention_cost, self.same_world = attention, attention_cost, same_world
         self.students = tuple(f"{STUDENT[:-1]}{i}" for i in range(count))
         self._number = {student: i for i, student in enumerate(self.students)}

@@ -94,11 +94,11 @@ class PanelEnv(SeatsEnv):
         self.teachers = tuple(self.teacher_views)
         self.possible_agents = [*self.teacher_views, STUDENT]
         said = spaces.Dict({teacher: Prose(LONGEST) for teacher in self.teacher_views})
-        self.observation_spaces[STUDENT] = spaces.Dict({**self.student_view.words_space, "said": said})  # type: ignore[dict-item]
+        self.observation_spaces[STUDENT] = spaces.Dict({**self.student_view.words_space, "said": said})
         self.action_spaces[STUDENT] = self.student_view.action_space
         heard = Prose(LONGEST * len(views)) if settings.speech == "message" else spaces.MultiBinary(len(KINDS))
         for teacher, view in self.teacher_views.items():
-            self.observation_spaces[teacher] = spaces.Dict({**view.observation_space, "heard": heard})  # type: ignore[dict-item]
+            self.observation_spaces[teacher] = spaces.Dict({**view.observation_space, "heard": heard})
             self.action_spaces[teacher] = view.action_space
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:

@@ -50,13 +50,8 @@ def measure(rule: str, attention: int, seed: int) -> Sequence[float]:
     """Moves wasted per episode: the mean over students, and the greatest of a student."""
     rank, rng = RULES[rule], np.random.default_rng(seed)
     family = entry("llf-gridworld-v0").family
-    options: dict[str, Any] = {
-        "students": PUPILS,
-        "attention": attention,
-        "episodes": EPISODES,
-        "max_cycles": TURNS,
-    }
-    lifetimes = family.raw_env(seating="classroom", speech="kinds", feedback_type="fp", **options)
+    seated: dict[str, Any] = {"seating": "classroom", "students": PUPILS, "attention": attention}
+    lifetimes = family.raw_env(speech="kinds", feedback_type="fp", episodes=EPISODES, max_cycles=TURNS, **seated)
     room: Any = lifetimes.unwrapped
     env = ParallelSeats(lifetimes, {name: LEARNER.seat(family, room.sessions[0].world) for name in room.students})
     observations, infos = env.reset(seed=seed)
