@@ -82,15 +82,15 @@ def commented(
         turns: greatest number of each.
     """
     family = entry(id).family
-    lifetime: dict[str, Any] = {"episodes": episodes, "max_cycles": turns}
     seats: Any = family.raw_env(
         teacher=teacher,
         feedback_type=feedback,
         speech=speech,
+        episodes=episodes,
+        max_cycles=turns,
         budget=budget,
         cost=0.0,
         teacher_reward="student_progress",
-        **lifetime,
     )
     offer = seats.unwrapped.teacher_view.offer
     world = seats.unwrapped.session.world
