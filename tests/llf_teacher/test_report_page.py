@@ -75,7 +75,8 @@ def test_findings_come_first_and_are_computed(html, path):
     tested = [each for section in data.sections for each in section.differences.values()]
     better = sum(each.p < 0.05 and each.estimate.mean < 0 for each in tested)
     assert better > 0
-    assert f"Of the 4 comparisons with silent in the tables below, a teacher is better in {better} and worse in" in text
+    said = f"a teacher is significantly better in {better} and significantly worse in"
+    assert f"Of the 4 comparisons with silent in the tables below, {said}" in text
 
 
 def test_what_is_not_final_says_so_and_tests_nothing(path):
