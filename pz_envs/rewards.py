@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 from teachers.atoms import Moment
 from teachers.oracle import Oracle
-from teachers.session import check_cost
-from teachers.spec import unknown
+from teachers.spec import check_cost, unknown
 from worlds.world import is_number
 
 TeacherReward = Callable[[Moment, Oracle], float]

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, Self, TypedDict, TypeVar
 
 import numpy as np
 
-from teachers.session import check_cost, is_count
-from teachers.spec import unknown
+from teachers.spec import check_cost, is_count, unknown
 
 if TYPE_CHECKING:
     from pz_envs.numbers import Embed

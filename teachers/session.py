@@ -15,12 +15,9 @@ Nothing else advances a taught world or makes a teacher judge or speak. Environm
 """
 
 import copy
-import math
 import operator
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, Protocol, TypeGuard
-
-import numpy as np
+from typing import Any, NamedTuple, Protocol
 
 from teachers.atoms import (
     FN,
@@ -37,8 +34,9 @@ from teachers.atoms import (
     Utterance,
 )
 from teachers.seeds import Seeds
+from teachers.spec import check_cost, is_count
 from teachers.teacher import Teacher
-from worlds.world import World, is_number
+from worlds.world import World
 
 __all__ = [
     "BIT",
@@ -51,8 +49,6 @@ __all__ = [
     "Read",
     "Session",
     "Turn",
-    "check_cost",
-    "is_count",
     "price",
     "within",
 ]
@@ -712,16 +708,6 @@ class Session:
         return any(claim.kind is HN for claim in verdicts)
 
 
-def check_cost(name: str, value: Any) -> None:
-    """Check a cost.
-
-    Raises:
-        ValueError: it is not a finite number of at least 0.
-    """
-    if not is_number(value) or not 0 <= value < math.inf:
-        raise ValueError(f"{name} must be a finite number of at least 0, got {value!r}")
-
-
 def price(said: str) -> int:
     """Atoms of feedback in what is said; 1 for a text without atoms, 0 for silence."""
     atoms = _atoms(said)
@@ -759,11 +745,6 @@ def within(left: int, items: Sequence[Any]) -> list[Any]:
             kept.append(item)
             left -= item.kind is not None
     return kept
-
-
-def is_count(value: Any, most: float = math.inf) -> TypeGuard[int]:
-    """Whether a value is an integer, NumPy's included, from 1 to `most`."""
-    return isinstance(value, int | np.integer) and not isinstance(value, bool) and 1 <= int(value) <= most
 
 
 def _index(value: Any, count: int) -> int:

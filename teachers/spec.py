@@ -5,6 +5,7 @@ import dataclasses
 import difflib
 import importlib
 import inspect
+import math
 import pkgutil
 import re
 import reprlib
@@ -12,8 +13,9 @@ import threading
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property
+from numbers import Integral, Real
 from types import ModuleType
-from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeVar, get_type_hints
+from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeGuard, TypeVar, get_type_hints
 
 _PARSER = threading.Lock()  # Python 3.11 counts the nesting of all threads together, and may fail
 T = TypeVar("T")
@@ -344,3 +346,18 @@ def check_range(name: str, value: Any, low: float, high: float, kind: type = flo
     if isinstance(value, bool) or not isinstance(value, allowed) or not low <= value <= high:
         noun = "an integer" if kind is int else "a number"
         raise ValueError(f"{name} must be {noun} from {low} to {high}, got {value!r}")
+
+
+def check_cost(name: str, value: Any) -> None:
+    """Check a cost.
+
+    Raises:
+        ValueError: it is not a finite number of at least 0.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 <= float(value) < math.inf:
+        raise ValueError(f"{name} must be a finite number of at least 0, got {value!r}")
+
+
+def is_count(value: Any, most: float = math.inf) -> TypeGuard[int]:
+    """Whether a value is an integer, NumPy's included, from 1 to `most`."""
+    return isinstance(value, Integral) and not isinstance(value, bool) and 1 <= int(value) <= most

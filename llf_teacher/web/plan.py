@@ -17,8 +17,7 @@ from llf_teacher.studies.definition.custom_specs import teacher_spec
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from teachers.personality import parse_personality
-from teachers.session import is_count
-from teachers.spec import parse_call, unknown
+from teachers.spec import is_count, parse_call, unknown
 
 SEATS = {"student": STUDENT, "teacher": TEACHER, "watch": WATCHER}
 """The seats by the words of the page."""

@@ -16,7 +16,8 @@ from pz_envs.subject import Seating, Subject
 from pz_envs.teacher_view import CHOICES, CLAIM_COLUMNS, LEGAL, SUBSET_BITS, mask_space, words_space
 from teachers.atoms import KINDS, SILENCE, Moment
 from teachers.seeds import Seeds
-from teachers.session import CLAIMS, LONGEST, Purse, check_cost, is_count
+from teachers.session import CLAIMS, LONGEST, Purse
+from teachers.spec import check_cost, is_count
 from worlds.pictures.canvas import Frame
 from worlds.spaces import Prose
 

@@ -18,7 +18,8 @@ from pz_envs.settings import FIELDS, Settings
 from teachers.atoms import Moment
 from teachers.batches import Moments
 from teachers.feedback import MIXED, parse_kinds
-from teachers.session import BIT, is_count
+from teachers.session import BIT
+from teachers.spec import is_count
 from worlds.batches import ALL, Bools, Floats, Ints, Rows, merged
 from worlds.batches.streams import Streams
 

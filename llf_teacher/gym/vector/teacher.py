@@ -22,8 +22,8 @@ from pz_envs.teacher_view import LEGAL, SUBSET_BITS
 from teachers.atoms import FP, KINDS
 from teachers.batches import Moments
 from teachers.seeds import Seeds
-from teachers.session import BIT, is_count
-from teachers.spec import unknown
+from teachers.session import BIT
+from teachers.spec import is_count, unknown
 from worlds.batches import Bools, Floats, Ints, Rows, chosen, merged, most
 from worlds.batches.streams import Streams
 

@@ -9,8 +9,7 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
 from teachers.atoms import KINDS
 from teachers.feedback import NONE, format_kinds
-from teachers.session import is_count
-from teachers.spec import unknown
+from teachers.spec import is_count, unknown
 
 BASELINE = "silent"
 """The default teacher that others are compared with."""

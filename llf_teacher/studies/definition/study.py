@@ -23,8 +23,7 @@ from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
 from teachers.feedback import format_kinds
 from teachers.seeds import TREE
-from teachers.session import is_count
-from teachers.spec import unknown
+from teachers.spec import is_count, unknown
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
