@@ -9,7 +9,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard, Unpack
 
 from pz_envs.learning import Learning
-from pz_envs.settings import Settings, SettingsKeywords, TeacherKeywords, takes_settings
+from pz_envs.settings import Settings, TeacherKeywords, takes_settings
 from teachers.spec import unknown
 
 if TYPE_CHECKING:
@@ -27,13 +27,6 @@ if TYPE_CHECKING:
 
 TUTORING = "tutoring"
 """The default seating: one teacher and one student."""
-
-
-class SeatsKeywords(SettingsKeywords, total=False):
-    """The keywords of PettingZoo's doors."""
-
-    max_cycles: int | None
-    episodes: int
 
 
 _shown = takes_settings(names={"max_turns": "max_cycles"})
@@ -103,7 +96,7 @@ class Subject(ABC):
 
     @_shown
     def raw_env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SeatsKeywords]
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any
     ) -> "SeatsEnv":
         """The bare AEC environment.
 
@@ -124,7 +117,7 @@ class Subject(ABC):
 
     @_shown
     def env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SeatsKeywords]
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any
     ) -> "AECEnv":
         """The AEC environment with PettingZoo's check of the calling order; arguments as in `raw_env`."""
         from pz_envs.seats import OrderEnforcing
@@ -133,7 +126,7 @@ class Subject(ABC):
 
     @_shown
     def parallel_env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Unpack[SeatsKeywords]
+        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any
     ) -> "ParallelEnv":
         """The parallel form of the seating; arguments as in `raw_env`."""
         found, lesson, own = self._read(seating, settings, keywords)

@@ -159,7 +159,7 @@ BROKEN = {
     "bad_name": ("llf_thermostat.family:NONE", "AttributeError"),
     "bad_type": ("llf_thermostat.family:env", "must be a pz_envs.family.Family, got"),
     "bad_syntax": ("llf_broken.syntax:FAMILY", "SyntaxError"),
-    "bad_id": ("llf_broken.unversioned:FAMILY", "environment 'broken' must be named as in 'name-v0'"),
+    "bad_id": ("llf_broken.unversioned:FAMILY", "environments must be named as in 'name-v0', got 'broken'"),
     "bad_twin": ("llf_broken.twin:FAMILY", "taken by the family"),
     "bad_empty": ("llf_broken.empty:FAMILY", "declares no environments"),
     "bad_showcase": ("llf_broken.showcase:FAMILY", "showcase 'other-v0' is none of its environments"),

@@ -199,7 +199,7 @@ def test_students_of_numbers_do_without_pictures_of_texts(tmp_path):
     ("options", "match"),
     [
         ({"llf-poem*": {}}, r'options."llf-poem\*" matches none of the ids'),
-        ({"llf-*": {"num_romos": 3}}, "llf-gridworld-v0 does not take these: unknown option 'num_romos'; did you mean"),
+        ({"llf-*": {"num_romos": 3}}, "llf-gridworld-v0: unknown option 'num_romos'; did you mean"),
         ({"llf-*": {"num_rooms": 0}}, "num_rooms must be"),
         ({"llf-*": {"visual": 1}}, "visual must be true or false, got 1"),
         ({"llf-*": {"teacher": "silent"}}, "unknown option 'teacher'"),

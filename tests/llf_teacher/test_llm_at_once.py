@@ -103,7 +103,7 @@ def test_a_limit_that_is_reached_stops_all(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "match"),
-    [({"address": "auto"}, "has no address, got 'auto'"), ({"seconds": 3.0}, "can keep no limits of time")],
+    [({"address": "auto"}, "has no address, got address='auto'"), ({"seconds": 3.0}, "cannot enforce limits of time")],
 )
 def test_what_threads_cannot_do(options, match):
     work = Work(int, abs, 3, options.get("seconds"))

@@ -94,7 +94,7 @@ def test_what_was_cut_and_what_is_of_unknown_price_is_said(tmp_path):
         "1.5000 USD, without 1 of unknown price",
         "1.5000 USD",
     ]
-    assert lines.pop(3) == "m: no reply to 2 of 7 requests, which may be charged all the same"
+    assert lines.pop(3) == "m: no reply to 2 of 7 requests, which may be charged nevertheless"
     assert lines[3].endswith(": 2 of 4 answers were cut for their length; raise max_tokens")
     assert lines[4].endswith(": 2 of 4 answers were no actions; see the transcripts")
     assert len(lines) == 5

@@ -366,6 +366,6 @@ def test_a_page_that_comes_back_finds_all_as_it_was():
 
 def test_a_study_that_runs_has_no_people(tmp_path):
     study = Study(ids=[GRID], teachers=["oracle"], students=["llf_teacher.people:PersonLearning"], seeds=1)
-    with pytest.warns(RuntimeWarning, match="PersonLearning.*sits at a page in the browser"):
+    with pytest.warns(RuntimeWarning, match="PersonLearning.*is a person in the browser"):
         found = run(study, tmp_path / "none.db", workers=1)
     assert not list(found.rows())

@@ -175,7 +175,7 @@ def test_people_are_in_studies(tmp_path):
     found = load(path)
     assert {row["student"] for row in found.rows()} == {str(people.students[0])}
     assert "PersonTeaching(code=&#39;p1&#39;)" in found.report(people).html
-    with pytest.raises(ValueError, match="sits at a page in the browser"):
+    with pytest.raises(ValueError, match="is a person in the browser"):
         play(spec)
     with pytest.raises(ValueError, match="'p3' sits at a page"):
         PersonLearning("p3").act({}, {})
