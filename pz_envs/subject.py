@@ -95,9 +95,7 @@ class Subject(ABC):
         return Teacher(self.oracle_class()(world.scratch), phrasebook, personality, **settings)
 
     @_shown
-    def raw_env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any
-    ) -> "SeatsEnv":
+    def raw_env(self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any) -> "SeatsEnv":
         """The bare AEC environment.
 
         Args:
@@ -116,9 +114,7 @@ class Subject(ABC):
         return env
 
     @_shown
-    def env(
-        self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any
-    ) -> "AECEnv":
+    def env(self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any) -> "AECEnv":
         """The AEC environment with PettingZoo's check of the calling order; arguments as in `raw_env`."""
         from pz_envs.seats import OrderEnforcing
 
