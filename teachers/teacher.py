@@ -18,14 +18,14 @@ _RAISES = "instruction type {!r} is not supported; allowed: {}"
 
 
 class Teacher:
-    """Watches a student, states claims and words them. The only place where atoms are made.
+    """States claims of a student's turns, and words them. The only place where atoms are made.
 
-    It fits the teacher's seat: `reset(rng)`, then `act(observation, info)` with the privileged `moment`
-    in the info.
+    In a lesson `teachers.session.Session` calls it. It is also a policy for a teacher's seat: `reset(rng)`, then
+    `act(observation, info)` with the privileged `moment` in the info.
 
     Args:
-        oracle: knows the truth.
-        voice: knows the words.
+        oracle: states what is true.
+        voice: the phrases.
         personality: a spec string such as `mistake(eps=0.1) | delayed(turns=2)`, or a `Personality`.
         instruction_type: `b`, `p` or `c`.
         feedback_type: `a`, `n`, `m`, or kinds as `"r+hp"`, a set, a list or a tuple. It bounds what any
@@ -95,7 +95,7 @@ class Teacher:
 
     @property
     def offered(self) -> tuple[Claim, ...]:
-        """The claims among which the personality chose last; none if it passes on everything."""
+        """The claims among which the personality chose last; none if it says all of them."""
         return self._offered if self._unasked is None else self.oracle.judge(*self._unasked)
 
     @property
@@ -129,11 +129,11 @@ class Teacher:
             self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
 
     def _stream(self, name: str) -> np.random.Generator:
-        """One of the episode's random streams from its beginning; made when it is needed, which takes a while."""
+        """One of the episode's random streams from its beginning; made when it is needed, since that is slow."""
         return self._seeds.stream(name, self._seat)
 
     def act(self, observation: Any, info: dict[str, Any]) -> Utterance:
-        """Speak in the teacher's seat."""
+        """All that is said of the info's `moment`."""
         return self.speak(info["moment"])
 
     def speak(self, moment: Moment) -> Utterance:
@@ -174,7 +174,7 @@ class Teacher:
         return self._choose(moment, kinds)
 
     def answer(self, moment: Moment) -> tuple[Claim, ...]:
-        """The advice of this turn, after personality and bound, for a student who asks for it after all was said."""
+        """The advice of this turn, after personality and bound, for a student that asks after the teacher has spoken."""
         kinds = self._kinds & {FP, FN}
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
@@ -185,7 +185,7 @@ class Teacher:
 
     def _choose(self, moment: Moment, kinds: frozenset[FeedbackType]) -> tuple[Claim, ...]:
         """What the personality makes of what the oracle offers it."""
-        assert self._stage is not None  # noqa: S101  # who is asked has a stage
+        assert self._stage is not None  # noqa: S101  # a personality that is not transparent has one
         self._offered = self.oracle.judge(moment, kinds)
         return tuple(claim for claim in self._stage.speak(self._offered, self._view) if claim.kind in kinds)
 
