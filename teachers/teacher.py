@@ -174,7 +174,7 @@ class Teacher:
         return self._choose(moment, kinds)
 
     def answer(self, moment: Moment) -> tuple[Claim, ...]:
-        """The advice of this turn, after personality and bound, for a student that asks after the teacher has spoken."""
+        """The advice of this turn, after personality and bound, for a student that asks."""
         kinds = self._kinds & {FP, FN}
         if self._stage is None:
             return self.oracle.judge(moment, kinds) if kinds else ()
