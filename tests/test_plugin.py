@@ -162,7 +162,7 @@ BROKEN = {
     "bad_id": ("llf_broken.unversioned:FAMILY", "environments must be named as in 'name-v0', got 'broken'"),
     "bad_twin": ("llf_broken.twin:FAMILY", "taken by the family"),
     "bad_empty": ("llf_broken.empty:FAMILY", "declares no environments"),
-    "bad_showcase": ("llf_broken.showcase:FAMILY", "showcase 'other-v0' is none of its environments"),
+    "bad_showcase": ("llf_broken.showcase:FAMILY", "showcase and sampled must name its environments, got 'other-v0'"),
     "bad_env": ("llf_broken.envless:FAMILY", "has no attribute 'env'"),
 }
 DECLARATION = """

@@ -177,7 +177,7 @@ def test_people_are_in_studies(tmp_path):
     assert "PersonTeaching(code=&#39;p1&#39;)" in found.report(people).html
     with pytest.raises(ValueError, match="is a person in the browser"):
         play(spec)
-    with pytest.raises(ValueError, match="'p3' sits at a page"):
+    with pytest.raises(ValueError, match="'p3' is a person in the browser"):
         PersonLearning("p3").act({}, {})
     with pytest.raises(ValueError, match="speech 'loud' is unknown; allowed: message, kinds, claims"):
         PersonTeaching(speech="loud")
