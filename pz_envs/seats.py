@@ -8,9 +8,10 @@ from pettingzoo import AECEnv
 from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
 from pz_envs.settings import RENDER_MODES
-from pz_envs.student_view import info_for
+from pz_envs.student_view import StudentView, info_for
 from pz_envs.window import FPS, Renderer
 from teachers.atoms import Moment
+from teachers.session import Session
 from worlds.pictures.canvas import Frame
 from worlds.world import World
 
@@ -151,6 +152,61 @@ class SeatsEnv(AECEnv):
         self.truncations = dict.fromkeys(self.agents, False)
         self.infos: dict[str, dict[str, Any]] = {}
         self._skip_agent_selection = None
+
+
+class OneSessionEnv(SeatsEnv):
+    """An AEC environment over one session, with the view of its student; the other arguments are of `SeatsEnv`."""
+
+    def __init__(
+        self, session: Session, student_view: StudentView, name: str, speech: str, render_mode: str | None
+    ) -> None:
+        super().__init__(name, speech, render_mode)
+        self.session, self.student_view, self.max_turns = session, student_view, session.max_turns
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        """Begin an episode; without a seed the random streams go on. `options` are the world's."""
+        self.session.open(seed, known_options(options, self.session.world))
+        self._enter()
+
+    def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
+        """Begin another episode of the same lesson; see `SeatsEnv`."""
+        self.session.start_next_episode(start, known_options(options, self.session.world))
+        self._enter()
+
+    @property
+    def current_truth(self) -> Any:
+        """The current truth of the world."""
+        return self.session.moment.after
+
+    def moment_of(self, student: str) -> Moment[Any]:
+        """The student's last moment: privileged."""
+        return self.session.moment
+
+    def as_text(self) -> str:
+        """The world and the teacher's last words; with a render mode the turn and the student's action, too."""
+        return self.student_view.as_text()
+
+    def frame(self) -> Frame:
+        """The frame of the last turn, where each sentence of several teachers has its speaker, uint8 (480, 640, 3)."""
+        return self.student_view.frame()
+
+    def close(self) -> None:
+        """Close the window and the world."""
+        super().close()
+        self.session.world.close()
+
+    def _enter(self) -> None:
+        """Seat the agents at the opening; the teachers are the next to act."""
+        self._open()
+        self.infos[STUDENT] = self.student_view.info()
+
+    def _select_student(self) -> None:
+        """Select the student, with the teachers' words in its info; a finished episode ends."""
+        session = self.session
+        if session.over:
+            self.terminations = dict.fromkeys(self.agents, session.terminated)
+            self.truncations = dict.fromkeys(self.agents, session.truncated)
+        self.agent_selection = STUDENT
 
 
 class OrderEnforcing(OrderEnforcingWrapper):

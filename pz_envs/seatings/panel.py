@@ -9,13 +9,12 @@ from gymnasium import spaces
 from pz_envs.assembly import Parts, assemble
 from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import SayAll, refuse_messages
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
+from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv, SeatsEnv
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
-from teachers.atoms import KINDS, SILENCE, Moment
+from teachers.atoms import KINDS, SILENCE
 from teachers.personality import Personality
 from teachers.session import LONGEST
-from worlds.pictures.canvas import Frame
 from worlds.spaces import Prose
 
 __all__ = ["MOST", "SEATING", "Panel", "PanelEnv", "check_teachers"]
@@ -37,7 +36,7 @@ def check_teachers(teachers: Any) -> None:
         raise ValueError(f"teachers must be 1 to {MOST}, got {len(teachers)}")
 
 
-class PanelEnv(SeatsEnv):
+class PanelEnv(OneSessionEnv):
     """An AEC environment with the agents `teacher_0` to `teacher_<m - 1>` and `student_0`, over one session.
 
     Turn order:
@@ -86,9 +85,9 @@ class PanelEnv(SeatsEnv):
     def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring", *, order: str = "fixed") -> None:
         if order not in ORDERS:
             raise ValueError(f"order {order!r} is unknown; allowed: {', '.join(ORDERS)}")
-        super().__init__(f"panel_{name}", settings.speech, settings.render_mode)
-        self.session, self.student_view, views = parts
-        self.order, self.max_turns = order, self.session.max_turns
+        session, student_view, views = parts
+        super().__init__(session, student_view, f"panel_{name}", settings.speech, settings.render_mode)
+        self.order = order
         self.teacher_views = {f"{TEACHER[:-1]}{i}": view for i, view in enumerate(views)}
         """The view of each teacher, by agent."""
         self.teachers = tuple(self.teacher_views)
@@ -101,25 +100,9 @@ class PanelEnv(SeatsEnv):
             self.observation_spaces[teacher] = spaces.Dict({**view.observation_space, "heard": heard})
             self.action_spaces[teacher] = view.action_space
 
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
-        """Begin an episode; without a seed the random streams go on. `options` are the world's."""
-        self.session.open(seed, known_options(options, self.session.world))
-        self._enter()
-
-    def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
-        """Begin another episode of the same lesson; see `SeatsEnv`."""
-        self.session.start_next_episode(start, known_options(options, self.session.world))
-        self._enter()
-
-    @property
-    def current_truth(self) -> Any:
-        """The current truth of the world."""
-        return self.session.moment.after
-
     def _enter(self) -> None:
+        super()._enter()
         self._order_rng = self.session.seeds.stream("order")
-        self._open()
-        self.infos[STUDENT] = self.student_view.info()
         self._said: dict[str, str] = dict.fromkeys(self.teacher_views, SILENCE)
         self._begin_round()
 
@@ -135,23 +118,10 @@ class PanelEnv(SeatsEnv):
         observation["heard"] = np.array([kind in kinds for kind in KINDS], np.int8)
         return observation
 
-    def moment_of(self, student: str) -> Moment[Any]:
-        """The student's last moment: privileged."""
-        return self.session.moment
-
     def as_text(self) -> str:
         """The world and the last words of each teacher."""
         words = "\n".join(f"{teacher}: {said}" for teacher, said in self._said.items())
-        return f"{self.student_view.as_text()}\n{words}"
-
-    def frame(self) -> Frame:
-        """The frame of the last turn, where each sentence has its speaker."""
-        return self.student_view.frame()
-
-    def close(self) -> None:
-        """Close the window and the world."""
-        super().close()
-        self.session.world.close()
+        return f"{super().as_text()}\n{words}"
 
     def _describe_seats(self) -> str:
         return f"{[offer.teacher for offer in self.session.offers]}"
@@ -169,7 +139,8 @@ class PanelEnv(SeatsEnv):
         if self.speech == "kinds":
             self.infos[agent] = {**self.infos[agent], "trimmed": view.offer.trimmed}
         if self.session.heard:
-            self._end_round()
+            self._said = {teacher: view.offer.said or SILENCE for teacher, view in self.teacher_views.items()}
+            self._select_student()
         elif view.offer.said is not None:
             self.agent_selection = self._waiting.pop(0)
 
@@ -181,14 +152,6 @@ class PanelEnv(SeatsEnv):
             self.infos[teacher] = self.teacher_views[teacher].info()
         self.agent_selection, *waiting = order
         self._waiting: list[str] = waiting
-
-    def _end_round(self) -> None:
-        session = self.session
-        self._said = {teacher: view.offer.said or SILENCE for teacher, view in self.teacher_views.items()}
-        if session.over:
-            self.terminations = dict.fromkeys(self.agents, session.terminated)
-            self.truncations = dict.fromkeys(self.agents, session.truncated)
-        self.agent_selection = STUDENT
 
     def _pay(self, actor: str, rewards: dict[str, float]) -> None:
         self.rewards = rewards

@@ -3,16 +3,14 @@
 from typing import Any
 
 from pz_envs.assembly import Parts, assemble
-from pz_envs.seats import STUDENT, TEACHER, SeatsEnv, known_options
+from pz_envs.seats import STUDENT, TEACHER, OneSessionEnv, SeatsEnv
 from pz_envs.settings import Settings
 from pz_envs.subject import Seating, Subject
-from teachers.atoms import Moment
-from worlds.pictures.canvas import Frame
 
 __all__ = ["SEATING", "Tutoring", "TutoringEnv"]
 
 
-class TutoringEnv(SeatsEnv):
+class TutoringEnv(OneSessionEnv):
     """An AEC environment with the agents `teacher_0` and `student_0`: the two seats of a `teachers.session.Session`.
 
     The teacher is first; then student and teacher alternate, and the teacher is last: after the student's final action
@@ -70,59 +68,23 @@ class TutoringEnv(SeatsEnv):
     metadata = {**SeatsEnv.metadata, "name": "tutoring_v0"}  # noqa: RUF012 (PettingZoo's convention)
 
     def __init__(self, parts: Parts, settings: Settings, name: str = "tutoring") -> None:
-        super().__init__(name, settings.speech, settings.render_mode)
-        self.session, self.student_view, (self.teacher_view,) = parts
-        self.max_turns = self.session.max_turns
+        session, student_view, (self.teacher_view,) = parts
+        super().__init__(session, student_view, name, settings.speech, settings.render_mode)
         self.possible_agents = [TEACHER, STUDENT]
         for agent, view in ((TEACHER, self.teacher_view), (STUDENT, self.student_view)):
             self.observation_spaces[agent], self.action_spaces[agent] = view.observation_space, view.action_space
 
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
-        """Begin an episode; without a seed the random streams go on. `options` are the world's."""
-        self.session.open(seed, known_options(options, self.session.world))
-        self._enter()
-
-    def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> None:
-        """Begin another episode of the same lesson; see `SeatsEnv`."""
-        self.session.start_next_episode(start, known_options(options, self.session.world))
-        self._enter()
-
-    @property
-    def current_truth(self) -> Any:
-        """The current truth of the world."""
-        return self.session.moment.after
-
     def observe(self, agent: str) -> Any:
         """What an agent sees now."""
-        return (
-            self.student_view.observe()
-            if agent == STUDENT
-            else self.teacher_view.observe(self.agent_selection == TEACHER)
-        )
-
-    def moment_of(self, student: str) -> Moment[Any]:
-        """The student's last moment: privileged."""
-        return self.session.moment
-
-    def as_text(self) -> str:
-        """The world and the teacher's last words; with a render mode the turn and the student's action, too."""
-        return self.student_view.as_text()
-
-    def frame(self) -> Frame:
-        """The frame of the last turn, uint8 (480, 640, 3)."""
-        return self.student_view.frame()
-
-    def close(self) -> None:
-        """Close the window and the world."""
-        super().close()
-        self.session.world.close()
+        if agent == STUDENT:
+            return self.student_view.observe()
+        return self.teacher_view.observe(self.agent_selection == TEACHER)
 
     def _describe_seats(self) -> str:
         return f"{self.session.teacher!r}"
 
     def _enter(self) -> None:
-        self._open()
-        self.infos[STUDENT] = self.student_view.info()
+        super()._enter()
         self._select_teacher()
 
     def _act(self, agent: str, action: Any) -> None:
@@ -147,14 +109,6 @@ class TutoringEnv(SeatsEnv):
     def _select_teacher(self) -> None:
         self.infos[TEACHER] = self.teacher_view.info()
         self.agent_selection = TEACHER
-
-    def _select_student(self) -> None:
-        """Select the student, with the teacher's words in its info; a finished episode ends."""
-        session = self.session
-        if session.over:
-            self.terminations = dict.fromkeys(self.agents, session.terminated)
-            self.truncations = dict.fromkeys(self.agents, session.truncated)
-        self.agent_selection = STUDENT
 
 
 class Tutoring(Seating):
