@@ -116,7 +116,7 @@ def test_the_web_page_answers(server):
 
 def test_what_is_refused():
     environment = FeedbackServerEnvironment()
-    with pytest.raises(RuntimeError, match="there is no episode: call reset before step"):
+    with pytest.raises(RuntimeError, match="there is no episode; call reset before step"):
         environment.step(FeedbackAction(text="north"))
     with pytest.raises(ValueError, match="a server imports nothing for clients, got 'os:system'"):
         environment.reset(teacher="os:system")
