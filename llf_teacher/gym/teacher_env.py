@@ -165,7 +165,7 @@ class TeacherEnv(SeatEnv):
             action = self.subsets[action]
         reward = teacher.act(action)
         terminated = truncated = False
-        if session.heard:
+        if session.heard or session.over:  # a finished episode leaves no time for a second claim
             if life is not None:
                 life.said()
             if session.over:
