@@ -130,10 +130,13 @@ class Settings:
     """
     theme: str = "light"
     """Of frames: `light` or `dark`."""
-    options: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-    """The world's options."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """The world's options; a copy is kept."""
 
     def __post_init__(self) -> None:
+        if not isinstance(self.options, Mapping):
+            raise ValueError(f"options must be a mapping of the world's options, got {self.options!r}")
+        object.__setattr__(self, "options", {**self.options})
         check_flags(**{name: getattr(self, name) for name in _FLAGS})
         if self.text and self.numbers:
             raise ValueError("text=True and numbers=True exclude each other; set one of them")
@@ -148,6 +151,8 @@ class Settings:
             allowed_modes = ", ".join(RENDER_MODES)
             raise ValueError(f"render_mode {self.render_mode!r} is unknown; allowed: None, {allowed_modes}")
         check_cost("cost", self.cost)
+        if self.ask_cost is not None:
+            check_cost("ask_cost", self.ask_cost)
         if self.budget is not None and not is_count(self.budget):
             raise ValueError(f"budget must be None or an integer of at least 1, got {self.budget!r}")
 
@@ -183,7 +188,8 @@ class Settings:
             where: what takes them, for errors.
             keywords: fields and options of the world.
             options: the options that the world has.
-            given: settings that the keywords change; None: the defaults.
+            given: settings that the keywords change; None: the defaults. Where they have the default of a field, the
+                door's own default counts.
             others: what the door takes besides, for errors.
             refused: fields that the door does not take.
             defaults: fields whose defaults are others at this door.
@@ -194,14 +200,17 @@ class Settings:
         refused = set(refused)
         names = FIELDS - refused
         own = {name: value for name, value in keywords.items() if name in names}
+        if not isinstance(own.get("options", {}), Mapping):
+            raise ValueError(f"options must be a mapping of the world's options, got {own['options']!r}")
         more = {name: value for name, value in keywords.items() if name not in names}
-        known = {*options, *refused}
-        if unknown_names := [name for name in more if name not in known]:
+        known = set(options)
+        if unknown_names := [name for name in more if name not in known | refused]:
             allowed = sorted((names | known | set(others)) - {"options"})
             raise ValueError(f"{where} does not take these options: {unknown('option', unknown_names[0], allowed)}")
         if given is not None and not isinstance(given, cls):
             raise ValueError(f"settings must be a {cls.__name__}, got {given!r}")
-        base = cls(**defaults) if given is None else given
+        base = cls() if given is None else given
+        base = replace(base, **{n: value for n, value in defaults.items() if getattr(base, n) == getattr(_DEFAULT, n)})
         changed = {name for name in refused if getattr(base, name) != getattr(_DEFAULT, name)}
         if unused := sorted(changed | (refused & keywords.keys())):
             raise ValueError(f"{where} does not use {unused[0]} from this seat; leave it out")

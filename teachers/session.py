@@ -157,6 +157,7 @@ class Offer:
         self.chosen: list[int] = []
         """Indices into `listed` that have been chosen in this turn."""
         self._briefs = False
+        self._notice: tuple[Claim[Any], ...] | None = None  # with which the oracle starts
         self._claims: tuple[Claim[Any], ...] | None = None
         self._suggestion: Utterance | None = None
         self._kinds = -1
@@ -164,12 +165,14 @@ class Offer:
     def see(self, moment: Moment[Any], asked: bool = False, briefs: bool = False) -> None:
         """The moment to speak of; `briefs`: the suggestion of this moment begins with the instruction."""
         self.moment, self.asked, self._briefs, self.chosen, self._kinds = moment, asked, briefs, [], -1
-        self.said = self._claims = self._suggestion = None
+        self.said = self._claims = self._suggestion = self._notice = None
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; the teacher is asked once a moment, when they are needed."""
         if self._claims is None:
             moment, teacher = self.moment, self.teacher
+            if self._briefs:
+                self._notice = teacher.notice(moment)
             if self.asked:
                 self._claims = teacher.answer(moment)
             else:
@@ -182,9 +185,10 @@ class Offer:
         """All that the teacher has to say of this moment, in its words."""
         said = self._suggestion
         if said is None:
-            teacher, moment = self.teacher, self.moment
-            notice = teacher.notice(moment) if self._briefs else ()  # it comes first: the oracle starts with it
-            said = self._suggestion = teacher.say(notice + self.claims(), moment.turn)
+            claims = self.claims()
+            if self._notice:
+                claims = self._notice + claims
+            said = self._suggestion = self.teacher.say(claims, self.moment.turn)
         return said
 
     @property
@@ -317,7 +321,11 @@ class Session:
         undoable: bool = False,
     ) -> None:
         self.world, self.teacher, self.max_turns, self.repeated = world, teachers[0], max_turns, repeated
+        if not is_count(max_turns):
+            raise ValueError(f"max_turns must be an integer of at least 1, got {max_turns!r}")
         purses = purses or [Purse(0.0) for _ in teachers]
+        if len(purses) != len(teachers):
+            raise ValueError(f"purses must be one for each of {len(teachers)} teachers, got {len(purses)}")
         seats = [f"teacher_{number}" for number in range(len(teachers))] if len(teachers) > 1 else [""]
         self.offers = tuple(map(Offer, teachers, purses, seats))
         """What each of the teachers has to say."""
@@ -344,7 +352,7 @@ class Session:
         self.asked = False
         """Whether the student has asked in this turn."""
         self._inputs: list[tuple[Callable[..., Any], tuple[Any, ...], list[tuple[bool, bool]]]] | None = None
-        self.heard = True
+        self.heard = False
         """Whether the student has heard all teachers since it last acted or asked."""
 
     # The beginning of an episode.
@@ -359,12 +367,13 @@ class Session:
         Returns:
             The opening moment.
         """
+        moment = self._begin(seed, options, None)
         for offer in self.offers:
             offer.purse.spent = offer.trimmed = 0
         self._inputs = None
         if self._undoable and seed is not None:
             self._inputs, self._opened = [], (seed, options)
-        return self._begin(seed, options, None)
+        return moment
 
     def start_next_episode(self, start: Any = None, options: dict[str, Any] | None = None) -> Moment[Any]:
         """Begin another episode of the same lesson: the streams go on, and what was spent of a budget stays spent.
@@ -373,8 +382,9 @@ class Session:
             start: the truth to begin with; None: as a reset of the world draws it.
             options: those of the world's `reset`.
         """
+        moment = self._begin(None, options, start)
         self._inputs = None
-        return self._begin(None, options, start)
+        return moment
 
     def resume_from(self, moment: Moment[Any], terminated: bool = False) -> None:
         """Go on from a moment of an episode that was played elsewhere; the teachers are the next to speak.
@@ -443,11 +453,11 @@ class Session:
         Raises:
             ValueError: the action is outside the action space; nothing has changed.
         """
+        if self.terminated or self.truncated:
+            raise ValueError("the episode has ended; open another one")
         given = action
         if type(action) is not ParseFailure:
             action = self.read(action)
-        if self._inputs is not None:
-            self._keep(Session.act, given)
         world, last = self.world, self.moment
         turn = last.turn + 1
         if type(action) is ParseFailure:
@@ -465,6 +475,8 @@ class Session:
             truncated = not terminated and (truncated or turn >= self.max_turns)
             moment = Moment(last.after, action, reward, world.truth, success, turn, terminated or truncated)
             self.info = info
+        if self._inputs is not None:
+            self._keep(Session.act, copy.deepcopy(given))
         self.moment, self.terminated, self.truncated = moment, terminated, truncated
         self.atoms, self.asked = (), False
         self._await_teachers()
@@ -492,6 +504,8 @@ class Session:
         if self.ask_cost is None or self.asked:
             why = "it has asked in this turn" if self.asked else "there is no ask_cost"
             raise ValueError(f"the student cannot ask: {why}; let it act")
+        if not self.heard or self.over:
+            raise ValueError("the student cannot ask now: the teachers have yet to speak, or the episode has ended")
         self.asked = True
         self.state = copy.deepcopy(self.state)
         self.info = {key: value for key, value in self.info.items() if key not in ("atoms", "parse_failure")}
@@ -541,11 +555,13 @@ class Session:
         Raises:
             ValueError: it is no text, or too long; nothing has changed.
         """
-        offer = self.offers[teacher]
+        offer = self._next_to_speak(teacher)
         if not self.instructs:
             offer.suggestion()  # the oracle starts with the instruction, and a personality sees each moment
-        elif type(words) is Utterance and not self.moment.turn:
-            words = Utterance.of([atom for atom in words.atoms if atom.kind is not None])
+        elif not self.asked:
+            offer.claims()
+            if type(words) is Utterance and not self.moment.turn:
+                words = Utterance.of([atom for atom in words.atoms if atom.kind is not None])
         words = offer.allowed(words)
         if self._inputs is not None:
             self._keep(Session.say, words, teacher)
@@ -557,7 +573,7 @@ class Session:
         Raises:
             ValueError: it is no subset's number; nothing has changed.
         """
-        offer = self.offers[teacher]
+        offer = self._next_to_speak(teacher)
         said = offer.of_kinds(subset)
         if self._inputs is not None:
             self._keep(Session.say_kinds, subset, teacher)
@@ -571,7 +587,7 @@ class Session:
         Raises:
             ValueError: it is no choice; nothing has changed.
         """
-        offer = self.offers[teacher]
+        offer = self._next_to_speak(teacher)
         before = len(offer.chosen)
         done = offer.choose(choice)
         if self._inputs is not None:
@@ -580,6 +596,19 @@ class Session:
         if done:
             self._put(offer, offer.of_chosen(), 0)
         return reward
+
+    def _next_to_speak(self, teacher: int) -> Offer:
+        """A teacher that has yet to speak of the moment.
+
+        Raises:
+            ValueError: there is no such teacher, or it has spoken.
+        """
+        if not 0 <= teacher < len(self.offers):
+            raise ValueError(f"teacher must be a number from 0 to {len(self.offers) - 1}, got {teacher!r}")
+        offer = self.offers[teacher]
+        if offer.said is not None:
+            raise ValueError("the teacher has spoken of this moment; the student, or another teacher, is next")
+        return offer
 
     def _put(self, offer: Offer, said: str, atoms: int | None = None) -> float:
         """What a teacher says, and the atoms that it pays for, by default those of feedback; its reward.
@@ -627,7 +656,7 @@ class Session:
         return Turn(
             self.moment,
             self.state,
-            self.info,
+            self.info.copy(),
             self.terminated,
             self.truncated,
             self.instruction if self._opening else SILENCE,

@@ -49,7 +49,7 @@ class LiveLesson:
         self._policy = None if student is None else student.seat(entry.family, self.session.world)
         self._recorder = Recorder(self.family.name, self.view)
         self.moves: list[tuple[str, Any]] = []
-        """Who moved, and what."""
+        """The seat of each move, and the move."""
         self.undone = 0
         """How many turns were taken back."""
         if self._policy is not None:
@@ -76,7 +76,7 @@ class LiveLesson:
             return WATCHER
         return STUDENT if self.session.heard else TEACHER
 
-    def move(self, who: str, what: Any) -> None:
+    def move(self, seat: str, what: Any) -> None:
         """One turn: a student's text, a teacher's `Saying`; of a watcher anything.
 
         Raises:
@@ -84,16 +84,16 @@ class LiveLesson:
         """
         if self.over:
             raise ValueError("the episode is over; begin a new lesson to go on")
-        if who != self.to_move:
+        if seat != self.to_move:
             raise ValueError("it is the turn of the other seat; wait until it has moved")
-        if who == TEACHER:
+        if seat == TEACHER:
             self._say(what)
         else:
-            self._act(what if who == STUDENT else None)
-        self.moves.append((who, what))
+            self._act(what if seat == STUDENT else None)
+        self.moves.append((seat, what))
         self._play_up_to_people()
 
-    def undo(self, who: str) -> None:
+    def undo(self, seat: str) -> None:
         """Take the last turn back.
 
         Raises:
@@ -101,12 +101,12 @@ class LiveLesson:
         """
         if not self.moves:
             raise ValueError("there is no turn to take back")
-        if self.moves[-1][0] != who:
-            raise ValueError("the other seat has moved since; only the last turn can be taken back, by who made it")
+        if self.moves[-1][0] != seat:
+            raise ValueError("the other seat has moved since; a seat can take back the last turn only if it is its own")
         policy, view, session = self._policy, self.view, self.session
         if policy is not None:
             policy.reset(Seeds(self.seed).stream("student"))
-        session.undo(who == TEACHER, lambda: policy and policy.act(view.observe(), view.info_for(policy)))
+        session.undo(seat == TEACHER, lambda: policy and policy.act(view.observe(), view.info_for(policy)))
         self._recorder.forget(session.moment.turn + session.heard)
         self.moves.pop()
         self.undone += 1
@@ -145,9 +145,9 @@ class LiveLesson:
             session.say(saying)
         else:
             listed = len(self.teacher_view.offer.listed())
-            if isinstance(saying, str | int):
+            chosen: Any = range(listed) if saying is None else saying
+            if not isinstance(chosen, Sequence) or any(type(i) is not int for i in chosen):
                 raise ValueError("in this lesson the teacher chooses among claims; give their numbers")
-            chosen = range(listed) if saying is None else saying
             if unknown_numbers := [i for i in chosen if not 0 <= i < listed]:
                 raise ValueError(
                     f"there is no claim {unknown_numbers[0]}; there are {listed} to choose from, counted from 0"

@@ -39,6 +39,7 @@ class SeatEnv(gymnasium.Env):
         keywords: Mapping[str, Any],
         *,
         refused: Iterable[str] = (),
+        policies: bool = False,
         **defaults: Any,
     ) -> None:
         self.family: Subject
@@ -59,7 +60,7 @@ class SeatEnv(gymnasium.Env):
         self._policy: Any = None
         """The user's policy in the teacher's seat, if there is one."""
         lesson = self.settings
-        if not isinstance(lesson.teacher, str | Personality | Teacher):
+        if policies and not isinstance(lesson.teacher, str | Personality | Teacher):
             self._policy, lesson = lesson.teacher, lesson.with_teacher("oracle")
             if not (hasattr(self._policy, "reset") and hasattr(self._policy, "act")):
                 raise ValueError(
@@ -79,9 +80,9 @@ class SeatEnv(gymnasium.Env):
     def _restart(self, seed: int | None, options: dict[str, Any] | None) -> None:
         """Open an episode. Without a seed all streams go on."""
         self.session.world.check_reset(options)
+        self._running = False
         self.session.open(seed, options)
         super().reset(seed=seed)
-        self._running = True
 
     def _check_running(self) -> None:
         if not self._running:

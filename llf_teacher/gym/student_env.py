@@ -37,7 +37,7 @@ class StudentEnv(SeatEnv):
     def __init__(
         self, env_id: str | Subject, *, settings: Settings | None = None, **keywords: Unpack[SettingsKeywords]
     ) -> None:
-        super().__init__(env_id, settings, keywords, refused=("speech",))
+        super().__init__(env_id, settings, keywords, refused=("speech",), policies=True)
         self.teacher = self.session.teacher if self._policy is None else self._policy
         """The session's teacher, or the user's policy."""
         self._speak = self.session.speak if self._policy is None else self._speak_by_policy
@@ -66,6 +66,7 @@ class StudentEnv(SeatEnv):
         if self._policy is not None:
             self._policy.reset(self.session.seeds.stream("teacher"))
         self._speak()
+        self._running = True
         if self.render_mode == "human":
             self.render()
         return self.observe(), self._info()

@@ -101,7 +101,7 @@ class TeacherEnv(SeatEnv):
             defaults["text"] = student.text
         self.life: Lifetime | None = None
         """The statistics of the lifetime; None in a single episode."""
-        reward = settings.teacher_reward if settings is not None else "student_reward"
+        reward = getattr(settings, "teacher_reward", "student_reward")
         paid: Any = self._paid_by(keywords.pop("teacher_reward", reward))
         super().__init__(env_id, settings, {**keywords, "teacher_reward": paid}, **defaults)
         self.action_space = self.teacher_view.action_space
@@ -137,6 +137,7 @@ class TeacherEnv(SeatEnv):
     ) -> tuple[dict[str, Any], dict[str, Any]]:
         """Begin an episode or a lifetime; the teacher speaks first."""
         self._restart(seed, options)
+        self._running = True
         seeds = self.session.seeds
         self._start: Any = None
         if self._renews or (self._remembers and seed is not None):

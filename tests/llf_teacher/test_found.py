@@ -1,7 +1,9 @@
 """What is found without reading the source: names, signatures, representations, and the nearest to a misspelt name."""
 
+import copy
 import dataclasses
 import inspect
+import pickle
 import subprocess
 import sys
 
@@ -189,3 +191,40 @@ def test_an_unknown_id_is_answered_by_the_nearest():
         llf_teacher.make("llf-gridwrld-v0")
     assert "metaworld" not in str(caught.value)
     assert f"all {len(llf_teacher.ids())} that are allowed are shown by `llf list`" in str(caught.value)
+
+
+def test_settings_are_copied_pickled_and_keep_their_own_options():
+    options = {"num_rooms": 12}
+    settings = Settings(max_turns=2, options=options)
+    options["num_rooms"] = 9
+    assert settings.options == {"num_rooms": 12}
+    for each in (settings, Settings()):
+        assert copy.deepcopy(each) == pickle.loads(pickle.dumps(each)) == each
+    env = gymnasium.make(GRIDWORLD, settings=Settings(max_turns=2))
+    gymnasium.make(env.spec)
+    assert llf_teacher.rollout(lambda prompts: ["1"] * len(prompts), GRIDWORLD, 1, settings=Settings(max_turns=2))
+
+
+def test_a_door_has_its_own_defaults_whether_it_takes_settings_or_keywords():
+    teacher = llf_teacher.TeacherEnv(GRIDWORLD, settings=Settings(max_turns=2), episodes=2)
+    assert (teacher.settings.speech, teacher.settings.until_success) == ("kinds", True)
+    assert family("gridworld").raw_env(seating="classroom", settings=Settings(max_turns=2)).speech == "kinds"
+
+
+@pytest.mark.parametrize(
+    ("given", "match"),
+    [
+        ({"settings": {"text": True}}, "settings must be a Settings, got"),
+        ({"options": None}, "options must be a mapping of the world's options, got None"),
+        ({"ask_cost": -1}, "ask_cost must be a finite number of at least 0, got -1"),
+        ({"speech": "kinds"}, "does not use speech from this seat; leave it out"),
+    ],
+)
+def test_settings_that_are_none_are_refused(given, match):
+    with pytest.raises(ValueError, match=match):
+        llf_teacher.StudentEnv(GRIDWORLD, **given)
+
+
+def test_the_teachers_environment_has_no_policy_in_its_own_seat():
+    with pytest.raises(ValueError, match="bad personality spec"):
+        llf_teacher.TeacherEnv(GRIDWORLD, teacher=object())

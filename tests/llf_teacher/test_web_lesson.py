@@ -100,7 +100,7 @@ def test_two_people_take_turns():
     with pytest.raises(ValueError, match="it is the turn of the other seat"):
         live.move(STUDENT, "west")
     live.move(TEACHER, (0,))
-    with pytest.raises(ValueError, match="only the last turn can be taken back, by who made it"):
+    with pytest.raises(ValueError, match="a seat can take back the last turn only if it is its own"):
         live.undo(STUDENT)
     live.move(STUDENT, "west")
     live.undo(STUDENT)

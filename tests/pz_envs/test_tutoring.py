@@ -156,6 +156,7 @@ def test_a_text_that_is_no_action_keeps_success_where_it_is_the_episodes(family)
             break
     assert session.moment.success
     session.say("")
+    session.terminated = False  # where success ends the episode
     session.act("\x00")
     assert session.moment.success is not family.repeated
 

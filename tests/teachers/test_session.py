@@ -281,3 +281,73 @@ def test_advice_for_the_first_action_is_feedback():
     session.speak()
     assert [atom.kind for atom in session.feedback.atoms] == [FP]
     assert not any(atom.kind for atom in session.instruction.atoms)
+
+
+@pytest.mark.parametrize("instructs", [False, True])
+@pytest.mark.parametrize("speech", ["say_kinds", "choose"])
+def test_teachers_may_choose_at_the_opening_however_the_instruction_is_given(speech, instructs):
+    session = made(instructs=instructs)
+    session.open(1)
+    getattr(session, speech)(1)
+    assert session.suggest()
+
+
+def test_own_words_keep_a_personality_up_to_date():
+    session = made(personalities=("delayed(turns=1)",), instructs=True, ask_cost=0.1)
+    session.open(1)
+    session.say("Hello.")
+    session.act(0)
+    session.say("Hm.")
+    session.ask()
+    session.speak()
+    assert session.turn.asked
+
+
+def test_each_teacher_speaks_once_a_turn_and_the_student_after_them():
+    session = made(personalities=("oracle", "oracle"), instructs=True, ask_cost=0.1, max_turns=1)
+    with pytest.raises(ValueError, match="the student cannot ask now: the teachers have yet to speak"):
+        session.ask()
+    session.open(1)
+    session.say("One.", 0)
+    with pytest.raises(ValueError, match="the teacher has spoken of this moment"):
+        session.say("Two.", 0)
+    with pytest.raises(ValueError, match="teacher must be a number from 0 to 1, got -1"):
+        session.say("Two.", -1)
+    session.say("Two.", 1)
+    assert session.heard
+    session.act(0)
+    with pytest.raises(ValueError, match="the episode has ended; open another one"):
+        session.act(0)
+
+
+def test_an_action_whose_world_fails_was_not_and_arrays_are_kept_as_they_were(monkeypatch):
+    family = next(family for family in FAMILIES if family.name == "optimization")
+    session = made(family, undoable=True)
+    session.open(1)
+    session.speak()
+    action, records = np.array([0.5, 0.5], np.float32), []
+    for step in (0.1, 0.2):
+        action += np.float32(step)
+        records += played(session, [action])
+
+    def fail(action):
+        raise RuntimeError("the simulator")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(session.world, "advance", fail)
+        with pytest.raises(RuntimeError, match="the simulator"):
+            session.act(action)
+    session.undo()
+    assert repr(session.turn) == repr(records[0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "match"),
+    [
+        ({"max_turns": 0}, "max_turns must be an integer of at least 1, got 0"),
+        ({"purses": [Purse(), Purse()]}, "purses must be one for each of 1 teachers, got 2"),
+    ],
+)
+def test_arguments_are_checked(arguments, match):
+    with pytest.raises(ValueError, match=match):
+        made(**arguments)
