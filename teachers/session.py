@@ -193,7 +193,7 @@ class Offer:
 
     @property
     def prepared(self) -> tuple[bool, bool]:
-        """Whether claims and suggestion of this moment have been asked for, which may draw from streams."""
+        """Whether claims and suggestion of this moment were made; `undo` makes them again, to keep streams equal."""
         return self._claims is not None, self._suggestion is not None
 
     def prepare(self, claims: bool, suggestion: bool) -> None:
@@ -269,8 +269,7 @@ class Offer:
     def allowed(self, words: Any) -> str:
         """As much of some words as the feedback type and the budget allow.
 
-        Text without atoms is of no kind: it passes unless no feedback is wanted at all. At the opening, what is no
-        feedback is left out where the student has the instruction already.
+        Text without atoms is of no kind: it passes unless no feedback is wanted at all.
 
         Raises:
             ValueError: it is no text, or too long.
@@ -294,7 +293,7 @@ class Session:
         max_turns: actions of the student after which the episode is truncated, at least 1.
         purses: what the teachers may say, one each; several can be the same. None: no limits.
         instructs: whether the first teacher's instruction is given by `open`, free of charge; else it is the first part
-            of what that teacher suggests at the opening, and words that are said there may be an instruction.
+            of what that teacher suggests at the opening, and its own words there may contain an instruction.
         until_success: whether success terminates the episode; it does not where the task is `repeated`.
         repeated: whether success is that of a single action, so that a text which is no action does not keep it.
         ask_cost: what the student pays for asking, at least 0; None: it cannot ask.
@@ -407,7 +406,12 @@ class Session:
                 self.observer.begin(moment)
 
     def follow(self, moment: Moment[Any], terminated: bool = False) -> None:
-        """Take a turn of the student that was played elsewhere; the world stays as it is. Arguments as above."""
+        """Take a turn of the student that was played elsewhere; the world does not change.
+
+        Args:
+            moment: of that turn, with the world's truths.
+            terminated: whether the episode ended there other than by its length.
+        """
         self.moment, self.terminated = moment, terminated
         self.truncated = moment.over and not terminated
         self.info, self.atoms, self.asked = {"success": moment.success}, (), False
@@ -582,7 +586,7 @@ class Session:
     def choose(self, choice: int, teacher: int = 0) -> float:
         """A teacher chooses one more claim to say, or with 0 none; the others as in `say`.
 
-        What it has chosen is said when nothing else can be.
+        The chosen claims are said when the teacher chooses 0, or when no other claim can be chosen.
 
         Raises:
             ValueError: it is no choice; nothing has changed.
@@ -686,7 +690,7 @@ class Session:
         """Take back the student's last action or question and all that came after: the rest is played again.
 
         Args:
-            teachers: take back what the teachers said last of a moment instead, and all that came after.
+            teachers: take back the teachers' last words instead of the student's last action, and what came after.
             before_act: called before each action or question that is played again, for a policy that lives through it.
 
         Raises:
@@ -717,9 +721,8 @@ class Session:
     def mistake(self, action: Any) -> bool:
         """Whether an action of the student would be a mistake now.
 
-        Where actions have values, that is one that is worth less than another. Elsewhere the oracle tries it out, and
-        it is one with which the oracle finds fault: by its verdicts on the action, if it gives any, or else by anything
-        else in hn.
+        Where actions have values, a mistake is worth less than another action. Elsewhere the oracle tries the action
+        out, and it is a mistake if the oracle blames it; without verdicts on actions, any hn claim counts.
 
         Raises:
             ValueError: the action is outside the action space.

@@ -213,8 +213,8 @@ def _choose(console: Console, offer: "Offer") -> int | None:
             return None
         try:
             kinds = parse_kinds("a" if words == ["a"] else words)
-        except ValueError as error:
-            console.print(Text(escape_control_chars(f"{error}")))
+        except ValueError:
+            console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing.")
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv, make
-from llf_teacher.registry import entries
+from llf_teacher.registry import entries, supported_types
 from llf_teacher.serialization import to_json
 from teachers.atoms import Atom, Moment
 from worlds.world import World
@@ -19,9 +19,10 @@ SEED, TURNS = 7, 6
 def transcript(id: str, seed: int = SEED, turns: int = TURNS) -> str:
     """An episode as text: the student follows the plan in every second turn, the teacher gives all feedback.
 
-    The instruction is complete (`c`), so that the record has its claims, too.
+    The instruction is complete (`c`) where there is such, so that the record has its claims, too.
     """
-    env = make(id, instruction_type="c", max_turns=turns)
+    types = supported_types(id)[0]
+    env = make(id, instruction_type="c" if "c" in types else types[-1], max_turns=turns)
     session = env.session
     moments: list[Moment[Any]] = []
     lab = session.world.scratch()
