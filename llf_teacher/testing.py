@@ -8,7 +8,7 @@ from worlds.testing import require
 
 
 def check_teacher(id: str | Subject, teacher: Any, **settings: Any) -> None:
-    """A teacher keeps its promises: honest ones say nothing false, and nobody leaks.
+    """A teacher keeps its promises: an honest one says nothing false, and none leaks.
 
     Args:
         id, teacher, settings: as `llf_teacher.tools.audit.audit` takes them.
