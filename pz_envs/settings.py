@@ -143,7 +143,7 @@ class Settings:
         if self.embed is not None and not self.numbers:
             raise ValueError("embed= makes numbers of words; it needs numbers=True")
         if self.max_turns is not None and not is_count(self.max_turns):
-            raise ValueError(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
+            raise ValueError(f"max_turns (or max_cycles) must be an integer of at least 1, got {self.max_turns!r}")
         for name, allowed in (("speech", SPEECHES), ("theme", THEMES)):
             if getattr(self, name) not in allowed:
                 raise ValueError(f"{name} {getattr(self, name)!r} is unknown; allowed: {', '.join(allowed)}")

@@ -104,11 +104,11 @@ def test_faults_fail_their_episodes(cluster, folder, monkeypatch):
             run(study, store, options=options)
         assert [row["student"] for row in store.episodes()] == ["random"]
         told = {row["student"]: (row["reason"], row["error"]) for row in store.failures()}
-    gone = "its process or node was gone 4 times: "
+    lost = "its process or node was lost 4 times: "
     reasons = [told[student][0] for student in students]
     assert reasons == ["raised", "time", "died", "died"]
     assert told[students[0]][1] == "KeyError('no idea')"
-    assert all(told[student][1].startswith(gone) for student in students[2:])
+    assert all(told[student][1].startswith(lost) for student in students[2:])
 
 
 def test_a_lost_node_loses_no_episode(cluster, folder, undisturbed):

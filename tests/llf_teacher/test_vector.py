@@ -289,7 +289,7 @@ def test_a_stream_can_be_copied(again):
             r"in arrays .*'sync' takes more.* does not use text from this seat; leave it out",
         ),
         ({"pool": -1}, "pool must be an integer from 0"),
-        ({"max_turns": 0}, r"max_cycles \(or max_turns\) must be an integer of at least 1, got 0"),
+        ({"max_turns": 0}, r"max_turns \(or max_cycles\) must be an integer of at least 1, got 0"),
         ({"until_success": 1}, "until_success must be True or False"),
         ({"num_rooms": 1}, "num_rooms must be an integer from 2"),
     ],
