@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -109,8 +110,8 @@ def _teacher(subject: Subject, world: World[Any], teacher: str | Personality | T
 def _reader(world: World[Any], text: bool) -> Read | None:
     """What reads the student's actions."""
     if text:
-        return read_text
-    return read_verbatim if isinstance(world.action_space, spaces.Text) else None
+        return partial(read_text, world=world)
+    return partial(read_verbatim, world=world) if isinstance(world.action_space, spaces.Text) else None
 
 
 def _image_space(subject: Subject, world: World[Any], picture: Any, text: bool) -> spaces.Space[Any]:

@@ -50,7 +50,7 @@ class Phrasebook:
 
     def _set(self, templates: _Templates) -> None:
         self._templates = templates
-        self._drawn = {cls: (cache_key(cls), each) for cls, each in templates.items() if cls is not Late}
+        self._drawn = {cls: (cache_key(cls), each, len(each)) for cls, each in templates.items() if cls is not Late}
         """Per claim class but Late, what `say` needs for a random paraphrase."""
 
     def __or__(self, other: "Phrasebook") -> "Phrasebook":
@@ -106,8 +106,8 @@ class Phrasebook:
             draw = numbers[at]
             at += 1
             if (way := ways.get(claim.__class__)) is not None:
-                key_of, templates = way
-                template = templates[int(draw * len(templates))]
+                key_of, templates, count = way
+                template = templates[int(draw * count)]
                 if key_of is None:
                     text = template.pattern % template.values(claim)
                 elif (text := template.cache.get(key := key_of(claim))) is None:

@@ -63,7 +63,7 @@ LONGEST = 65_536
 """Greatest length of a teacher's words, in characters."""
 _NEAR = 1e-9  # differences of values below this are rounding
 
-Read = Callable[[Any, World[Any]], Any]
+Read = Callable[[Any], Any]
 """Gives a student's action in canonical form, or a `ParseFailure`; raises ValueError outside the action space."""
 
 
@@ -328,10 +328,13 @@ class Session:
         seats = [f"teacher_{number}" for number in range(len(teachers))] if len(teachers) > 1 else [""]
         self.offers = tuple(map(Offer, teachers, purses, seats))
         """What each of the teachers has to say."""
+        self._several = len(teachers) > 1
         self.instructs, self.until_success = instructs, until_success and not repeated
         self.ask_cost, self.failure_reward = ask_cost, failure_reward
         self.observer = observer
-        self._read, self._undoable = read, undoable
+        self.read: Read = world.legal if read is None else read
+        """Reads the student's actions."""
+        self._undoable = undoable
         self._spoken: list[str] = []  # of several teachers
         self.seeds = Seeds()
         """The streams of the episodes, beside the world's."""
@@ -488,14 +491,6 @@ class Session:
             self.observer.acted(moment)
         return moment
 
-    def read(self, action: Any) -> Any:
-        """The canonical form of a student's action, or a `ParseFailure`.
-
-        Raises:
-            ValueError: the action is outside the action space.
-        """
-        return self.world.legal(action) if self._read is None else self._read(action, self.world)
-
     def ask(self) -> float:
         """The student asks for advice on what it sees, once a turn; nothing else happens.
 
@@ -523,7 +518,8 @@ class Session:
         moment, asked = self.moment, self.asked
         self.heard = False
         self._opening = opening = not (moment.turn or asked)
-        self._spoken.clear()
+        if self._several:
+            self._spoken.clear()
         for offer in self.offers:
             offer.see(moment, asked, opening and not self.instructs)
 
@@ -619,7 +615,7 @@ class Session:
 
         The student hears it when all have spoken.
         """
-        words, several = said, len(self.offers) > 1
+        words, several = said, self._several
         if several:
             said = self._signed(offer.speaker, said)
         elif self._opening and not self.instructs:

@@ -120,6 +120,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     _room: int
     _found: bool
     _layout: Layout
+    _views: dict[int, tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]]  # by room; a turn is an eighth longer without
     action_words = MappingProxyType(dict(zip(_NAMES, DIRECTIONS, strict=True)))
     action_fillers = ("head", "move", "walk", "step", "way", "door", "side", "direction")
     action_syntax = "one of north, east, west, south, or its number (0, 1, 2, 3)"
@@ -195,8 +196,12 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
 
     def observe(self) -> dict[str, Any]:
         """The room, its doors and its objects."""
-        doors, objects = view_of(self._layout, self._room, self.things)
-        return {"room": self._room, "doors": doors.copy(), "objects": objects}
+        room = self._room
+        view = self._views.get(room)
+        if view is None:
+            view = self._views[room] = view_of(self._layout, room, self.things)
+        doors, objects = view
+        return {"room": room, "doors": doors.copy(), "objects": objects.copy()}
 
     def describe(self, observation: dict[str, Any]) -> str:
         """The names of the room, of its objects and of the rooms behind its doors."""
@@ -224,7 +229,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     def _load(self, truth: Truth) -> None:
         self._room, self._found, layout = truth
         if layout is not getattr(self, "_layout", None):
-            self._layout = layout
+            self._layout, self._views = layout, {}
             self._doors, self._treasure = layout.doors, layout.treasure
 
     def draw(self, rng: np.random.Generator) -> Truth:

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from functools import partial
 
 import numpy as np
 import pytest
@@ -21,6 +22,13 @@ def made(family=GRID, personalities=("oracle",), settings=None, **arguments):
     world = family.make_world(**family.environments[family.showcase[0]])
     teachers = [family.make_teacher(world, each, **(settings or {})) for each in personalities]
     return Session(world, teachers, **{"max_turns": 6, "repeated": family.repeated, **arguments})
+
+
+def reading(**arguments):
+    """A session whose student writes its actions."""
+    session = made(**arguments)
+    session.read = partial(read_text, world=session.world)
+    return session
 
 
 def played(session, actions):
@@ -81,7 +89,7 @@ def test_the_horizon_truncates_and_success_terminates_where_that_is_wanted():
 
 
 def test_a_text_that_is_no_action_counts_and_steps_nothing():
-    session = made(read=read_text, failure_reward=0.0)
+    session = reading(failure_reward=0.0)
     session.open(2)
     session.speak()
     before = plain(session.world.save())
@@ -272,7 +280,7 @@ def test_a_mistake_is_worth_less_than_another_action():
     session.open(1)
     values = session.teacher.oracle.values(session.moment.after)
     assert [session.mistake(action) for action in range(4)] == [value < max(values) for value in values]
-    assert made(read=read_text).mistake(ParseFailure("x", "y"))
+    assert reading().mistake(ParseFailure("x", "y"))
 
 
 def test_advice_for_the_first_action_is_feedback():

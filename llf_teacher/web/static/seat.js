@@ -16,9 +16,9 @@ const later = () => {
 
 const look = async () => {
   try {
-    const told = await ask(`${here}/state?version=${known.version}&since=${known.mark}`);
+    const state = await ask(`${here}/state?version=${known.version}&since=${known.mark}`);
     byId("connection").textContent = "";
-    if (told) show(told);
+    if (state) show(state);
     else if (known.waits) later();
   } catch (error) {
     byId("connection").textContent = error.answered ? error.message : "The server cannot be reached; trying again.";
@@ -44,38 +44,38 @@ const send = async (what, sent) => {
 
 const kinds = (kind) => make("abbr", kind || "task", { class: "kind" });
 
-const sentences = (told) => {
+const sentences = (state) => {
   const said = byId("said");
-  const shown = told.said.map(({ kind, text }) => {
+  const shown = state.said.map(({ kind, text }) => {
     const line = make("p");
     line.append(kinds(kind), " ", make("span", text));
     return line;
   });
-  if (!shown.length) shown.push(make("p", told.heard ? "(silence)" : "(nothing yet)", { class: "quiet" }));
+  if (!shown.length) shown.push(make("p", state.heard ? "(silence)" : "(nothing yet)", { class: "quiet" }));
   const same = said.textContent === shown.map((line) => line.textContent).join("");
-  if (!same || told.turn !== known.turn) said.replaceChildren(...shown); // else a screen reader would say it again
+  if (!same || state.turn !== known.turn) said.replaceChildren(...shown); // else a screen reader would say it again
 };
 
-const drawTurns = (told) => {
+const drawTurns = (state) => {
   const list = byId("turns");
-  while (list.children.length > told.first) list.lastElementChild.remove();
+  while (list.children.length > state.first) list.lastElementChild.remove();
   // The server's own template has made and escaped this; nothing in it can run, by the page's security policy.
-  for (const turn of told.turns) list.insertAdjacentHTML("beforeend", turn);
+  for (const turn of state.turns) list.insertAdjacentHTML("beforeend", turn);
 };
 
-const status = (told) => {
-  const total = Number(told.total.toPrecision(4));
-  const turn = `Turn ${told.turn} of ${told.most}, reward ${total} in all.`;
-  if (told.over) return `${turn} It is over.`;
-  if (told.seat === "watcher") return turn;
-  return told.mine ? `${turn} It is your turn.` : `${turn} Waiting for the ${told.waits}.`;
+const status = (state) => {
+  const total = Number(state.total.toPrecision(4));
+  const turn = `Turn ${state.turn} of ${state.most}, reward ${total} in all.`;
+  if (state.over) return `${turn} It is over.`;
+  if (state.seat === "watcher") return turn;
+  return state.mine ? `${turn} It is your turn.` : `${turn} Waiting for the ${state.waits}.`;
 };
 
-const student = (told) => {
-  byId("expected").textContent = `The answer must be ${told.expected}.`;
-  byId("answer").rows = told.lines ? 4 : 1;
-  if (byId("buttons").childElementCount !== told.words.length) {
-    byId("buttons").replaceChildren(...told.words.map((word) => {
+const student = (state) => {
+  byId("expected").textContent = `The answer must be ${state.expected}.`;
+  byId("answer").rows = state.lines ? 4 : 1;
+  if (byId("buttons").childElementCount !== state.words.length) {
+    byId("buttons").replaceChildren(...state.words.map((word) => {
       const button = make("button", word, { type: "button" });
       button.addEventListener("click", () => send("move", { act: word }));
       return button;
@@ -83,13 +83,13 @@ const student = (told) => {
   }
 };
 
-const teacher = (told) => {
-  const chooses = "claims" in told;
+const teacher = (state) => {
+  const chooses = "claims" in state;
   byId("claims").hidden = !chooses;
   byId("own").hidden = chooses;
   if (chooses) {
     const legend = byId("claims").querySelector("legend");
-    const choices = told.claims.map(({ kind, text }, number) => {
+    const choices = state.claims.map(({ kind, text }, number) => {
       const label = make("label");
       label.append(make("input", "", { type: "checkbox", value: number }), kinds(kind), make("span", text));
       return label;
@@ -97,42 +97,42 @@ const teacher = (told) => {
     if (!choices.length) choices.push(make("p", "There is nothing true to say.", { class: "quiet" }));
     byId("claims").replaceChildren(legend, ...choices);
   } else {
-    byId("suggestion").textContent = told.suggestion ? `It would say: ${told.suggestion}` : "It would say nothing.";
+    byId("suggestion").textContent = state.suggestion ? `It would say: ${state.suggestion}` : "It would say nothing.";
   }
 };
 
-const show = (told) => {
-  const moved = told.version !== known.version || known.turn === -1;
-  byId("sit").hidden = !told.join;
-  byId("lesson").hidden = told.join;
-  byId("consent").textContent = told.consent;
-  byId("agree").hidden = !told.consent;
-  byId("code").hidden = !told.codes;
-  byId("status").textContent = status(told);
-  byId("now").textContent = told.now;
-  sentences(told);
-  drawTurns(told);
-  if (moved) picture(told);
-  byId("act").hidden = !(told.mine && told.seat === "student");
-  byId("teach").hidden = !(told.mine && told.seat === "teacher");
-  byId("watch").hidden = !(told.mine && told.seat === "watcher");
-  byId("undo").hidden = !told.undo;
-  if (told.seat === "student") student(told);
-  if (told.mine && told.seat === "teacher") teacher(told);
-  byId("end").hidden = !told.over;
-  if (told.over) {
-    const kept = told.kept ? " It is in the study." : "";
-    byId("sum").textContent = `Over after ${told.turn} turns: ${told.success ? "solved" : "not solved"}.${kept} `;
+const show = (state) => {
+  const moved = state.version !== known.version || known.turn === -1;
+  byId("sit").hidden = !state.join;
+  byId("lesson").hidden = state.join;
+  byId("consent").textContent = state.consent;
+  byId("agree").hidden = !state.consent;
+  byId("code").hidden = !state.codes;
+  byId("status").textContent = status(state);
+  byId("now").textContent = state.now;
+  sentences(state);
+  drawTurns(state);
+  if (moved) picture(state);
+  byId("act").hidden = !(state.mine && state.seat === "student");
+  byId("teach").hidden = !(state.mine && state.seat === "teacher");
+  byId("watch").hidden = !(state.mine && state.seat === "watcher");
+  byId("undo").hidden = !state.undo;
+  if (state.seat === "student") student(state);
+  if (state.mine && state.seat === "teacher") teacher(state);
+  byId("end").hidden = !state.over;
+  if (state.over) {
+    const kept = state.kept ? " It is in the study." : "";
+    byId("sum").textContent = `Over after ${state.turn} turns: ${state.success ? "solved" : "not solved"}.${kept} `;
     stop();
   }
-  known = told;
+  known = state;
   clearTimeout(timer);
-  if (told.waits) later();
+  if (state.waits) later();
 };
 
-const picture = (told) => {
+const picture = (state) => {
   const theme = dark.matches ? "dark" : "light";
-  byId("picture").src = `${here}/frame.png?theme=${theme}&version=${told.version}`;
+  byId("picture").src = `${here}/frame.png?theme=${theme}&version=${state.version}`;
 };
 
 const stop = () => {
