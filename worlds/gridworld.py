@@ -117,9 +117,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     """
 
     reward_range = (0.0, 1.0)
-    _room: int
-    _found: bool
-    _layout: Layout
+    _truth: Truth = None  # type: ignore[assignment]  # before the first reset
     _views: dict[int, tuple[npt.NDArray[np.int8], npt.NDArray[np.int8]]]  # by room; a turn is an eighth longer without
     action_words = MappingProxyType(dict(zip(_NAMES, DIRECTIONS, strict=True)))
     action_fillers = ("head", "move", "walk", "step", "way", "door", "side", "direction")
@@ -174,7 +172,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
     @property
     def truth(self) -> Truth:
         """The room, whether the treasure was found, and the house."""
-        return Truth(self._room, self._found, self._layout)
+        return self._truth
 
     def legal(self, action: Any) -> Direction:
         """The action as a `Direction`."""
@@ -186,34 +184,35 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
 
     def advance(self, action: Direction) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Move through the door in a direction, if there is one."""
-        behind = self._doors[self._room][action]
+        room, found, layout = self._truth
+        behind = layout.doors[room][action]
+        reward = 0.0
         if behind != NO_DOOR:
-            self._room = behind
-        first = not self._found and self._room == self._treasure
-        if first:
-            self._found = True
-        return self.observe(), 1.0 if first else 0.0, False, False, {"success": self._found}
+            if behind == layout.treasure and not found:
+                found, reward = True, 1.0
+            self._truth = Truth(behind, found, layout)
+        return self.observe(), reward, False, False, {"success": found}
 
     def observe(self) -> dict[str, Any]:
         """The room, its doors and its objects."""
-        room = self._room
+        room, _, layout = self._truth
         view = self._views.get(room)
         if view is None:
-            view = self._views[room] = view_of(self._layout, room, self.things)
+            view = self._views[room] = view_of(layout, room, self.things)
         doors, objects = view
         return {"room": room, "doors": doors.copy(), "objects": objects.copy()}
 
     def describe(self, observation: dict[str, Any]) -> str:
         """The names of the room, of its objects and of the rooms behind its doors."""
         room = int(observation["room"])
-        names = self._layout.names
+        _, _, layout = self._truth
         things = [name for name, here in zip(self.things, observation["objects"].tolist(), strict=True) if here]
         exits = [
-            f"{direction}: {names[self._doors[room][direction]]}"
+            f"{direction}: {layout.names[layout.doors[room][direction]]}"
             for direction, door in zip(DIRECTIONS, observation["doors"].tolist(), strict=True)
             if door
         ]
-        lines = (f"Room: {names[room]}", f"Objects: {', '.join(things) or 'none'}", f"Doors: {', '.join(exits)}")
+        lines = (f"Room: {layout.names[room]}", f"Objects: {', '.join(things) or 'none'}", f"Doors: {', '.join(exits)}")
         return "\n".join(lines)
 
     def sample_action(self, rng: np.random.Generator) -> Direction:
@@ -227,10 +226,9 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         return self.options | {"num_rooms": rooms, "num_objects": objects, "min_goal_dist": distance}
 
     def _load(self, truth: Truth) -> None:
-        self._room, self._found, layout = truth
-        if layout is not getattr(self, "_layout", None):
-            self._layout, self._views = layout, {}
-            self._doors, self._treasure = layout.doors, layout.treasure
+        if self._truth is None or truth.layout is not self._truth.layout:
+            self._views = {}
+        self._truth = truth
 
     def draw(self, rng: np.random.Generator) -> Truth:
         """The start of an episode: a house, a room, and a treasure at least `min_goal_dist` moves away from it."""
