@@ -154,7 +154,7 @@ class Offer:
         """Whether the student asks for advice on the moment."""
         self.trimmed = 0
         """The kinds that were asked for last and of which nothing could be said, as a subset's number."""
-        self.chosen: list[int] = []
+        self.chosen: tuple[int, ...] = ()
         """Indices into `listed` that have been chosen in this turn."""
         self._briefs = False
         self._notice: tuple[Claim[Any], ...] | None = None  # with which the oracle starts
@@ -164,8 +164,9 @@ class Offer:
 
     def see(self, moment: Moment[Any], asked: bool = False, briefs: bool = False) -> None:
         """The moment to speak of; `briefs`: the suggestion of this moment begins with the instruction."""
-        self.moment, self.asked, self._briefs, self.chosen, self._kinds = moment, asked, briefs, [], -1
+        self.moment, self.asked, self._briefs = moment, asked, briefs
         self.said = self._claims = self._suggestion = self._notice = None
+        self.chosen, self._kinds = (), -1
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; the teacher is asked once a moment, when they are needed."""
@@ -256,7 +257,7 @@ class Offer:
             choice = _index(choice, 1 + CLAIMS)
         if not choice or choice not in self.choices():
             return True
-        self.chosen.append(choice - 1)
+        self.chosen += (choice - 1,)
         return self.purse.left <= 1 or len(self.chosen) == len(self.listed())
 
     def of_chosen(self) -> Utterance:
