@@ -1,8 +1,10 @@
 """Claims, atoms and utterances, which are what a teacher says, and the moments that they are about."""
 
-from collections.abc import Callable, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, make_dataclass
 from enum import StrEnum
+from itertools import combinations
 from typing import Any, ClassVar, Generic, NamedTuple, Self, dataclass_transform, get_origin
 
 from typing_extensions import TypeVar
@@ -161,6 +163,10 @@ class Claim(Generic[TruthT, WorldT]):
         """Less specific claims of the same kind that this one implies, the vaguest first, for teachers that hint."""
         return ()
 
+    def excludes(self, other: "Claim") -> bool:
+        """Whether this claim and another about the same moment cannot both be meant; see `contradictions`."""
+        return False
+
 
 class ActionClaim(Claim[TruthT, WorldT]):
     """Role of a claim about one action.
@@ -174,6 +180,10 @@ class ActionClaim(Claim[TruthT, WorldT]):
     action_slot: ClassVar[str] = "action"
     """The slot of the phrases that holds the action as a student would write it; empty if there is none."""
 
+    def excludes(self, other: Claim) -> bool:
+        """Of advice, a warning of the same action."""
+        return self.kind is FP and _warns_of(self.action, other)
+
 
 class PlanClaim(Claim[TruthT, WorldT]):
     """Role of a claim that states actions to take in order, from now on or, in an instruction, from the start."""
@@ -185,6 +195,14 @@ class PlanClaim(Claim[TruthT, WorldT]):
     """The slot of the phrases that holds the actions as a student would write them; empty if there is none."""
     separator: ClassVar[str] = ", "
     """The text between two actions in that slot."""
+
+    def excludes(self, other: Claim) -> bool:
+        """A warning of the first action."""
+        return self.kind is FP and _warns_of(self.actions[0], other)
+
+
+def _warns_of(action: Any, claim: Claim) -> bool:
+    return claim.kind is FN and isinstance(claim, ActionClaim) and bool(claim.action == action)
 
 
 def action_of(claim: Claim) -> Any:
@@ -242,6 +260,13 @@ class Verdict(Claim[TruthT, WorldT]):
         """The opposite verdict."""
         return (self.opposing(),)
 
+    def excludes(self, other: Claim) -> bool:
+        """The opposite verdict on the same: its fields may differ in measures, which are floats."""
+        if type(other) is not self.opposite:
+            return False
+        pairs = ((getattr(self, field.name), getattr(other, field.name)) for field in fields(self))  # type: ignore[arg-type]  # a dataclass
+        return all(mine == its or isinstance(mine, float) for mine, its in pairs)
+
 
 def slots_of(cls: type[Claim]) -> tuple[str, ...]:
     """The slots that phrases of a class can have, in order: its fields that are not tuples, and its properties."""
@@ -263,7 +288,8 @@ def opposed(praise: type[Verdict], blame: type[Verdict]) -> None:
 class Grounded(Claim[TruthT, WorldT]):
     """Base of claims that say less than another claim, their ground, and are true because it is.
 
-    The ground is not a field: neither records nor students see it.
+    The ground is not a field: neither records nor students see it. What they can take from the claim is what it
+    `means`.
     """
 
     __slots__ = ("_ground",)
@@ -280,6 +306,15 @@ class Grounded(Claim[TruthT, WorldT]):
     def stands(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the ground holds."""
         return bool(self._ground.holds(moment, lab))
+
+    @abstractmethod
+    def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
+        """Whether the claim is true of any moment by its fields alone, without the ground.
+
+        Args:
+            moment: the moment, which need not be the one for which the claim was made.
+            oracle: an oracle of the same family that has started on the moment's episode; `oracle.lab` is its world.
+        """
 
     def __reduce__(self) -> tuple[Any, ...]:
         names = [field.name for field in fields(self)]  # type: ignore[arg-type]  # a dataclass
@@ -313,6 +348,17 @@ class Atom(NamedTuple):
         if self.claim.placebo:
             return Label.PLACEBO
         return Label.TRUTHFUL if self.about_turn == moments[-1].turn else Label.LATE
+
+
+def contradictions(atoms: Iterable[Atom]) -> list[tuple[Atom, Atom]]:
+    """The pairs of atoms of one utterance whose claims, about the same turn, cannot both be meant."""
+    return [
+        (one, other)
+        for one, other in combinations(atoms, 2)
+        if one.about_turn == other.about_turn
+        and one.speaker == other.speaker
+        and (one.claim.excludes(other.claim) or other.claim.excludes(one.claim))
+    ]
 
 
 class Utterance(str):

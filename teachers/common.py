@@ -1,7 +1,8 @@
 """Claims that belong to no family; their phrases are in `phrases/common.toml`."""
 
-from collections.abc import Sequence
-from typing import Any, ClassVar
+from abc import abstractmethod
+from collections.abc import Sequence, Set
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from teachers.atoms import (
     PlanClaim,
     R,
     Verdict,
+    action_of,
     claim,
     opposed,
 )
@@ -34,6 +36,12 @@ class Reward(Claim[Any]):
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""
         return moment.before is not None and self.reward == moment.reward
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """Another reward, or its sign."""
+        if isinstance(other, Paid):
+            return other.sign != sign_of(self.reward)
+        return isinstance(other, Reward) and other.reward != self.reward
 
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """Another reward that the world might pay."""
@@ -92,40 +100,85 @@ class Truism(Claim[Any]):
 
 
 class _Judged(Grounded[Any], ActionClaim[Any]):
-    """A verdict without a reason; its ground is one with a reason that holds, or its opposite that does not."""
+    """A verdict without a reason, on the action of this turn; its ground is all hindsight on that, with reasons."""
 
     __slots__ = ()
     action_slot = ""
-    opposite: ClassVar[type["_Judged"]]
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Check the ground."""
-        return _acted(self.action, moment) and self.stands(moment, lab) == (self._ground.kind is self.kind)
+        """Check the ground: blame that does not hold counts as praise, and praise that does not hold as blame."""
+        kinds = {HP if (each.kind is HP) == each.holds(moment, lab) else HN for each in self._ground}
+        return _acted(self.action, moment) and self._fits(kinds)
 
-    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
-        """The opposite verdict."""
-        return (self.opposite.on(self._ground, action=self.action),)
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Judge the action."""
+        kinds = {each.kind for each in oracle.judge(moment._replace(over=True), {HP, HN})}
+        return _acted(self.action, moment) and self._fits(kinds)
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """See each class."""
+        return False
+
+    @staticmethod
+    @abstractmethod
+    def _fits(kinds: Set[FeedbackType | None]) -> bool:
+        """Whether this is the verdict where hindsight is of these kinds."""
 
 
 @claim
 class Right(_Judged):
-    """True if the action of this turn was good: its ground, a verdict, is praise that holds, or blame that does not."""
+    """True if all hindsight on the action of this turn, of which there is some, is praise."""
 
     kind = HP
     action: Any
 
+    @staticmethod
+    def _fits(kinds: Set[FeedbackType | None]) -> bool:
+        return kinds == {HP}
+
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
+        """The opposite verdict."""
+        return (Wrong.on(self._ground, action=self.action),)
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """All blame."""
+        return other.kind is HN and not other.placebo
+
+
+@claim
+class PartlyRight(_Judged):
+    """True if hindsight on the action of this turn is praise and blame."""
+
+    kind = HP
+    action: Any
+
+    @staticmethod
+    def _fits(kinds: Set[FeedbackType | None]) -> bool:
+        return kinds == {HP, HN}
+
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
+        """That all of it was right."""
+        return (Right.on(self._ground, action=self.action),)
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """That all of it was right."""
+        return isinstance(other, Right)
+
 
 @claim
 class Wrong(_Judged):
-    """True if something was bad about the action of this turn: its ground, a verdict on the action, is blame that
-    holds, or praise that does not.
-    """  # noqa: D205
+    """True if some hindsight on the action of this turn is blame: something was wrong with it."""
 
     kind = HN
     action: Any
 
+    @staticmethod
+    def _fits(kinds: Set[FeedbackType | None]) -> bool:
+        return HN in kinds
 
-Right.opposite, Wrong.opposite = Wrong, Right
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
+        """The opposite verdict."""
+        return (Right.on(self._ground, action=self.action),)
 
 
 @claim
@@ -156,7 +209,15 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """The opposite of the ground."""
         cls = Wrong if self.mine >= self.other else Right
-        return (cls.on(self._ground, action=self.action),)
+        return (cls.on((self._ground,), action=self.action),)
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Compute the values."""
+        values = None if moment.before is None else oracle.values(moment.before)
+        if values is None or not _acted(self.action, moment):
+            return False
+        other = max(value for action, value in enumerate(values) if action != moment.action)
+        return bool((self.mine, self.other) == (values[moment.action], other) and abs(self.mine - other) < self.margin)
 
 
 @claim
@@ -169,6 +230,10 @@ class Paid(Claim[Any]):
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""
         return moment.before is not None and self.sign == sign_of(moment.reward)
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """Another sign."""
+        return isinstance(other, Paid) and other.sign != self.sign
 
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """The other signs that a reward of the world can have."""
@@ -187,6 +252,10 @@ class Chance(Grounded[Any]):
         """Check the advice."""
         return self.stands(moment, lab)
 
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Ask for advice."""
+        return any(each.kind is FP for each in oracle.judge(moment, {FP}))
+
 
 @claim
 class Trap(Grounded[Any]):
@@ -197,6 +266,10 @@ class Trap(Grounded[Any]):
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the warning."""
         return self.stands(moment, lab)
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Ask for warnings."""
+        return any(each.kind is FN for each in oracle.judge(moment, {FN}))
 
 
 @claim
@@ -231,6 +304,16 @@ class Example(Grounded[Any], PlanClaim[Any]):
             if advice is None and not solved:
                 return False
             truth = lab.truth
+        return True
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Take the actions; each is advised where it is taken, or solves the task."""
+        for action in self.actions:
+            now = Moment.opening(moment.after, moment.turn)
+            advice = oracle.judge(now, {FP})
+            moment = oracle.try_out(moment, action)
+            if not (moment.success or any(action_of(each) == action for each in advice)):
+                return False
         return True
 
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:

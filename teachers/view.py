@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, R
-from teachers.common import Chance, Example, Late, Paid, Right, Trap, Wrong, sign_of
+from teachers.common import Chance, Example, Late, Paid, PartlyRight, Right, Trap, Wrong, sign_of
 from teachers.fingerprint import Fingerprints
 from teachers.oracle import Oracle
 
@@ -23,7 +23,7 @@ class View:
         self._oracle = oracle
         self._moments: list[Moment[Any]] = []
         self._fingerprints = Fingerprints()
-        self._hindsight: tuple[Claim[Any], ...] | None = None
+        self._hindsight: dict[int, tuple[Claim[Any], ...]] = {}  # by turn
         self.kinds: frozenset[FeedbackType] = frozenset()
         """The wanted kinds of feedback; others are withheld whatever the personality returns."""
         self.asked = False
@@ -35,7 +35,6 @@ class View:
         self._moments.append(moment)
         self.kinds = kinds
         self.asked = False
-        self._hindsight = None
 
     def ask(self) -> None:
         """Note that the student has asked for advice on the moment, after its feedback was said."""
@@ -102,10 +101,13 @@ class View:
 
     def hindsight(self) -> tuple[Claim[Any], ...]:
         """All true hp and hn claims about the last action, wanted or not."""
-        if self._hindsight is None:
-            moment = self.moment
-            self._hindsight = () if moment.before is None else self._oracle.judge(moment._replace(over=True), HINDSIGHT)
-        return self._hindsight
+        return self._hindsight_on(self.moment)
+
+    def _hindsight_on(self, moment: Moment[Any]) -> tuple[Claim[Any], ...]:
+        said = () if moment.before is None else self._hindsight.get(moment.turn)
+        if said is None:
+            said = self._hindsight[moment.turn] = self._oracle.judge(moment._replace(over=True), HINDSIGHT)
+        return said
 
     def right(self) -> bool | None:
         """Whether all hindsight on the last action is praise; None if there is no hindsight."""
@@ -153,12 +155,16 @@ class View:
         return [_like(claim, false) for false in self._oracle.falsehoods(_bare(claim), self.moment_of(claim))]
 
     def flip(self, claim: Claim[Any], rng: np.random.Generator) -> Claim[Any]:
-        """The opposite of a verdict, which is false: praise for blame, or blame for praise."""
+        """The opposite of a verdict, which is false: praise for blame, or blame for praise.
+
+        Where none is false, the verdict is returned as it is.
+        """
         false = [other for other in self.falsehoods(claim) if other.kind in HINDSIGHT - {claim.kind}]
         if false:
             return false[rng.integers(len(false))]
-        opposite = Wrong if claim.kind is HP else Right
-        return _like(claim, opposite.on(_bare(claim), action=self.moment_of(claim).action))
+        moment = self.moment_of(claim)
+        opposite = (Wrong if claim.kind is HP else Right).on(self._hindsight_on(moment), action=moment.action)
+        return claim if opposite.holds(moment, self._oracle.lab) else _like(claim, opposite)
 
     def coarsen(self, claim: Claim[Any], level: int) -> Claim[Any]:
         """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
@@ -171,21 +177,19 @@ class View:
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
-        """A claim without its numbers and names. A claim that does not hold is returned as it is."""
+        """A claim without its numbers and names. A claim that does not hold, or is a placebo, is returned as it is."""
         bare, moment = _bare(claim), self.moment_of(claim)
-        if not self.holds(claim):
+        if bare.placebo or not self.holds(claim):
             return claim
         if claim.kind is R:
             return _like(claim, Paid(sign=sign_of(moment.reward)))
         if claim.kind in (FP, FN):
             return _like(claim, self._dim(bare))
-        return _like(claim, self._verdict(bare, moment))
+        return next((_like(claim, each) for each in self._verdicts(moment) if each.kind is claim.kind), claim)
 
     def verdict(self) -> Claim[Any] | None:
         """Right or wrong, without a reason; None if there is no hindsight on the last action."""
-        said = self.hindsight()
-        blame = [claim for claim in said if claim.kind is HN]
-        return self._verdict((blame or said)[0], self.moment) if said else None
+        return next(iter(self._verdicts(self.moment)), None)
 
     def example(self, n: int) -> Example | None:
         """At most `n` next actions of an optimal policy, up to the first that cannot be checked; None if none can."""
@@ -210,8 +214,12 @@ class View:
     def _dim(self, ground: Claim[Any]) -> Claim[Any]:
         return (Chance if ground.kind is FP else Trap).on(ground)
 
-    def _verdict(self, ground: Claim[Any], moment: Moment[Any]) -> Claim[Any]:
-        return (Right if ground.kind is HP else Wrong).on(ground, action=moment.action)
+    def _verdicts(self, moment: Moment[Any]) -> list[Claim[Any]]:
+        """The verdicts on the action of a moment, without reasons, the most important first."""
+        said = self._hindsight_on(moment)
+        kinds = {claim.kind for claim in said}
+        classes = [Wrong] * (HN in kinds) + [PartlyRight if HN in kinds else Right] * (HP in kinds)
+        return [verdict.on(said, action=moment.action) for verdict in classes]
 
 
 def _bare(claim: Claim[Any]) -> Claim[Any]:

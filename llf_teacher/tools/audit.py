@@ -15,7 +15,17 @@ from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
 from pz_envs.subject import Subject
-from teachers.atoms import FP, ActionClaim, Claim, EditClaim, FeedbackType, Label, PlanClaim
+from teachers.atoms import (
+    FP,
+    ActionClaim,
+    Atom,
+    Claim,
+    EditClaim,
+    FeedbackType,
+    Label,
+    PlanClaim,
+    contradictions,
+)
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
@@ -28,10 +38,10 @@ _EXAMPLES = 5
 
 
 class Finding(NamedTuple):
-    """A false claim or a leak, with the place where it occurred."""
+    """A false claim, a leak or a contradiction, with the place where it occurred."""
 
     what: str
-    """`false` or `leak`."""
+    """`false`, `leak` or `contradiction`."""
     text: str
     claim: str
     student: str
@@ -70,8 +80,10 @@ class Audit:
     """Number of leaks: claims of a kind that was not asked for, advised actions by a personality that may not reveal
     them, and actions in a basic instruction.
     """
+    contradictions: int = 0
+    """Number of pairs of claims of one turn that cannot both be meant; see `Claim.excludes`."""
     examples: list[Finding] = field(default_factory=list)
-    """The first falsehoods and leaks."""
+    """The first falsehoods, leaks and contradictions."""
     changes: int = 0
     """Number of sentences in which a rewriting voice changed a number or a name."""
     changed: list[Change] = field(default_factory=list)
@@ -93,8 +105,8 @@ class Audit:
 
     @property
     def caught(self) -> bool:
-        """Whether there are leaks, or false claims by a teacher that promises honesty."""
-        return self.leaks > 0 or (self.honest and self.count(Label.DISTORTED) > 0)
+        """Whether there are leaks, or false claims or contradictions by a teacher that promises honesty."""
+        return self.leaks > 0 or (self.honest and self.count(Label.DISTORTED) + self.contradictions > 0)
 
     def as_dict(self) -> dict[str, Any]:
         """The result as JSON values."""
@@ -117,6 +129,7 @@ class Audit:
             },
             "withheld": {kind: self.withheld[kind] for kind in sorted(self.withheld, key=str)},
             "leaks": self.leaks,
+            "contradictions": self.contradictions,
             "examples": [example._asdict() for example in self.examples],
             "changes": self.changes,
             "changed": [change._asdict() for change in self.changed],
@@ -217,6 +230,8 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     recorder = Recorder(env.family.name, env.student_view)
     for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
         moment, atoms = turn.moment, recorder.check(turn)
+        options = episode.options | episode.reset
+        where = (str(student.spec), episode.instruction_type, options, episode.seed, moment.turn)
         found.turns += moment.turn > 0
         found.words += len(turn.feedback.split())
         if isinstance(teacher, Teacher):
@@ -237,8 +252,16 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             leak |= names and (not reveals if kind is FP else kind is None and episode.instruction_type == "b")
             found.leaks += leak
             for fault in ["leak"] * leak + ["false"] * (label is Label.DISTORTED and found.honest):
-                if len(found.examples) < _EXAMPLES:
-                    options = episode.options | episode.reset
-                    where = (str(student.spec), episode.instruction_type, options, episode.seed, moment.turn)
-                    found.examples.append(Finding(fault, atom.text, repr(atom.claim), *where))
+                _add_example(found, fault, (atom,), where)
+        for pair in contradictions(atom for atom, _ in atoms):
+            found.contradictions += 1
+            if found.honest:
+                _add_example(found, "contradiction", pair, where)
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())
+
+
+def _add_example(found: Audit, what: str, atoms: Iterable[Atom], where: tuple[Any, ...]) -> None:
+    """Add a finding, if there is room for one."""
+    if len(found.examples) < _EXAMPLES:
+        words, claims = " ".join(atom.text for atom in atoms), "; ".join(repr(atom.claim) for atom in atoms)
+        found.examples.append(Finding(what, words, claims, *where))

@@ -9,7 +9,7 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable
 
-from teachers.atoms import Atom, Moment
+from teachers.atoms import Atom, Grounded, Moment, contradictions
 from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
@@ -59,6 +59,27 @@ def check_promise(personality: Personality, pupil: Pupil) -> None:
     require(
         personality.honest or invented, f"{personality} is not honest, but says nothing false in {pupil.turns} turns"
     )
+
+
+def check_meaning(personality: Personality, pupil: Pupil) -> None:
+    """If it is honest, it never contradicts itself in a turn. What holds by its ground is true by its fields alone."""
+    world = pupil.make_world()
+    session = pupil.session(world, pupil.make_teacher(world, personality))
+    for seed, episode in enumerate(pupil.episodes(pupil.turns)):
+        session.open(seed)
+        for moment in episode:
+            session.follow(moment)
+            session.speak()
+            said = [atom for atom in session.atoms if atom.kind is not None]
+            clashes = contradictions(said) if personality.honest else []
+            require(not clashes, f"{personality} contradicts itself of {moment}: {clashes}")
+            for atom in said:
+                claim, about = atom.claim, episode[atom.about_turn]
+                if isinstance(claim, Grounded) and claim.holds(about, session.teacher.oracle.lab):
+                    means = claim.means(about, session.teacher.oracle)
+                    require(
+                        means, f"{personality}: {claim} holds by its ground, but not by its fields alone, of {about}"
+                    )
 
 
 def check_draws(personality: Personality, pupil: Pupil) -> None:
@@ -132,6 +153,7 @@ def check_stages(personality: Personality, pupil: Pupil) -> None:
 PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
     check_spec,
     check_promise,
+    check_meaning,
     check_draws,
     check_speaking_changes_nothing,
     check_words,

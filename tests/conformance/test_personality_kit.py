@@ -8,8 +8,8 @@ import pytest
 from shelf import FAMILIES, RICH
 
 from teachers import testing as kit
-from teachers.atoms import HP
-from teachers.common import Late, Right
+from teachers.atoms import FP, HN, HP
+from teachers.common import Chance, Late, PartlyRight, Right, Truism
 from teachers.personality import Personality, Stage, personality
 
 
@@ -98,8 +98,6 @@ def meddler(claims, view):
 class Ground:
     """Holds here, and nowhere else."""
 
-    kind = HP
-
     def __init__(self, here=True):
         self.here = here
 
@@ -113,8 +111,15 @@ class Ground:
 @personality()
 def homesick(claims, view):
     """Says what does not survive the way to another process."""
+    return (*claims, *(Chance.on(Ground()) for claim in claims if claim.kind is FP))
+
+
+@personality()
+def content(claims, view):
+    """Calls every action right, since ice is cold."""
     moment = view.moment
-    return claims if moment.before is None else (*claims, Right.on(Ground(), action=moment.action))
+    right = Right.on((Truism(kind=HP, fact="ice is cold"),), action=moment.action)
+    return claims if moment.before is None else (right, *(claim for claim in claims if claim.kind is not HN))
 
 
 @personality()
@@ -126,6 +131,7 @@ def hasty(claims, view):
 LIARS = {
     kit.check_spec: Unwritten(),
     kit.check_promise: harmless(),
+    kit.check_meaning: content(),
     kit.check_draws: Restless(),
     kit.check_speaking_changes_nothing: meddler(),
     kit.check_words: homesick(),
@@ -160,6 +166,13 @@ def inventive(claims, view):
     return [view.vague(claim) for claim in claims]
 
 
+@personality()
+def torn(claims, view):
+    """Calls each action right and partly right."""
+    ground = (Truism(kind=HP, fact="ice is cold"),)
+    return [cls.on(ground, action=view.moment.action) for cls in (PartlyRight, Right)]
+
+
 @dataclass(frozen=True)
 class Needy(Personality):
     """Needs what no oracle has."""
@@ -173,6 +186,7 @@ class Needy(Personality):
     [
         (kit.check_promise, mistaken(), "mistaken: .* does not hold of"),
         (kit.check_promise, inventive(), "inventive: .* holds of"),
+        (kit.check_meaning, torn(), "torn contradicts itself of"),
         (kit.check_spec, Needy(), "Needy needs .*telepathy.*, not of"),
     ],
     ids=lambda value: getattr(value, "__name__", str(value)),

@@ -6,7 +6,7 @@ import pytest
 from lessons import CHEAP, fits, of, on_cheap_families, taught, turns, without
 
 from teachers.atoms import FP, HN, HP
-from teachers.common import Chance, Paid, Right, Trap, Truism, Wrong
+from teachers.common import Chance, Paid, PartlyRight, Right, Trap, Truism, Wrong
 
 
 @pytest.mark.parametrize("name", ["bandits", "gridworld", "optimization", "poem"])
@@ -41,7 +41,7 @@ def test_the_same_truth_in_another_order(name):
 @pytest.mark.parametrize("name", ["bandits", "gridworld", "optimization", "poem"])
 @pytest.mark.parametrize("q", [0.0, 0.3, 1.0])
 def test_vague_drops_numbers_and_names_at_its_rate(name, q):
-    vague = (Right, Wrong, Paid, Chance, Trap)
+    vague = (Right, PartlyRight, Wrong, Paid, Chance, Trap)
     counts = Counter()
     for _, _, said, true in turns(name, f"vague(q={q})"):
         assert {claim.kind for claim in said} == {claim.kind for claim in true}

@@ -1,7 +1,7 @@
 """The claims about proposals, each checked by making the proposals in the lab."""
 
-from collections.abc import Iterator, Sequence
-from typing import TypeVar
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -382,6 +382,14 @@ class Area(Grounded[Truth, Optimization]):
         inside = self.low1 <= x1 <= self.high1 and self.low2 <= x2 <= self.high2
         return inside and self.now == moment.after.y and self.stands(moment, lab)
 
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look for such a point."""
+
+        def inside(point: Point) -> bool:
+            return self.low1 <= point[0] <= self.high1 and self.low2 <= point[1] <= self.high2
+
+        return self.now == moment.after.y and _improves(moment, oracle, inside)
+
 
 @claim
 class Way(Grounded[Truth, Optimization]):
@@ -396,6 +404,11 @@ class Way(Grounded[Truth, Optimization]):
         """Propose the point of the ground."""
         directed = self.ways == directions(moment.after.x, self._ground.action)
         return directed and self.now == moment.after.y and self.stands(moment, lab)
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look for such a point."""
+        x = moment.after.x
+        return self.now == moment.after.y and _improves(moment, oracle, lambda p: directions(x, p) == self.ways)
 
 
 @claim
@@ -455,6 +468,14 @@ class Avoid(_Targeted):
         low, high = corners_of(lab)[0], corners_of(lab)[-1]
         points = [moved_inside(lab, (2 * x[0] - self.action[0], 2 * x[1] - self.action[1])), between(low, high, 0.5)]
         return tuple(Avoid(action=point, now=self.now, loss=self.loss) for point in points if point != self.action)
+
+
+def _improves(moment: Moment[Truth], oracle: Any, fits: Callable[[Point], bool]) -> bool:
+    """Whether an advised point, the minimiser or a point of a grid that fits has a loss below the last."""
+    truth, lab = moment.after, oracle.lab
+    advised = [each.action for each in oracle.judge(moment, {FP}) if isinstance(each, _Targeted)]
+    points = (*advised, minimiser_of(lab, truth), *grid(lab))
+    return any(fits(point) and proposed(lab, truth, point) < truth.y for point in points)
 
 
 def _steps(points: Sequence[Point], x: Point, now: float, loss: float) -> tuple[Step, ...]:

@@ -1,6 +1,7 @@
 """The claims about poems, each checked by offering poems to the lab."""
 
 from collections.abc import Sequence
+from typing import Any
 
 from teachers.atoms import (
     FN,
@@ -364,6 +365,17 @@ class Work(Grounded[Truth, Poem]):
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
         """Offer the poem of the ground."""
         return self.line == self._ground.line and self.stands(moment, lab)
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Offer the last poem with a line of the required length there."""
+        truth, lab = moment.after, oracle.lab
+        lines, syllables = lines_of(truth.draft), required_of(truth, self.line)
+        if not syllables or self.line < 1:
+            return False
+        count = max(len(lines), self.line) if truth.free else len(truth.pattern)
+        lines = editable((*lines, *(PLACEHOLDER,) * (count - len(lines)))[:count], truth)
+        better = advise_line(lines, self.line, syllables, syllables).action
+        return pays(lab, truth, better) > pays(lab, truth, truth.draft)
 
 
 @claim
