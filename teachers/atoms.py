@@ -147,6 +147,8 @@ class Claim(Generic[TruthT, WorldT]):
     """The kind of feedback; None for the parts of an instruction and for notices of the environment."""
     placebo: ClassVar[bool] = False
     """Whether it has nothing to do with the task, though it may be true."""
+    commonplace: ClassVar[str] = ""
+    """Why it is said, though it holds of nearly every action or moment; empty for claims that say something."""
 
     def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.

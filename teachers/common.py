@@ -69,6 +69,7 @@ class TryAgain(_Outcome):
     """True if the task is not solved."""
 
     kind = HN
+    commonplace = "a control, which says nothing but that the task is not solved"
 
 
 @claim
@@ -247,6 +248,7 @@ class Chance(Grounded[Any]):
     """True if there is something good to do next: its ground, an advice, holds."""
 
     kind = FP
+    commonplace = "advice without its content, to measure what the content is worth"
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the advice."""
@@ -262,6 +264,7 @@ class Trap(Grounded[Any]):
     """True if there is something to avoid next: its ground, a warning, holds."""
 
     kind = FN
+    commonplace = "a warning without its content, to measure what the content is worth"
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Check the warning."""

@@ -54,11 +54,14 @@ def audit(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     by_family: Annotated[bool, typer.Option("--by-family", help="Print one row for each family.")] = False,
+    by_claim: Annotated[
+        bool, typer.Option("--by-claim", help="Print how often claims of each class would hold elsewhere.")
+    ] = False,
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.
 
-    The exit status is 1 if a teacher that promises honesty makes a false claim, or if feedback that was not asked for
-    leaks.
+    The exit status is 1 if a teacher that promises honesty makes a false claim or contradicts itself, or if feedback
+    that was not asked for leaks.
     """
     from llf_teacher import registry
     from teachers.personality import PERSONALITIES, parse_personality
@@ -91,6 +94,8 @@ def audit(
     found.sort(key=lambda each: (each.id, specs.index(each.teacher)))
     if as_json:
         print(json.dumps([each.as_dict() for each in found], indent=2))  # noqa: T201
+    elif by_claim:
+        _print_claims(found)
     elif by_family:
         _print_families(found)
     else:
@@ -154,7 +159,19 @@ def _print_families(found: list["Audit"]) -> None:
 
     liars = list(dict.fromkeys(each.teacher for each in found if not each.honest))
     table = Table(box=None, padding=(0, 2, 0, 0))
-    for column in ("family", "environments", "turns", *KINDS, "words", "honest", "claims", "false", *liars):
+    for column in (
+        "family",
+        "environments",
+        "turns",
+        *KINDS,
+        "words",
+        "honest",
+        "claims",
+        "false",
+        "contradictions",
+        "elsewhere",
+        *liars,
+    ):
         table.add_column(column, justify="left" if column == "family" else "right")
     families: dict[str, list[Audit]] = {}
     for each in found:
@@ -173,8 +190,29 @@ def _print_families(found: list["Audit"]) -> None:
             f"{len({each.teacher for each in honest})}",
             f"{sum(each.checked for each in honest):,}",
             f"{sum(each.count(Label.DISTORTED) for each in honest):,}",
+            f"{sum(each.contradictions for each in honest):,}",
+            _share_elsewhere(oracles),
             *(_share_false([each for each in audits if each.teacher == liar]) for liar in liars),
         )
+    Console(width=200).print(table)
+
+
+def _print_claims(found: list["Audit"]) -> None:
+    """Print a row for each claim class of a family: how often its claims hold elsewhere, and why they are said."""
+    from llf_teacher.registry import entry
+    from llf_teacher.tools.elsewhere import Elsewhere
+
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for column in ("family", "claim", "another action", "another moment", "says little, because"):
+        table.add_column(column, justify="right" if column.startswith("another") else "left")
+    together: dict[tuple[str, str], Elsewhere] = {}
+    for each in found:
+        for name, places in each.elsewhere.items():
+            key = entry(each.id).family.name, name.rpartition(".")[2]
+            together[key] = places + together.get(key, Elsewhere())
+    for (family, name), places in sorted(together.items()):
+        shares = ("" if share is None else f"{share:.0%}" for share in places.shares)
+        table.add_row(escape(family), name, *shares, places.commonplace or "NO REASON" * places.empty)
     Console(width=200).print(table)
 
 
@@ -186,11 +224,25 @@ def _share_false(audits: list["Audit"]) -> str:
     return f"{sum(each.count(Label.DISTORTED) for each in audits):,} of {said:,}"
 
 
+def _share_elsewhere(audits: list["Audit"]) -> str:
+    """The share of other moments in which claims of feedback hold."""
+    places = [each for audit in audits for each in audit.elsewhere.values()]
+    moments = sum(each.moments for each in places)
+    return f"{sum(each.held_moments for each in places) / moments:.0%}" if moments else ""
+
+
 def _print(found: list["Audit"]) -> None:
     from teachers.atoms import KINDS, Label
 
     console = Console(highlight=False)
-    columns = [*((kind, 4) for kind in KINDS), ("hold", 6), ("withheld", 8), ("words", 5), ("leaks", 5)]
+    columns = [
+        *((kind, 4) for kind in KINDS),
+        ("hold", 6),
+        ("withheld", 8),
+        ("words", 5),
+        ("leaks", 5),
+        ("contradictions", 5),
+    ]
     changes = any(each.changes for each in found)
     if changes:
         columns.append(("changed", 7))
@@ -208,6 +260,7 @@ def _print(found: list["Audit"]) -> None:
                 f"{each.withheld.total()}",
                 f"{each.words / each.turns:.1f}",
                 f"{each.leaks}",
+                f"{each.contradictions}",
                 *([f"{each.changes}"] if changes else []),
             )
         console.print(f"[bold]{escape(id)}[/]", table, sep="\n")
@@ -222,7 +275,7 @@ def _print(found: list["Audit"]) -> None:
     console.print("[bold]students[/]", table, sep="\n")
     console.print(
         "\nColumns: claims by kind; share of claims that hold, with those of instructions; claims of the oracle that "
-        "were withheld; words of feedback in a turn; leaks."
+        "were withheld; words of feedback in a turn; leaks; pairs of claims that contradict each other."
     )
     if changes:
         console.print("Changed: sentences in which the voice changed a number or a name.")

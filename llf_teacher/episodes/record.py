@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from llf_teacher.models.replies import LENGTH
 from teachers import common
-from teachers.atoms import FP, KINDS, Atom, Label, action_of
+from teachers.atoms import FP, KINDS, Atom, Claim, Label, action_of
 
 
 class EpisodeSpec(NamedTuple):
@@ -164,18 +164,22 @@ def unchecked(feedback: str, texts: Iterable[str]) -> int:
 _SENTENCES = re.compile(r"(?<=[.!?])[\"')\]]*\s+|\n+")
 
 
+def claim_name(claim: Claim, family: str) -> str:
+    """The name of a claim's class with its family, or with `common` for claims of all families."""
+    home = "common" if type(claim).__module__ == common.__name__ else family
+    return f"{home}.{type(claim).__name__}"
+
+
 def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
     """An atom as JSON values.
 
-    `claim` is the claim's class with its family, or with `common` for claims of all families; `action` is the action
-    that it is about, the first one of a plan, null without one.
+    `claim` is as in `claim_name`; `action` is the action that it is about, the first one of a plan, null without one.
     """
     claim = atom.claim
-    home = "common" if type(claim).__module__ == common.__name__ else family
     fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
     return {
         "kind": atom.kind,
-        "claim": f"{home}.{type(claim).__name__}",
+        "claim": claim_name(claim, family),
         "fields": fields,
         "action": action_of(claim),
         "text": atom.text,

@@ -14,6 +14,7 @@ from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
+from llf_teacher.tools.elsewhere import Elsewhere, Places
 from pz_envs.subject import Subject
 from teachers.atoms import (
     FP,
@@ -23,6 +24,7 @@ from teachers.atoms import (
     EditClaim,
     FeedbackType,
     Label,
+    Moment,
     PlanClaim,
     contradictions,
 )
@@ -82,6 +84,8 @@ class Audit:
     """
     contradictions: int = 0
     """Number of pairs of claims of one turn that cannot both be meant; see `Claim.excludes`."""
+    elsewhere: dict[str, Elsewhere] = field(default_factory=dict)
+    """In how many other places the claims of feedback hold, by the name of their class."""
     examples: list[Finding] = field(default_factory=list)
     """The first falsehoods, leaks and contradictions."""
     changes: int = 0
@@ -130,6 +134,10 @@ class Audit:
             "withheld": {kind: self.withheld[kind] for kind in sorted(self.withheld, key=str)},
             "leaks": self.leaks,
             "contradictions": self.contradictions,
+            "elsewhere": {
+                name: dict(zip(("action", "moment"), each.shares, strict=True))
+                for name, each in sorted(self.elsewhere.items())
+            },
             "examples": [example._asdict() for example in self.examples],
             "changes": self.changes,
             "changed": [change._asdict() for change in self.changed],
@@ -171,6 +179,7 @@ def audit(
     name = str(teacher) if isinstance(teacher, Personality) else type(teacher).__name__
     family = id if isinstance(id, Subject) else entry(id).family
     found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
+    places = Places(family.name, np.random.default_rng(0))
     types = tuple(instruction_types or family.make_teacher(family.make_world()).oracle.instruction_types)
     combinations = list(itertools.product(map(parse_student, students), types))
     for done, (student, type_) in enumerate(combinations, 1):
@@ -190,13 +199,14 @@ def audit(
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
                 if type_ in other.session.teacher.oracle.instruction_types:  # with other options it may have others
                     other.session.teacher.instruction_type = type_
-                    _watch(found, other, student.seat(other.family, other.session.world), episode)
+                    _watch(found, other, student.seat(other.family, other.session.world), episode, places)
                 other.close()
             else:
-                _watch(found, env, policy, episode)
+                _watch(found, env, policy, episode, places)
             if progress:
                 progress(found.turns)
         env.close()
+    found.elsewhere = places.found
     return found
 
 
@@ -219,17 +229,20 @@ def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: n
     return episode._replace(options=options, reset=world.draw_reset(rng))
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode) -> None:
-    """Play an episode and add what it shows to the result."""
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, places: Places) -> None:
+    """Play an episode, check its claims here and elsewhere, and add what that shows to the result."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
     reveals = getattr(promise, "reveals", True)
     offered: Counter[tuple[Claim[Any], int]] = Counter()
     said: Counter[tuple[Claim[Any], int]] = Counter()
+    moments: list[Moment[Any]] = []
+    feedback: dict[int, list[Claim[Any]]] = {}
     found.episodes += 1
     recorder = Recorder(env.family.name, env.student_view)
     for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
         moment, atoms = turn.moment, recorder.check(turn)
+        moments.append(moment)
         options = episode.options | episode.reset
         where = (str(student.spec), episode.instruction_type, options, episode.seed, moment.turn)
         found.turns += moment.turn > 0
@@ -245,6 +258,8 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(turn.instruction, "atoms", ()) else atom.kind
             found.claims[kind, label] += 1
+            if kind is not None and label is not Label.DISTORTED:
+                feedback.setdefault(atom.about_turn, []).append(atom.claim)
             found.students[str(student.spec)] += 1
             found.falsehoods[str(student.spec)] += label is Label.DISTORTED
             names = isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
@@ -257,6 +272,8 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             found.contradictions += 1
             if found.honest:
                 _add_example(found, "contradiction", pair, where)
+    if feedback:
+        places.add(env.family.make_teacher(env.session.world.scratch()).oracle, moments, feedback)
     found.withheld.update(claim.kind for claim, _ in (offered - said).elements())
 
 

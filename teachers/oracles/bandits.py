@@ -134,6 +134,7 @@ class Among(Claim[Truth, Bandit]):
     """True if one of the arms from `low` to `high` is a best one."""
 
     kind = FP
+    commonplace = "arms stay the same from episode to episode, so that it stays true"
     low: int
     high: int
 

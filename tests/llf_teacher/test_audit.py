@@ -11,6 +11,7 @@ from llf_teacher.testing import check_teacher
 from llf_teacher.tools.audit import STUDENTS, audit
 from pz_envs.family import all_families
 from teachers.atoms import FP, HN, KINDS, Label, ParseFailure, R
+from teachers.common import Right, Wrong
 from teachers.personalities.silent import silent
 from teachers.personality import PERSONALITIES, personality
 
@@ -31,7 +32,7 @@ def test_honest_personalities_are_never_caught(name, teacher):
     found = audit(id, teacher, turns=few(id))
     assert not found.examples
     assert not found.caught
-    assert found.count(Label.DISTORTED) == 0
+    assert found.count(Label.DISTORTED) == found.contradictions == 0
     assert found.turns == few(id)
 
 
@@ -42,6 +43,39 @@ def test_every_lie_of_a_liar_is_seen(id):
     assert not [label for (kind, label) in found.claims if kind is not None and label is not Label.DISTORTED]
     assert not found.caught  # it promises nothing
     assert found.withheld.total() >= found.count(Label.DISTORTED)
+
+
+@personality()
+def torn(claims, view):
+    """Calls each action right and wrong."""
+    action = view.moment.action
+    return claims if action is None else [cls.on((), action=action) for cls in (Right, Wrong)]
+
+
+def test_contradictions_are_counted_and_shown():
+    found = audit(GRID, torn(), turns=60, students=["random"])
+    assert found.contradictions == 60
+    assert found.caught
+    assert "contradiction" in {each.what for each in found.examples}
+    assert found.as_dict()["contradictions"] == 60
+
+
+@pytest.mark.parametrize("id", SHOWCASE)
+def test_what_holds_nearly_everywhere_has_a_reason(id):
+    """The shares themselves are in docs/results.md."""
+    found = audit(id, turns=few(id), instruction_types=["b"])
+    assert sum(each.moments for each in found.elsewhere.values()) > 20
+    assert [name for name, each in found.elsewhere.items() if each.empty] == []
+
+
+def test_elsewhere_a_verdict_is_on_the_other_action():
+    """In gridworld most moves are wrong, whatever the move, and a wall is a wall in one room only."""
+    found = audit(GRID, "vague(q=1)", turns=240).elsewhere
+    action, moment = found["common.Wrong"].shares
+    assert 0.3 < action < 0.9
+    assert 0.3 < moment < 0.9
+    assert found["common.Trap"].shares[0] > 0.9
+    assert not found["common.Trap"].empty
 
 
 def test_labels():

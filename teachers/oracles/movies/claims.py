@@ -338,6 +338,7 @@ class Seek(_Wished):
     """True if it is good to look for titles whose `attribute` is `wish`: the user wants them."""
 
     kind = FP
+    commonplace = "the wishes stay the same from episode to episode, so that it stays true"
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """Another wish."""
@@ -386,6 +387,7 @@ class AvoidTitle(_Title):
     """True if a title of the catalogue does not meet all wishes."""
 
     kind = FN
+    commonplace = "nearly every title misses some wish; the warning rules out a single one"
 
     def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
         """Look each wish up by SQL."""
@@ -402,6 +404,7 @@ class AvoidTrait(Claim[Truth, Movies]):
     """True if the catalogue has titles whose `attribute` is `trait`, and none of them meets all wishes."""
 
     kind = FN
+    commonplace = "nearly every trait that titles share misses some wish; the warning rules out a single one"
     attribute: str
     trait: str
 

@@ -445,6 +445,7 @@ class AvoidCount(Claim[Truth, Poem]):
     """True if line `line` must not be one of `counted` syllables: it must have another number of them."""
 
     kind = FN
+    commonplace = "nearly every number of syllables is wrong; the warning rules out a single one"
     line: int
     counted: int
     amount = slot(syllables_of, "counted")
@@ -463,6 +464,7 @@ class AvoidLines(Claim[Truth, Poem]):
     """True if the poem must not have `lines` lines, at least one."""
 
     kind = FN
+    commonplace = "nearly every number of lines is wrong; the warning rules out a single one"
     lines: int
     length = slot(length_of, "lines")
 
