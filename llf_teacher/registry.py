@@ -12,7 +12,7 @@ import pz_envs  # noqa: F401  (registers with PettingZoo)
 from pz_envs.family import Family, all_families, families_to_register, own_families
 from pz_envs.learning import ActionValues, StateValues
 
-PREFIX, ALIAS, TEACHER = "llf-", "verbal-", "llf-teacher/"
+PREFIX, ALIAS, TEACHER = "llf-", "verbal-", "teacher/"
 
 
 class Entry(NamedTuple):
@@ -61,6 +61,8 @@ def ids() -> tuple[str, ...]:
 def entry(id: str) -> Entry:
     """The environment of an id, of its alias `verbal-...`, or of another alias, with one warning per process.
 
+    As in Gymnasium, an id without a version is that of the newest one, which is warned of, too.
+
     Raises:
         ValueError: an unknown id; the message names the nearest ones.
     """
@@ -73,11 +75,18 @@ def entry(id: str) -> Entry:
             found = aliases[name]
             _warn(f"{name} stands for {found.id}: {found.family.alias_warning}")
             return found
-        if name in entries:
-            return entries[name]
+        newest = max((id for id in entries if id.rpartition("-v")[0] == name), key=_version, default=name)
+        if newest in entries:
+            if newest != name:
+                _warn(f"{name} stands for {newest}, its newest version")
+            return entries[newest]
     from teachers.spec import unknown
 
     raise ValueError(unknown("environment", id, ids(), where="`llf list` and llf_teacher.ids()"))
+
+
+def _version(id: str) -> int:
+    return int(id.rpartition("-v")[2])
 
 
 _SHOWN: set[str] = set()

@@ -120,10 +120,19 @@ def evaluate_agent(
     horizon: int,
     n_episodes: int,
     log_data: bool = False,
+    n_workers: int = 1,
     sparse_reward: bool = False,
     seed: int | None = None,
 ) -> npt.NDArray[np.float64] | tuple[npt.NDArray[np.float64], list[dict[str, list[Any]]]]:
-    """The scores of several episodes, see `rollout`; with `log_data` also their data. Only the first is seeded."""
+    """The scores of several episodes, see `rollout`; with `log_data` also their data. Only the first is seeded.
+
+    Raises:
+        ValueError: `n_workers` is not 1.
+    """
+    if n_workers != 1:
+        raise ValueError(
+            f"n_workers must be 1, got {n_workers}; a study plays in several, see docs/bring-your-agent.md"
+        )
     results = [
         rollout(agent, env, horizon=horizon, log_data=log_data, sparse_reward=sparse_reward, seed=first)
         for first in (seed, *[None] * (n_episodes - 1))

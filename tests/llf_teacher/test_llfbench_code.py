@@ -349,6 +349,45 @@ def test_agents_are_evaluated(llfbench):
     scores, data = utils.evaluate_agent(Expert(), env, horizon=20, n_episodes=2, seed=0, log_data=True)
     assert scores.tolist() == [1.0, 1.0]
     assert data[0]["observations"][0] != data[1]["observations"][0]  # seeded once
+    with pytest.raises(ValueError, match="n_workers must be 1, got 2; a study plays in several"):
+        utils.evaluate_agent(Expert(), env, horizon=20, n_episodes=2, n_workers=2)
+
+
+def test_agents_have_its_bases(llfbench):
+    class Mine(llfbench.agents.abstract_agent.BasicAgent):
+        def act(self, observation, feedback):
+            self.buffer.append(feedback=feedback)
+            return "east"
+
+    agent = Mine(buffer_size=3)
+    scores = llfbench.agents.utils.evaluate_agent(agent, llfbench.make(GRID), horizon=4, n_episodes=2, n_workers=1)
+    assert len(scores) == 2
+    assert len(agent.buffer) == 3
+    assert agent.docstring
+    agent.reset("Go on.")
+    assert (agent.docstring, len(agent.buffer)) == ("Go on.", 0)
+    with pytest.raises(NotImplementedError, match=r"AbstractAgent must have act\(observation, feedback\)"):
+        llfbench.agents.abstract_agent.Agent().act()
+
+
+# --- its loop over the registry
+
+
+def test_each_id_that_its_loop_finds_can_be_made(llfbench):
+    found = [id for id in gymnasium.envs.registry if id.startswith("llf-")]
+    assert set(llf_teacher.ids()) <= set(found)
+    made = {llfbench.make(id, warning=False).unwrapped.env_id for id in found}
+    assert made == set(llf_teacher.ids())
+    assert not [id for id in gymnasium.envs.registry if "llf" in id and not id.startswith("llf-")]
+
+
+def test_ids_without_a_version_are_those_of_gymnasium(llfbench):
+    for id in ("llf-gridworld", "verbal-metaworld-reach"):
+        with pytest.warns(UserWarning, match="latest versioned"):
+            expected = gymnasium.make(id).unwrapped.env_id
+        with pytest.warns(UserWarning, match=f"stands for {expected}, its newest version"):
+            assert llf_teacher.make(id).unwrapped.env_id == expected
+        assert llfbench.make(id, warning=False).unwrapped.env_id == expected
 
 
 def test_small_helpers(llfbench, capsys):

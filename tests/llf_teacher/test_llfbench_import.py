@@ -26,9 +26,12 @@ def test_modules_resolve_to_ours_and_back(tmp_path):
         assert (llfbench.make, LLFWrapper, TextWrapper) == (compat.make, compat.LLFWrapper, compat.TextWrapper)
         assert llfbench.envs.env_wrappers.TerminalFreeWrapper is compat.TerminalFreeWrapper
         try:
-            import llfbench.envs.metaworld
+            import llfbench.envs.gridworld.prompts
         except ModuleNotFoundError as error:
-            assert error.name == "llfbench.envs.metaworld"
+            assert error.name == "llfbench.envs.gridworld.prompts"
+            assert "docs/coming-from-llf-bench.md says what is" in str(error)
+        else:
+            raise AssertionError
         compat.uninstall(); compat.uninstall()
         assert not [name for name in sys.modules if name.startswith("llfbench")]
         try:
@@ -37,6 +40,32 @@ def test_modules_resolve_to_ours_and_back(tmp_path):
             print("gone")
     """
     assert run(code, tmp_path).stdout == "gone\n"
+
+
+def test_submodules_are_attributes_and_what_is_not_offered_says_so(tmp_path):
+    code = """if True:
+        import llf_teacher.compat as compat
+        compat.install()
+        import llfbench as gym
+        from llfbench.agents.basic_ai_agent import BasicAIAgent
+        from llfbench.agents.user_agent import UserAgent
+        assert gym.envs.env_wrappers.TextWrapper is compat.TextWrapper
+        assert issubclass(gym.agents.abstract_agent.BasicAgent, gym.agents.abstract_agent.Agent)
+        families = "alfworld bandits gridworld highway metaworld optimization poem reco".split()
+        makers = [getattr(gym.envs, family).make_env for family in families]
+        refused = [BasicAIAgent, UserAgent, gym.agents.llm.make_llm, gym.utils.parser_utils.SimpleGuidanceParser]
+        for each in [*refused, gym.envs.utils.format, *makers]:
+            for use in (each, lambda: type("Mine", (each,), {})):
+                try:
+                    use()
+                except NotImplementedError as error:
+                    assert str(error).startswith(f"{each.__module__}.{each.__name__} is not offered by llf_teacher; ")
+                else:
+                    raise AssertionError(each)
+        print(len(makers), hasattr(gym.envs, "kitchen"))
+    """
+    result = run(code, tmp_path)
+    assert (result.stdout, result.stderr) == ("8 False\n", "")
 
 
 def test_the_real_one_is_left_alone(tmp_path):

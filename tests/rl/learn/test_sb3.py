@@ -36,7 +36,7 @@ def test_students_learn_to_follow_advice(make, settings, id, gamma):
 
 def teachers_seat():
     """Silence is best, since each thing said costs as much as success is worth."""
-    return gymnasium.make("llf-teacher/gridworld-v0", feedback_type="fp+fn", cost=1.0, max_turns=10)
+    return gymnasium.make("teacher/gridworld-v0", feedback_type="fp+fn", cost=1.0, max_turns=10)
 
 
 def returned(act):
