@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 
 from worlds.world import World
 
@@ -58,8 +59,17 @@ def plain(value: Any) -> Any:
 
 
 def check_spaces(make: Make) -> None:
-    """Observations are in their space; sampled actions are in theirs and legal, also in canonical form."""
+    """Observations are in their space; sampled actions are in theirs and legal, also in canonical form.
+
+    Discrete actions are numbered from 0, so that an action is its own index among values.
+    """
     world = make()
+    space = world.action_space
+    require(
+        not isinstance(space, spaces.Discrete) or space.start == 0,
+        f"the actions of {space} are not numbered from 0; number them from 0, as values are, and let "
+        "`action_words` and `describe` say other numbers",
+    )
     observation, _ = world.reset(seed=0)
     for action in some_actions(world):
         require(observation in world.observation_space, f"observation {observation!r} is not in the observation space")

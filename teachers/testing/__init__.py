@@ -12,6 +12,8 @@ from teachers.testing.oracles import (
     check_kinds,
     check_oracle,
     check_plans,
+    check_returns,
+    check_values,
 )
 from teachers.testing.personalities import (
     PERSONALITY_CHECKS,
@@ -47,8 +49,10 @@ __all__ = [
     "check_personality",
     "check_plans",
     "check_promise",
+    "check_returns",
     "check_speaking_changes_nothing",
     "check_spec",
     "check_stages",
+    "check_values",
     "check_words",
 ]

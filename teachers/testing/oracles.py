@@ -11,13 +11,29 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import HN, HP, KINDS, ActionClaim, Claim, EditClaim, FeedbackType, Moment, ParseFailure, PlanClaim
+from teachers.atoms import (
+    FN,
+    FP,
+    HN,
+    HP,
+    KINDS,
+    ActionClaim,
+    Claim,
+    EditClaim,
+    FeedbackType,
+    Moment,
+    ParseFailure,
+    PlanClaim,
+    action_of,
+)
 from teachers.oracle import Oracle, RefusalError
 from teachers.testing.habits import HABITS
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
 
 _SHORT = 20  # times as many turns of random play as of each habit
+_EPISODES = 10  # of a student that acts by the values
+_NEAR = 1e-9  # differences of values below this are rounding
 _JSON = (str, int, float, bool, type(None))
 
 
@@ -196,6 +212,72 @@ def check_plans(pupil: Pupil) -> None:
         require(idle > 0 or not importance, f"a text that is no action has regret {idle}, and {importance} is at stake")
 
 
+def check_values(pupil: Pupil) -> None:
+    """Where actions have values, all else that the oracle says of an action agrees with them.
+
+    What it advises and plans has the greatest value, what it warns of or blames has not, and what it praises has not
+    the least, unless all are equal. Regret is what the action lost of the greatest value, importance the greatest value
+    less the least.
+    """
+    for oracle, moment in pupil.judged():
+        values = oracle.values(moment.after)
+        if values is not None and not moment.over:
+            count = getattr(oracle.lab.action_space, "n", None)
+            require(len(values) == count, f"there are {len(values)} values for {oracle.lab.action_space}: {values}")
+            _require_near(oracle.importance(moment.after), max(values) - min(values), "the importance", values)
+            plan = oracle.plan(moment.after, 1)
+            require(not plan or _best(values, plan[0]), f"the plan is {plan}, but the values are {values}")
+        past = None if moment.before is None else oracle.values(moment.before)
+        if past is not None:
+            _require_near(oracle.regret(moment), max(past) - past[moment.action], "the regret", (moment.action, past))
+        for claim in oracle.judge(moment):
+            known, action = past if claim.kind in (HP, HN) else values, action_of(claim)
+            if known is None or max(known) == min(known) or not oracle.lab.action_space.contains(action):
+                continue
+            right = {
+                FP: _best(known, action),
+                FN: not _best(known, action),
+                HP: known[action] > min(known),
+                HN: not _best(known, action),
+            }
+            if claim.kind in right:
+                require(right[claim.kind], f"{claim} ({claim.kind}) contradicts the values {known}")
+
+
+def _best(values: tuple[float, ...], action: Any) -> bool:
+    return max(values) - values[action] < _NEAR
+
+
+def _require_near(got: float, expected: float, what: str, given: Any) -> None:
+    require(abs(got - expected) < _NEAR, f"{what} is {got}, but by the values {expected}: {given}")
+
+
+def check_returns(pupil: Pupil) -> None:
+    """Where actions have values, taking the greatest succeeds as often as taking the least, and earns as much.
+
+    Success counts first: an episode that it ends earns no more.
+    """
+    played = {choose: _played(pupil, choose) for choose in (max, min)}
+    require(
+        played[max] >= played[min],
+        "actions of the greatest value have {0} successes and a return of {1} in {4} episodes, those of the least "
+        "value {2} and {3}; greater values must be better".format(*played[max], *played[min], _EPISODES),
+    )
+
+
+def _played(pupil: Pupil, choose: Callable[[Any], float]) -> tuple[int, float]:
+    """Successes and return of a student that acts by the values."""
+    session = pupil.session(pupil.make_world(), instructs=True)
+    successes, total = 0, 0.0
+    for seed in range(_EPISODES):
+        moment = session.open(seed)
+        while not session.over and (values := session.teacher.oracle.values(moment.after)) is not None:
+            moment = session.act(values.index(choose(values)))
+            successes += moment.success
+            total += moment.reward
+    return successes, round(total, 6)
+
+
 def check_determinism(pupil: Pupil) -> None:
     """The same seeds give the same words."""
     for instruction_type in _teaching(pupil).instruction_types:
@@ -216,6 +298,8 @@ CHECKS: tuple[Callable[[Pupil], None], ...] = (
     check_claims,
     check_instructions,
     check_plans,
+    check_values,
+    check_returns,
     check_determinism,
 )
 """Every check of an oracle."""

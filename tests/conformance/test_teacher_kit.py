@@ -8,7 +8,7 @@ import pytest
 
 from pz_envs.family import all_families
 from teachers import testing as kit
-from teachers.atoms import FN, KINDS, ActionClaim, PlanClaim, claim
+from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, PlanClaim, R, claim
 from teachers.common import Solved
 from teachers.oracles.bandits import Among, Avoid, BanditOracle, Pull, PulledBest
 from teachers.phrasebook import Phrasebook
@@ -55,11 +55,12 @@ class Plan(PlanClaim):
 
 
 class Misleader(BanditOracle):
-    """Recommends the worst arm."""
+    """Looks for the best arm where the worst is."""
 
     def start(self, truth):
         super().start(truth)
-        self._pull = Pull(action=truth.means.index(min(truth.means)))
+        worst = truth.means.index(min(truth.means))
+        self._pull = Among(low=worst, high=worst)
 
 
 class Incorrigible(BanditOracle):
@@ -103,10 +104,35 @@ class Stammerer(BanditOracle):
 
 
 class Dreamer(BanditOracle):
-    """Plans what has regret."""
+    """Plans what has regret, but for the first action."""
 
     def plan(self, truth, n):
-        return (min(range(len(truth.means)), key=truth.means.__getitem__),) * n
+        return (*super().plan(truth, 1), *[min(range(len(truth.means)), key=truth.means.__getitem__)] * n)[:n]
+
+
+class Exaggerator(BanditOracle):
+    """Has more regret than the values say."""
+
+    def regret(self, moment):
+        return 2 * super().regret(moment)
+
+
+class Contrarian(BanditOracle):
+    """Values the worst arm most, and gives no feedback that the world could refute."""
+
+    feedback_types = (R,)
+
+    def _hindsight(self, claims, moment, kinds):
+        pass
+
+    def _advice(self, claims, moment, kinds):
+        pass
+
+    def values(self, truth):
+        return tuple(-mean for mean in truth.means)
+
+    def plan(self, truth, n):
+        return (truth.means.index(min(truth.means)),) * n
 
 
 class Restless(BanditOracle):
@@ -144,6 +170,8 @@ LIARS = {
     kit.check_claims: Confused,
     kit.check_instructions: Stammerer,
     kit.check_plans: Dreamer,
+    kit.check_values: Exaggerator,
+    kit.check_returns: Contrarian,
     kit.check_determinism: Restless,
 }
 
@@ -258,6 +286,55 @@ class Numeric(BanditOracle):
         self._avoid = tuple(Avoid(action=np.int64(arm)) for arm in self._poor)
 
 
+class Flipped(BanditOracle):
+    """Says what is so, and values its opposite."""
+
+    said = frozenset(KINDS)
+    planned = 1
+
+    def values(self, truth):
+        return tuple(-mean for mean in truth.means)
+
+    def regret(self, moment):
+        return BanditOracle.values(self, moment.past)[moment.action] - min(moment.past.means) if moment.turn else 0.0
+
+    def judge(self, moment, kinds=frozenset(KINDS)):
+        return super().judge(moment, kinds & self.said)
+
+    def plan(self, truth, n):
+        return super().plan(truth, n * self.planned)
+
+
+class FlippedAdvice(Flipped):
+    said, planned = frozenset([FP]), 0
+
+
+class FlippedWarning(Flipped):
+    said, planned = frozenset([FN]), 0
+
+
+class FlippedPraise(Flipped):
+    said, planned = frozenset([HP]), 0
+
+
+class FlippedBlame(Flipped):
+    said, planned = frozenset([HN]), 0
+
+
+class Anxious(BanditOracle):
+    """Finds more at stake than the values say."""
+
+    def importance(self, truth):
+        return super().importance(truth) + 1
+
+
+class Wordy(BanditOracle):
+    """Has a value too many."""
+
+    def values(self, truth):
+        return (*truth.means, 0.0)
+
+
 class Planless(BanditOracle):
     """States a plan of nothing."""
 
@@ -276,6 +353,19 @@ class Planless(BanditOracle):
             kit.check_claims,
             Numeric,
             r"the field 'action' of the claim Avoid holds \S+ of type int64; allowed: str, int",
+        ),
+        (kit.check_values, Flipped, r"the plan is \(\d,\), but the values are"),
+        (kit.check_values, FlippedAdvice, r"Pull\(action=\d\) \(fp\) contradicts the values"),
+        (kit.check_values, FlippedWarning, r"Avoid\(action=\d\) \(fn\) contradicts the values"),
+        (kit.check_values, FlippedPraise, r"PulledBest\(action=\d\) \(hp\) contradicts the values"),
+        (kit.check_values, FlippedBlame, r"PulledPoor\(action=\d\) \(hn\) contradicts the values"),
+        (kit.check_values, Exaggerator, "the regret is .*, but by the values"),
+        (kit.check_values, Anxious, "the importance is .*, but by the values"),
+        (kit.check_values, Wordy, r"there are \d+ values for Discrete\(\d+\)"),
+        (
+            kit.check_returns,
+            Contrarian,
+            "actions of the greatest value have 0 successes .*; greater values must be better",
         ),
         (kit.check_claims, Planless, r"Plan\(actions=\(\)\) is a plan of no action"),
     ],

@@ -214,6 +214,17 @@ def test_a_good_world_passes():
     kit.check_world(Counter)
 
 
+class FromOne(Counter):
+    def __init__(self, *, render_mode=None):
+        super().__init__(render_mode=render_mode)
+        self.action_space = spaces.Discrete(2, start=1)
+
+
+def test_actions_are_numbered_from_0():
+    with pytest.raises(AssertionError, match=r"actions of Discrete\(2, start=1\) are not numbered from 0; number them"):
+        kit.check_spaces(FromOne)
+
+
 def test_every_check_has_a_liar():
     assert set(LIARS) == set(kit.CHECKS)
 
