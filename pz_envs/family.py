@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 PLUGINS = "llf_teacher.families"
 """The entry point group in which installed distributions declare families, each as `module:FAMILY`."""
+_PREFIXES = ("llf-", "llf/", "verbal-")  # of ids, which the registries put before an environment's name
 _ENVIRONMENT = re.compile(r"[A-Za-z0-9_-]+-v\d+")
 
 
@@ -98,6 +99,13 @@ class Family(Subject):
 
     def __post_init__(self) -> None:
         check_learning(self.learning)
+        for name in (*self.environments, *self.aliases):
+            for prefix in _PREFIXES:
+                if name.startswith(prefix):
+                    raise ValueError(
+                        f"the family {self.name!r} names an environment {name!r}; names are without the prefix "
+                        f"{prefix!r}, which its id gets by itself: {name.removeprefix(prefix)!r}"
+                    )
 
     def _load(self, where: str, package: str) -> Any:
         module, _, name = where.rpartition(":")

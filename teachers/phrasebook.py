@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import Atom, Claim, FeedbackType, Utterance, slots_of
+from teachers.atoms import UNDECORATED, Atom, Claim, FeedbackType, Utterance, is_decorated, path_of, slots_of
 from teachers.common import Late
 from teachers.oracle import claims_of
 from teachers.templates import Template, cache_key, slots
@@ -235,6 +235,9 @@ def _problems(phrases: dict[str, list[str]], claims: Sequence[type[Claim]]) -> A
     yield from (f"{name}: there is no claim of this name" for name in phrases if name not in names)
     seen: dict[str, str] = {}
     for cls in claims:
+        if not is_decorated(cls):
+            yield f"{cls.__name__}: {path_of(cls)} {UNDECORATED}"
+            continue
         name, fields = cls.__name__, _slots(cls)
         templates = phrases.get(name)
         if templates is None:

@@ -14,6 +14,7 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, cached_property
 from numbers import Integral, Real
+from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any, ClassVar, Generic, NamedTuple, TypeGuard, TypeVar, get_type_hints
 
@@ -170,18 +171,29 @@ class Registry(Generic[S]):
         """The class of a name.
 
         Raises:
-            ValueError: the registry has no such name.
+            ValueError: the registry has no such name, or the module cannot be imported or defines no such class.
         """
         if name not in self.names:
             raise ValueError(unknown(self._what, name, self.names))
-        module = importlib.import_module(f"{self._package.__name__}.{name}")
+        try:
+            module = importlib.import_module(f"{self._package.__name__}.{name}")
+        except Exception as error:  # a file that somebody is writing may raise anything
+            file = Path(*self._package.__path__, f"{name}.py")
+            where = f"{file}:{error.lineno}" if isinstance(error, SyntaxError) and error.filename == str(file) else file
+            raise ValueError(
+                f"the {self._what} {name!r} cannot be imported: {type(error).__name__}: {error}; mend {where}"
+            ) from error
         found = [
             value
             for value in vars(module).values()
             if isinstance(value, type) and issubclass(value, self._base) and value.__module__ == module.__name__
         ]
         if len(found) != 1:
-            raise ValueError(f"{module.__name__} must define one {self._base.__name__}, it defines {len(found)}")
+            base, names = self._base.__name__, ", ".join(cls.__name__ for cls in found) or "none"
+            raise ValueError(
+                f"{module.__file__} must define one {self._what}, a class that derives from "
+                f"{self._base.__module__}.{base}; it defines {names}"
+            )
         return found[0]
 
     @property

@@ -25,6 +25,7 @@ from teachers.atoms import (
     ParseFailure,
     PlanClaim,
     action_of,
+    path_of,
 )
 from teachers.oracle import Oracle, RefusalError
 from teachers.testing.habits import HABITS
@@ -92,6 +93,11 @@ def check_kinds(pupil: Pupil) -> None:
     for oracle, moment in pupil.judged():
         claims = oracle.judge(moment)
         kinds = [claim.kind for claim in claims]
+        for claim in claims:
+            require(
+                claim.kind in order,
+                f"{path_of(type(claim))} is feedback, but has no kind; set `kind` of the class to R, HP, HN, FP or FN",
+            )
         require(kinds == sorted(kinds, key=order.index), f"kinds {kinds} are not in speaking order")
         seen.update(kinds)
         for kind in KINDS:
@@ -245,7 +251,7 @@ def check_values(pupil: Pupil) -> None:
 
 
 def _best(values: tuple[float, ...], action: Any) -> bool:
-    return max(values) - values[action] < _NEAR
+    return bool(max(values) - values[action] < _NEAR)
 
 
 def _require_near(got: float, expected: float, what: str, given: Any) -> None:

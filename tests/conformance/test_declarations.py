@@ -42,6 +42,15 @@ def test_what_is_not_there_is_found(changes, message):
         check_family(replace(FAMILY, **changes))
 
 
+@pytest.mark.parametrize("name", ["llf-guess-v0", "llf/guess-v0", "verbal-guess-v0"])
+def test_names_are_without_the_prefix_of_ids(name):
+    prefix = name.removesuffix("guess-v0")
+    with pytest.raises(ValueError, match=f"names are without the prefix '{prefix}', .*: 'guess-v0'"):
+        replace(FAMILY, environments={name: {}}, showcase=(name,))
+    with pytest.raises(ValueError, match=f"names are without the prefix '{prefix}'"):
+        replace(FAMILY, aliases={name: NAME})
+
+
 @pytest.mark.parametrize("learning", ["q_learning", None, KINDS[0], object()])
 def test_what_rewards_teach_is_one_of_the_known_facts(learning):
     message = r"learning must be one of pz_envs\.learning: .*; got "

@@ -146,6 +146,7 @@ class Restless(BanditOracle):
         self._avoid = self._avoid[Restless.count % 5 :] or self._avoid
 
 
+@claim
 class Hinted(Pull):
     """Advice with a hint that says something else."""
 
@@ -321,6 +322,24 @@ class FlippedBlame(Flipped):
     said, planned = frozenset([HN]), 0
 
 
+@claim
+class Kindless(ActionClaim):
+    """True always."""
+
+    action: int
+
+    def holds(self, moment, lab):
+        return True
+
+
+class Vague(BanditOracle):
+    """Gives feedback that is of no kind."""
+
+    def _advice(self, claims, moment, kinds):
+        super()._advice(claims, moment, kinds)
+        claims.append(Kindless(action=0))
+
+
 class Anxious(BanditOracle):
     """Finds more at stake than the values say."""
 
@@ -353,6 +372,11 @@ class Planless(BanditOracle):
             kit.check_claims,
             Numeric,
             r"the field 'action' of the claim Avoid holds \S+ of type int64; allowed: str, int",
+        ),
+        (
+            kit.check_kinds,
+            Vague,
+            r"test_teacher_kit\.Kindless is feedback, but has no kind; set `kind` of the class to R, HP, HN, FP or FN",
         ),
         (kit.check_values, Flipped, r"the plan is \(\d,\), but the values are"),
         (kit.check_values, FlippedAdvice, r"Pull\(action=\d\) \(fp\) contradicts the values"),

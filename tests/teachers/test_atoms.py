@@ -3,6 +3,7 @@
 import copy
 import dataclasses
 import pickle
+from typing import ClassVar
 
 import pytest
 from hypothesis import given
@@ -187,6 +188,37 @@ def test_of_opposite_verdicts_one_holds_if_they_apply():
     assert Fewer(before=2, after=1).holds(OPENING, None)
     assert not More(before=2, after=1).holds(OPENING, None)
     assert not any(cls(before=1, after=1).holds(OPENING, None) for cls in (More, Fewer))
+
+
+class _Bare(Claim):
+    depth: int
+    heights: ClassVar[int] = 3
+
+
+def test_a_base_whose_fields_would_be_lost_is_refused():
+    with pytest.raises(
+        TypeError, match=r"the base \S*test_atoms\._Bare of Deep lacks the decorator @claim; write @claim"
+    ):
+
+        @claim
+        class Deep(_Bare):
+            pass
+
+    @claim
+    class Known(_Bare):
+        depth: int
+
+    assert Known(depth=2).depth == 2
+
+
+def test_a_kind_that_is_none_is_refused():
+    with pytest.raises(
+        TypeError, match=r"Typed\.kind is 'fp'; allowed: R, HP, HN, FP, FN of teachers\.atoms, and None"
+    ):
+
+        @claim
+        class Typed(Claim):
+            kind = "fp"
 
 
 def test_the_counterpart_of_a_verdict_is_the_opposite_one():

@@ -5,7 +5,7 @@ import pytest
 
 from pz_envs.family import all_families
 from teachers import common
-from teachers.atoms import fast_constructor
+from teachers.atoms import Claim, fast_constructor
 from teachers.common import Reward
 from teachers.oracle import claims_of
 
@@ -29,6 +29,14 @@ def test_claims_are_frozen():
         made.reward = 4.0
     with pytest.raises(FrozenInstanceError):
         del made.reward
+
+
+def test_the_decorator_is_needed():
+    class Bare(Claim):
+        number: int
+
+    with pytest.raises(TypeError, match=r"Bare lacks the decorator @claim; write @claim before the class"):
+        fast_constructor(Bare)
 
 
 def test_each_field_is_needed():

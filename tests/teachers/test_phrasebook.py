@@ -133,6 +133,14 @@ def test_an_unknown_voice_is_refused():
         load_phrasebook("teachers.phrases:common.toml", "teachers.common", "shakespeare")
 
 
+def test_a_claim_without_its_decorator_is_named():
+    class Bare(Claim):
+        number: int
+
+    with pytest.raises(ValueError, match=r"Bare: \S*\.Bare lacks the decorator @claim; write @claim before the class"):
+        Phrasebook({"Bare": ["a", "b", "c", "d"]}, [Bare], "test.toml")
+
+
 def test_one_error_lists_every_problem():
     phrases = {
         "Steps": [

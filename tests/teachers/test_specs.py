@@ -5,6 +5,8 @@ import dataclasses
 import inspect
 import pickle
 import re
+import sys
+from types import ModuleType
 from typing import Annotated
 
 import numpy as np
@@ -19,7 +21,7 @@ from teachers.personalities.mistake import mistake
 from teachers.personalities.only import Only
 from teachers.personalities.oracle import oracle
 from teachers.personality import PERSONALITIES, Personality, Pipeline, parse_personality, personality
-from teachers.spec import Range, Share, SpecCall, parse_call, parse_calls
+from teachers.spec import Range, Registry, Share, SpecCall, parse_call, parse_calls
 
 NAMES = PERSONALITIES.names
 # Values for parameters; a parameter that is not listed keeps its default.
@@ -55,6 +57,25 @@ def test_every_personality_is_named_like_its_module(name):
     assert personality.name == str(personality) == name
     assert personality == PERSONALITIES[name]() == parse_personality(f" {name}() ")
     assert parse_personality(personality) is personality
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ("x = 3", "broken.py must define one personality, a class that derives from .*Personality; it defines none"),
+        ("def f(:", "the personality 'broken' cannot be imported: SyntaxError: .*; mend .*broken.py:1$"),
+        ("import nowhere_at_all", "cannot be imported: ModuleNotFoundError: No module .*; mend .*broken.py$"),
+        ("1 / 0", "cannot be imported: ZeroDivisionError: division by zero; mend .*broken.py$"),
+    ],
+)
+def test_a_broken_file_is_named(written, message, tmp_path, monkeypatch):
+    package = ModuleType("half_written")
+    package.__path__ = [str(tmp_path)]
+    monkeypatch.setitem(sys.modules, "half_written", package)
+    (tmp_path / "broken.py").write_text(written)
+    with pytest.raises(ValueError, match=message):
+        Registry("personality", Personality, package)["broken"]
+    sys.modules.pop("half_written.broken", None)
 
 
 @given(stages | pipelines)
