@@ -221,33 +221,33 @@ def check_plans(pupil: Pupil) -> None:
 def check_values(pupil: Pupil) -> None:
     """Where actions have values, all else that the oracle says of an action agrees with them.
 
-    What it advises and plans has the greatest value, what it warns of or blames has not, and what it praises has not
-    the least, unless all are equal. Regret is what the action lost of the greatest value, importance the greatest value
-    less the least.
+    What it advises and plans has the greatest value, what it warns of has not. What it praises loses no more on average
+    than what it blames: one verdict may be on an outcome that chance brought. Regret is what the action lost of the
+    greatest value, importance the greatest value less the least.
     """
+    lost: dict[FeedbackType | None, list[float]] = {HP: [], HN: []}
     for oracle, moment in pupil.judged():
-        values = oracle.values(moment.after)
-        if values is not None and not moment.over:
-            count = getattr(oracle.lab.action_space, "n", None)
-            require(len(values) == count, f"there are {len(values)} values for {oracle.lab.action_space}: {values}")
+        space = oracle.lab.action_space
+        values = None if moment.over else oracle.values(moment.after)
+        if values is not None:
+            require(len(values) == getattr(space, "n", None), f"there are {len(values)} values for {space}: {values}")
             _require_near(oracle.importance(moment.after), max(values) - min(values), "the importance", values)
             plan = oracle.plan(moment.after, 1)
             require(not plan or _best(values, plan[0]), f"the plan is {plan}, but the values are {values}")
         past = None if moment.before is None else oracle.values(moment.before)
         if past is not None:
-            _require_near(oracle.regret(moment), max(past) - past[moment.action], "the regret", (moment.action, past))
+            loss = max(past) - past[moment.action]
+            _require_near(oracle.regret(moment), loss, "the regret", (moment.action, past))
         for claim in oracle.judge(moment):
-            known, action = past if claim.kind in (HP, HN) else values, action_of(claim)
-            if known is None or max(known) == min(known) or not oracle.lab.action_space.contains(action):
-                continue
-            right = {
-                FP: _best(known, action),
-                FN: not _best(known, action),
-                HP: known[action] > min(known),
-                HN: not _best(known, action),
-            }
-            if claim.kind in right:
-                require(right[claim.kind], f"{claim} ({claim.kind}) contradicts the values {known}")
+            action = action_of(claim)
+            if past is not None and claim.kind in lost and action == moment.action:
+                lost[claim.kind].append(loss)
+            elif values is not None and claim.kind in (FP, FN) and space.contains(action):
+                right = max(values) == min(values) or _best(values, action) == (claim.kind is FP)
+                require(right, f"{claim} ({claim.kind}) contradicts the values {values}")
+    if all(lost.values()):
+        praised, blamed = np.mean(lost[HP]), np.mean(lost[HN])
+        require(praised <= blamed, f"by the values praised actions lose {praised:.3g}, and blamed ones {blamed:.3g}")
 
 
 def _best(values: tuple[float, ...], action: Any) -> bool:

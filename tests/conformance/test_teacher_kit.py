@@ -314,12 +314,8 @@ class FlippedWarning(Flipped):
     said, planned = frozenset([FN]), 0
 
 
-class FlippedPraise(Flipped):
-    said, planned = frozenset([HP]), 0
-
-
-class FlippedBlame(Flipped):
-    said, planned = frozenset([HN]), 0
+class FlippedVerdicts(Flipped):
+    said, planned = frozenset([HP, HN]), 0
 
 
 @claim
@@ -381,8 +377,7 @@ class Planless(BanditOracle):
         (kit.check_values, Flipped, r"the plan is \(\d,\), but the values are"),
         (kit.check_values, FlippedAdvice, r"Pull\(action=\d\) \(fp\) contradicts the values"),
         (kit.check_values, FlippedWarning, r"Avoid\(action=\d\) \(fn\) contradicts the values"),
-        (kit.check_values, FlippedPraise, r"PulledBest\(action=\d\) \(hp\) contradicts the values"),
-        (kit.check_values, FlippedBlame, r"PulledPoor\(action=\d\) \(hn\) contradicts the values"),
+        (kit.check_values, FlippedVerdicts, r"by the values praised actions lose 0\.\d+, and blamed ones 0\.\d+"),
         (kit.check_values, Exaggerator, "the regret is .*, but by the values"),
         (kit.check_values, Anxious, "the importance is .*, but by the values"),
         (kit.check_values, Wordy, r"there are \d+ values for Discrete\(\d+\)"),
