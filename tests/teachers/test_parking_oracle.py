@@ -10,8 +10,21 @@ from pz_envs.family import all_families
 from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.oracles.parking import ParkingOracle
 from teachers.oracles.parking.checks import effort_of, parks, stops
-from teachers.oracles.parking.claims import Crash, Crashed, Detour, Doomed, Drive, Hazards, OnCourse, Parked, Trap
+from teachers.oracles.parking.claims import (
+    Crash,
+    Crashed,
+    Detour,
+    Doomed,
+    Drive,
+    Hazards,
+    Nearer,
+    OnCourse,
+    Parked,
+    Strayed,
+    Trap,
+)
 from teachers.oracles.parking.driving import solve
+from teachers.oracles.parking.field import MARGIN, gain_of, turns_left
 from teachers.oracles.parking.model import move
 from teachers.testing import Pupil, check_honesty
 from worlds.parking import Car, Parking
@@ -129,7 +142,7 @@ def test_a_way_is_kept_to_while_the_student_does():
     world = Parking()
     world.reset(seed=5)
     oracle, moment = engaged(world), opening(world)
-    way = oracle.plan(world.truth, 99)
+    way, praised = oracle.plan(world.truth, 99), 0
     for left in range(len(way), 0, -1):
         (advice,) = oracle.judge(moment, {FP})
         assert (advice.action, *advice.rest) == way[-left:]
@@ -137,9 +150,55 @@ def test_a_way_is_kept_to_while_the_student_does():
         assert oracle.regret(moment) == 0
         hindsight = oracle.judge(moment, {HP, HN})
         praise = OnCourse(action=advice.action, way=(advice.action, *advice.rest))
-        assert hindsight[0] == (Parked(action=advice.action) if left == 1 else praise)
+        praised += praise in hindsight
+        assert {type(claim) for claim in hindsight} <= ({Parked} if left == 1 else {OnCourse, Nearer})
         assert praise.effort == effort_of(left - 1)
+    assert praised > 0.75 * len(way)
     assert oracle.judge(moment, {FP, FN}) == ()
+
+
+@pytest.mark.parametrize("count", [0, 10])
+def test_a_moment_has_praise_or_blame_whatever_the_way(count):
+    """Of two ways from before an action, one of which begins with it, either verdict could choose."""
+    world, rng = Parking(count), np.random.default_rng(count)
+    lab, praised, blamed = world.scratch(), 0, 0
+    for seed in range(40):
+        world.reset(seed=seed)
+        at_random(world, rng)
+        oracle, action = engaged(world), tuple(rng.uniform(-1, 1, 2).round(2).tolist())
+        way = oracle.plan(world.truth, 99)
+        moment = turn(world, action)
+        ways = way, (action, *solve(oracle._ground(moment.after), moment.after.car[:4]))
+        good, bad = (
+            any(verdict(action=action, way=each).holds(moment, lab) for each in ways) for verdict in (OnCourse, Strayed)
+        )
+        assert not (good and bad)
+        praised, blamed = praised + good, blamed + bad
+    assert min(praised, blamed) >= 5
+
+
+def test_the_field_foresees_how_long_plans_are():
+    """It knows no plans, but agrees with their lengths; and with what is plain near the spot."""
+    world, rng = Parking(), np.random.default_rng(3)
+    left, lengths = [], []
+    for seed in range(60):
+        world.reset(seed=seed)
+        at_random(world, rng)
+        left.append(turns_left(world.truth))
+        lengths.append(len(engaged(world).plan(world.truth, 99)))
+    assert np.corrcoef(left, lengths)[0, 1] > 0.95
+    assert 0.8 < np.mean(left) / np.mean(lengths) < 1.25
+    for seed in range(8):
+        world.reset(seed=seed)
+        x, y, heading = world.truth.spot
+        before = Car(x, y - math.copysign(9.0, y), heading, 2.0)
+        there = world.truth._replace(car=before)
+        assert gain_of(there, there._replace(car=before._replace(speed=3.0))) > MARGIN
+        assert gain_of(there, there._replace(car=before._replace(speed=1.0))) < -MARGIN
+        aside, mirrored = (before._replace(x=x + side, heading=heading + side / 20) for side in (3.0, -3.0))
+        assert gain_of(there._replace(car=aside), there) > MARGIN
+        assert turns_left(there._replace(car=aside)) == pytest.approx(turns_left(there._replace(car=mirrored)))
+        assert turns_left(there._replace(car=before._replace(heading=heading + math.pi))) > 2 * turns_left(there)
 
 
 def test_warnings_in_front_of_a_wall():

@@ -31,11 +31,9 @@ from teachers.oracles.parking.claims import (
     TriedWell,
 )
 from teachers.oracles.parking.driving import solve
-from teachers.oracles.parking.model import BRAKES, Ground, brake, can_stop, misfit, misses, move, pairs
+from teachers.oracles.parking.field import MARGIN, gain_of
+from teachers.oracles.parking.model import BRAKES, TOLERANCE, Ground, brake, can_stop, misfit, misses, move, pairs
 from worlds.parking import WALL_X, WALL_Y, Action, Car, Parking, Spot, Truth
-
-TOLERANCE = 1.44
-"""highway-env's threshold for the reward, squared and counted in metres."""
 
 
 @lru_cache(maxsize=16)
@@ -62,7 +60,8 @@ class ParkingOracle(Oracle[Truth, Parking]):
     """Plans a path into the spot from any state, keeps it while the student follows it, and judges actions by it.
 
     Claims about a path are checked by driving it. No claim says that a path is the shortest, as this is unknown: an
-    action is good or bad by the lengths of the paths found before and after it, with a margin.
+    action is good or bad by the lengths of the paths found before and after it, if `field`, which knows no paths,
+    agrees with a margin.
     """
 
     max_importance = _LOST
@@ -158,13 +157,14 @@ class ParkingOracle(Oracle[Truth, Parking]):
         moved = distance_to_spot(after) - distance_to_spot(before)
         far = {"action": action, "before": distance_to_spot(before), "after": distance_to_spot(after)}
         if wasted <= 0 and HP in kinds and (rest := self._way(after)):
-            claims.append(OnCourse(action=action, way=(action, *rest)))
+            if gain_of(before, after) > MARGIN:
+                claims.append(OnCourse(action=action, way=(action, *rest)))
             if moved < -_NEWS:
                 claims.append(Nearer(**far))
         elif wasted >= _WASTE and HN in kinds:
             if not self._way(after) and self._stops(before) and not self._stops(after):
                 claims.append(Doomed(action=action))
-            elif way and misses(self._ground(after), after.car[:4], way[1:]):
+            elif way and gain_of(before, after) < -MARGIN and misses(self._ground(after), after.car[:4], way[1:]):
                 claims.append(Strayed(action=action, way=way))
             if moved > _NEWS:
                 claims.append(Farther(**far))

@@ -22,6 +22,7 @@ from teachers.oracles.parking.checks import (
     wheel_words,
     write,
 )
+from teachers.oracles.parking.field import MARGIN, gain_of
 from worlds.parking import Action, Parking, Truth
 
 
@@ -207,26 +208,31 @@ class _Followed(Verdict[Truth, Parking], _Made):
         return effort_of(len(self.way) - (self.kind is HP))
 
     def applies(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """Drive the way from before the action, and what is left of it after: that parks the car last or not at all."""
+        """Drive the way from before the action, and what is left of it after: that agrees with what the field says."""
         if not self.made(moment) or not parks(lab, moment.past, self.way):
             return False
-        return self.good(moment, lab) or fails(lab, moment.past, (self.action, *self.way[1:]))
+        gain, rest = gain_of(moment.past, moment.after), (self.action, *self.way[1:])
+        return parks(lab, moment.past, rest) if gain > MARGIN else gain < -MARGIN and fails(lab, moment.past, rest)
 
     def good(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """What is left of the way parks the car after the action."""
-        return parks(lab, moment.past, (self.action, *self.way[1:]))
+        """The action shortened what is left, whatever the way."""
+        return gain_of(moment.past, moment.after) > MARGIN
 
 
 @claim
 class OnCourse(_Followed):
-    """True if the actions of `way` parked the car from before this action, and all but the first do so after it."""
+    """True if the action shortened the drive into the spot, as `field` measures it, by more than a quarter of a turn;
+    and the actions of `way` parked the car from before this action, and all but the first do so after it.
+    """  # noqa: D205
 
     kind = HP
 
 
 @claim
 class Strayed(_Followed):
-    """True if the actions of `way` parked the car from before this action, but all but the first do not after it."""
+    """True if the action lengthened the drive into the spot, as `field` measures it, by more than a quarter of a turn;
+    and the actions of `way` parked the car from before this action, but all but the first do not after it.
+    """  # noqa: D205
 
     kind = HN
 

@@ -43,6 +43,8 @@ def pairs(numbers: Sequence[tuple[float, float]]) -> Sequence[tuple[float, float
 
 BRAKES = (-1.0, -0.5, 0.0, 0.5, 1.0)
 """Positions of the wheel that are tried in full braking."""
+TOLERANCE = 1.44
+"""highway-env's threshold for the reward, squared and counted in metres."""
 STEPS = 3
 """Simulation steps in an action."""
 HALF = 2.5
