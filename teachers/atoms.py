@@ -201,6 +201,13 @@ class Claim(Generic[TruthT, WorldT]):
         """Whether this claim and another about the same moment cannot both be meant; see `contradictions`."""
         return False
 
+    def worth(self, moment: Moment[TruthT], lab: WorldT, action: Any) -> float | None:
+        """Of a verdict: the value of an action in place of that of `moment`, by another way than `Oracle.values`.
+
+        None if it cannot tell; then claims that compare values, such as `common.NoDifference`, go unchecked.
+        """
+        return None
+
 
 class ActionClaim(Claim[TruthT, WorldT]):
     """Role of a claim about one action.

@@ -199,13 +199,23 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
     margin: float
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Check the verdict, and that the values agree with it."""
+        """Check the verdict, that the values agree with it, and that it comes to the same values."""
         praised = (self._ground.kind is HP) == self.stands(moment, lab)
         return (
             _acted(self.action, moment)
             and abs(self.mine - self.other) < self.margin
             and praised == (self.mine >= self.other)
+            and self._agrees(moment, lab)
         )
+
+    def _agrees(self, moment: Moment[Any], lab: World[Any]) -> bool:
+        """Whether the values are what the verdict finds for each action, if it can tell."""
+        actions = [lab.legal(each) for each in range(int(lab.action_space.n))]  # type: ignore[attr-defined]  # Discrete
+        values = {action: self._ground.worth(moment, lab, action) for action in actions}
+        if None in values.values():
+            return True
+        mine = values.pop(self.action)
+        return bool(np.allclose((self.mine, self.other), (mine, max(values.values())), rtol=1e-9, atol=1e-9))
 
     def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
         """The opposite of the ground."""

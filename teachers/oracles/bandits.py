@@ -89,6 +89,10 @@ class _Pulled(Verdict[Truth, Bandit], ActionClaim[Truth, Bandit]):
         """Multiply chance and payout of each arm."""
         return _is_best(moment.past, self.action)
 
+    def worth(self, moment: Moment[Truth], lab: Bandit, action: int) -> float:
+        """Multiply chance and payout of the arm."""
+        return _expected(moment.past, action)
+
 
 @claim
 class PulledBest(_Pulled):

@@ -189,11 +189,12 @@ def check_instructions(pupil: Pupil) -> None:
 def check_plans(pupil: Pupil) -> None:
     """Following the plan has no regret; importance lies between 0 and `max_importance`; regret is never negative.
 
+    What a verdict finds that actions are worth is what the oracle's values say.
     An oracle without plans may raise RefusalError for regrets.
     """
     world = pupil.make_world()
     oracle = pupil.make_teacher(world).oracle
-    planned = False
+    lab, planned = world.scratch(), False
     for seed in range(10):
         world.reset(seed=seed)
         oracle.start(world.truth)
@@ -206,6 +207,14 @@ def check_plans(pupil: Pupil) -> None:
                 abs(oracle.regret(moment)) < 1e-9, f"the plan's action has regret {oracle.regret(moment)}: {moment}"
             )
     for oracle, moment in pupil.judged():
+        values = None if moment.before is None else oracle.values(moment.before)
+        for claim in oracle.judge(moment, {HP, HN}) if values else ():
+            for action, value in enumerate(values or ()):
+                worth = claim.worth(moment, lab, lab.legal(action))
+                agrees = worth is None or abs(worth - value) < 1e-9
+                require(
+                    agrees, f"{claim} finds a worth of {worth} for {action}, the oracle a value of {value}: {moment}"
+                )
         importance = oracle.importance(moment.after)
         require(0 <= importance <= oracle.max_importance, f"importance {importance} exceeds {oracle.max_importance}")
         unread = Moment.unread(moment.after, ParseFailure("?", ""), 0.0, False, moment.turn, False)

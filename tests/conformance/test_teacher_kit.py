@@ -357,9 +357,17 @@ class Planless(BanditOracle):
         return (Plan(actions=()),)
 
 
+class Overrating(BanditOracle):
+    """Values arms by more than they pay."""
+
+    def values(self, truth):
+        return tuple(2 * mean for mean in truth.means)
+
+
 @pytest.mark.parametrize(
     ("check", "liar", "message"),
     [
+        (kit.check_plans, Overrating, "finds a worth of .* for 0, the oracle a value of"),
         (kit.check_plans, Lenient, "a text that is no action has regret 0.0, and .* is at stake"),
         (kit.check_instructions, Secretive, "the instruction c adds nothing to that of type b"),
         (kit.check_instructions, Impatient, "the instruction c adds claims of kinds .*'hp'.*; allowed: {None}"),

@@ -268,6 +268,22 @@ def test_equal_sees_no_difference_within_its_margin(name, eps):
     assert (same > 50) == (eps > 0)
 
 
+@on_cheap_families
+def test_no_difference_is_false_of_other_values(name):
+    """Those that are 41 apart, or that a teacher made up, whatever margin it allows itself."""
+    checked = 0
+    for _, episode in rows(name, "equal(eps=1.0)"):
+        for moment, said, _ in episode:
+            for claim in said:
+                if type(claim) is NoDifference:
+                    assert claim.holds(moment, lab(name))
+                    for mine, other in ((claim.mine, claim.other - 41), (claim.mine + 0.01, claim.other + 0.01)):
+                        fields = {"action": claim.action, "mine": mine, "other": other, "margin": 99.0}
+                        assert not NoDifference.on(claim._ground, **fields).holds(moment, lab(name))
+                    checked += 1
+    assert checked > 20
+
+
 @pytest.mark.parametrize(("gamma", "horizon"), [(0.0, 1), (0.5, 2), (0.8, 5), (0.99, 100)])
 def test_myopic_does_not_see_harm_behind_its_horizon(gamma, horizon):
     kept, dropped = 0, 0

@@ -151,6 +151,10 @@ class Found(ActionClaim[Truth, Gridworld]):
         after = walk(lab, moment.before, self.action)
         return after.found and after.layout.names[after.room] == self.room
 
+    def worth(self, moment: Moment[Truth], lab: Gridworld, action: Direction) -> float:
+        """Make the move instead and measure by breadth-first search."""
+        return -float(_distance(walk(lab, moment.past, action)))
+
     def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Deny it."""
         truth = moment.past
@@ -178,6 +182,10 @@ class _Made(Verdict[Truth, Gridworld], ActionClaim[Truth, Gridworld]):
     def good(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Make the move again and measure by breadth-first search."""
         return _gain(lab, moment.past, self.action) > 0
+
+    def worth(self, moment: Moment[Truth], lab: Gridworld, action: Direction) -> float:
+        """Make the move instead and measure by breadth-first search."""
+        return -float(_distance(walk(lab, moment.past, action)))
 
 
 @claim

@@ -5,11 +5,16 @@ from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, PlanClaim, claim
 from teachers.oracle import Oracle
 
 
-def helps(lab, truth, action):
-    """Whether the knob brings the room nearer to what is wanted, tried out."""
+def degrees_left(lab, truth, action):
+    """How far the room is from what is wanted after the knob, tried out."""
     lab.restore(truth)
     lab.step(action)
-    return abs(lab.truth.wanted - lab.truth.now) < abs(truth.wanted - truth.now)
+    return abs(lab.truth.wanted - lab.truth.now)
+
+
+def helps(lab, truth, action):
+    """Whether the knob brings the room nearer to what is wanted."""
+    return degrees_left(lab, truth, action) < abs(truth.wanted - truth.now)
 
 
 @claim
@@ -47,6 +52,9 @@ class Helped(ActionClaim):
     def counterparts(self, moment, lab):
         return (DidNotHelp(action=self.action, knob=self.knob),)
 
+    def worth(self, moment, lab, action):
+        return -float(degrees_left(lab, moment.before, action))
+
 
 @claim
 class DidNotHelp(ActionClaim):
@@ -62,6 +70,9 @@ class DidNotHelp(ActionClaim):
 
     def counterparts(self, moment, lab):
         return (Helped(action=self.action, knob=self.knob),)
+
+    def worth(self, moment, lab, action):
+        return -float(degrees_left(lab, moment.before, action))
 
 
 @claim
