@@ -181,6 +181,8 @@ class Claim(Generic[TruthT, WorldT]):
     """Whether it has nothing to do with the task, though it may be true."""
     commonplace: ClassVar[str] = ""
     """Why it is said, though it holds of nearly every action or moment; empty for claims that say something."""
+    tried: ClassVar[bool] = False
+    """Whether it is about an action that was tried before the episode, and not about one of the student's."""
 
     def holds(self, moment: Moment[TruthT], lab: WorldT) -> bool:
         """Whether the claim is true of `moment`; `lab` is a scratch world to restore and step.

@@ -90,10 +90,14 @@ class Phrasebook:
         """Every claim class with its paraphrases."""
         return [(cls, self.templates(cls)) for cls in self._templates]
 
+    def sentences(self, claim: Claim) -> tuple[str, ...]:
+        """The claim in each of its paraphrases."""
+        return tuple(template.format(claim) for template in self._templates[type(claim)])
+
     def words(self, claim: Claim) -> float:
         """The mean number of words of the claim's paraphrases."""
-        templates = self._templates[type(claim)]
-        return sum(len(template.format(claim).split()) for template in templates) / len(templates)
+        sentences = self.sentences(claim)
+        return sum(len(sentence.split()) for sentence in sentences) / len(sentences)
 
     def say(self, claims: Sequence[Claim], turn: int, draws: "Draws", paraphrase: Paraphrase) -> Utterance:
         """Put claims into words. One number is drawn for each claim, used or not."""
@@ -166,8 +170,8 @@ class Rewriting(Phrasebook):
 
 
 def _kind(cls: type[Claim]) -> FeedbackType | None:
-    """The kind of all claims of a class; None also for a class whose claims differ in kind."""
-    return cls.kind if isinstance(cls.kind, FeedbackType) else None
+    """The kind by which a class is framed: none for claims that differ in kind or are not about the student."""
+    return cls.kind if isinstance(cls.kind, FeedbackType) and not cls.tried else None
 
 
 class Draws:

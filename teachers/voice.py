@@ -9,8 +9,8 @@ A voice is a file, `voices/<name>.toml` or one of the user's own:
     Right = ["Well done!", ...]
 
 A family may have phrases for a voice in a table of the voice's name beside its plain ones. A voice's own phrases are
-said without frames, and so are instructions. A voice may also be a function that rewrites each sentence; changes of
-numbers and names are reported.
+said without frames, and so are instructions, what was tried before an episode included. A voice may also be a function
+that rewrites each sentence; changes of numbers and names are reported.
 """
 
 import re

@@ -35,6 +35,7 @@ class Answer(Claim[Truth, Bandit]):
 class _Tried(Verdict[Truth, Bandit], ActionClaim[Truth, Bandit]):
     """Base of verdicts on an arm that the oracle tried."""
 
+    tried = True
     action: int
     mean: float
 

@@ -28,6 +28,7 @@ from teachers.testing.personalities import (
     check_words,
 )
 from teachers.testing.pupil import Pupil, Taught
+from teachers.testing.wording import check_wording, wording_problems
 
 __all__ = [
     "CHECKS",
@@ -54,5 +55,7 @@ __all__ = [
     "check_spec",
     "check_stages",
     "check_values",
+    "check_wording",
     "check_words",
+    "wording_problems",
 ]

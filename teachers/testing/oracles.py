@@ -30,6 +30,7 @@ from teachers.atoms import (
 from teachers.oracle import Oracle, RefusalError
 from teachers.testing.habits import HABITS
 from teachers.testing.pupil import Pupil
+from teachers.testing.wording import check_wording
 from worlds.testing import plain, require
 
 _SHORT = 20  # times as many turns of random play as of each habit
@@ -184,6 +185,8 @@ def check_instructions(pupil: Pupil) -> None:
             kinds = {claim.kind for claim in more}
             allowed = {HP, HN} if type_ == "p" else {None}
             require(kinds <= allowed, f"the instruction {type_} adds claims of kinds {kinds}; allowed: {allowed}")
+            own = {type(claim).__name__ for claim in more if type_ == "p" and not claim.tried}
+            require(not own, f"the instruction p adds {own}, which are worded as the student's own; set tried = True")
 
 
 def check_plans(pupil: Pupil) -> None:
@@ -316,5 +319,6 @@ CHECKS: tuple[Callable[[Pupil], None], ...] = (
     check_values,
     check_returns,
     check_determinism,
+    check_wording,
 )
 """Every check of an oracle."""

@@ -21,8 +21,8 @@ def pupil(oracle):
     def make_teacher(world, personality="oracle", **settings):
         voice = BANDITS.make_teacher(world).voice | Phrasebook(
             {cls.__name__: [f"{cls.__name__} {i}: {{action}}." for i in range(4)] for cls in (Strange, Hinted)}
-            | {"Plan": [f"Plan {i}." for i in range(4)]},
-            [Strange, Hinted, Plan],
+            | {"Plan": [f"Plan {i}." for i in range(4)], "Twofold": [f"No {i} {{action}}." for i in range(4)]},
+            [Strange, Hinted, Plan, Twofold],
             "test",
         )
         return Teacher(oracle(world.scratch), voice, personality, **settings)
@@ -162,6 +162,18 @@ class Misguided(BanditOracle):
         self._pull = Hinted(action=self._best[0])
 
 
+class Twofold(Avoid):
+    """A warning whose phrases have two numbers in a row."""
+
+
+class Mumbler(BanditOracle):
+    """Warns in words that can be misread."""
+
+    def start(self, truth):
+        super().start(truth)
+        self._avoid = tuple(Twofold(action=arm) for arm in self._poor)
+
+
 LIARS = {
     kit.check_honesty: Misleader,
     kit.check_distortion: Incorrigible,
@@ -174,6 +186,7 @@ LIARS = {
     kit.check_values: Exaggerator,
     kit.check_returns: Contrarian,
     kit.check_determinism: Restless,
+    kit.check_wording: Mumbler,
 }
 
 
@@ -270,6 +283,13 @@ class Impatient(BanditOracle):
     """Praises in the complete instruction."""
 
     def _solution(self, truth):
+        return (PulledBest(action=truth.best[0]),)
+
+
+class Flatterer(BanditOracle):
+    """Passes what was tried before off as the student's own."""
+
+    def _practice(self, truth, rng):
         return (PulledBest(action=truth.best[0]),)
 
 
@@ -371,6 +391,7 @@ class Overrating(BanditOracle):
         (kit.check_plans, Lenient, "a text that is no action has regret 0.0, and .* is at stake"),
         (kit.check_instructions, Secretive, "the instruction c adds nothing to that of type b"),
         (kit.check_instructions, Impatient, "the instruction c adds claims of kinds .*'hp'.*; allowed: {None}"),
+        (kit.check_instructions, Flatterer, "the instruction p adds {'PulledBest'}, .*; set tried = True"),
         (kit.check_instructions, Disordered, r"instruction_types \('c', 'b', 'p'\) are not b, p, c"),
         (
             kit.check_claims,

@@ -130,6 +130,7 @@ class Tried(ActionClaim):
     """True if aiming in this direction at the start is a step to a square that is no nearer to the goal."""
 
     kind = HN
+    tried = True
     action_slot = "move"
     action: int
     move: str

@@ -15,14 +15,15 @@ from scipy.stats import chisquare
 
 from pz_envs.family import all_families
 from teachers import common
-from teachers.atoms import SILENCE, Claim, FeedbackType, claim, slots_of
+from teachers.atoms import FP, HN, HP, SILENCE, Claim, FeedbackType, Verdict, claim, opposed, slots_of
 from teachers.common import Late, Reward, Solved, TryAgain
 from teachers.oracle import claims_of
 from teachers.oracles.poem import PoemOracle
 from teachers.oracles.poem.claims import AvoidCount, AvoidLines, Count, LinesRight, Write, WrongLine, WrongNumber
 from teachers.phrasebook import Draws, Phrasebook, check_paraphrase, load_phrasebook
 from teachers.templates import Template, cache_key
-from teachers.testing import Pupil
+from teachers.testing import Pupil, wording_problems
+from teachers.voice import voice_names
 
 FAMILIES = {family.name: family for family in all_families()}
 BOOKS = [(name, family.oracle_class().__module__) for name, family in FAMILIES.items()]
@@ -126,6 +127,96 @@ def test_paraphrases_of_a_claim_differ_and_have_the_same_slots(name):
         slots = [{slot for _, slot, _, _ in string.Formatter().parse(template) if slot} for template in templates]
         assert slots == slots[:1] * len(templates)
         assert len(set(templates)) == len(templates)
+
+
+@pytest.mark.parametrize("voice", voice_names())
+@pytest.mark.parametrize("name", FAMILIES)
+def test_no_phrase_can_be_misread_as_far_as_a_program_can_tell(name, voice):
+    claims = [each for some in real_claims(name).values() for each in some]
+    assert list(wording_problems(FAMILIES[name].phrasebook(voice), claims)) == []
+
+
+@claim
+class _Pace(Verdict):
+    steps: int
+
+
+@claim
+class Fast(_Pace):
+    """True if that was fast."""
+
+    kind = HP
+
+
+@claim
+class Slow(_Pace):
+    """True if that was slow."""
+
+    kind = HN
+
+
+@claim
+class Hurry(Claim):
+    """True if it is good to be fast."""
+
+    kind = FP
+    steps: int
+
+
+opposed(Fast, Slow)
+SOUND = {
+    "Fast": ["You took {steps} steps, few.", "{steps}: few.", "Only {steps}.", "Do you see that {steps} are few?"],
+    "Slow": ["You took {steps} steps, many.", "{steps}: many.", "All of {steps}.", "Why is {steps} too many?"],
+    "Hurry": ["Take {steps} now.", "{steps} next.", "Why not take {steps}?", "What now, when {steps} are enough?"],
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "phrase", "problem"),
+    [
+        ("Hurry", "Take 3 {steps} times.", "has two numbers in a row"),
+        ("Hurry", "Go {steps} -1 and on.", "has two numbers in a row"),
+        ("Fast", "Was {steps} really few?", "asks and does not assert"),
+        ("Slow", "Were {steps} not many?", "asks and does not assert"),
+        ("Hurry", "Have you thought of {steps}?", "asks and does not assert"),
+        ("Hurry", "Would you see if {steps} are enough?", "asks and does not assert"),
+        (
+            "Fast",
+            "What was good about that? {steps}.",
+            "opens with a question that does not speak of the student as you",
+        ),
+        ("Hurry", "Where did you go? To {steps}.", "opens with a question in the past tense"),
+        ("Slow", "What do you get wrong now? {steps}.", "opens with a question in the future tense"),
+        ("Fast", "What did you do? Somebody took {steps}.", "opens with a question and speaks of somebody else"),
+        ("Fast", "Did you see? An earlier student took {steps}.", "opens with a question and speaks of somebody else"),
+        ("Fast", "You took {steps} steps, many?", "has the same words as a phrase of its opposite Slow"),
+        ("Slow", "Few steps {steps} took you!", "has the same words as a phrase of its opposite Fast"),
+        ("Late", "Of turn {turn}: {text}", "does not say that its turn is past"),
+    ],
+)
+def test_a_phrase_that_can_be_misread_is_found(name, phrase, problem):
+    late = {"Late": [f"{word} turn {{turn}}: {{text}}" for word in ("Was of", "Was for", "Said, was of", "Had at")]}
+    claims = (Fast, Slow, Hurry, Late)
+    said = [cls(steps=5) for cls in claims[:3]]
+    assert list(wording_problems(Phrasebook(SOUND | late, claims, "words"), said)) == []
+    poor = SOUND | late
+    poor[name] = [*poor[name], phrase]
+    found = list(wording_problems(Phrasebook(poor, claims, "words"), said))
+    assert [each for each in found if each.startswith(f"{name}: ") and problem in each]
+
+
+def test_quoted_words_are_not_taken_for_numbers():
+    quoted = {"Hurry": ["Write '1 {steps}'.", 'Say "1 {steps}".', "Do `1 {steps}`.", "Take {steps}, 2 or 3."]}
+    assert list(wording_problems(Phrasebook(quoted, [Hurry], "words"), [Hurry(steps=5)])) == []
+
+
+def test_what_was_tried_before_an_episode_is_not_framed_as_the_students_own():
+    for name, family in FAMILIES.items():
+        tried = [cls for cls in family.oracle_class().claims() if cls.tried]
+        assert {HP, HN} >= {cls.kind for cls in tried} > set(), name
+        for voice in voice_names():
+            for cls in tried:
+                assert set(family.phrasebook(voice).templates(cls)) <= set(family.phrasebook().templates(cls))
 
 
 def test_an_unknown_voice_is_refused():

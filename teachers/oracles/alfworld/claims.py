@@ -61,6 +61,8 @@ class _Command(ActionClaim[Truth, Alfworld]):
 
 @claim
 class _Tried(Verdict[Truth, Alfworld], _Command):
+    tried = True
+
     def applies(self, moment: Moment[Truth], lab: Alfworld) -> bool:
         """Any first command can be judged."""
         return True

@@ -82,6 +82,7 @@ class Answer(Claim[Truth, Gridworld]):
 class _Tried(Verdict[Truth, Gridworld], ActionClaim[Truth, Gridworld]):
     """Base of verdicts on a move that the oracle tried."""
 
+    tried = True
     action: Direction
     room: str
 

@@ -223,6 +223,7 @@ class _Moved(Verdict[Truth, MetaWorld]):
 class _Tried(_Moved, _Posed):
     """Base of verdicts on an action that the oracle tried at the start."""
 
+    tried = True
     action: Pose
 
     def applies(self, moment: Moment[Truth], lab: MetaWorld) -> bool:

@@ -102,6 +102,7 @@ class TriedWell(_Title):
     """True if a title meets all of the user's wishes."""
 
     kind = HP
+    tried = True
 
     def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
         """The opposite verdict."""
@@ -113,6 +114,7 @@ class TriedInVain(_Title):
     """True if a title's `attribute` is `found`, which does not meet the user's wish, `wanted`."""
 
     kind = HN
+    tried = True
     attribute: str
     found: str
     wanted: str

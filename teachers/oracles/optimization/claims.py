@@ -164,6 +164,7 @@ class _Targeted(ActionClaim[Truth, Optimization]):
 class _Tried(Verdict[Truth, Optimization], _Targeted):
     """Base of verdicts on a proposal that the oracle tried at the start."""
 
+    tried = True
     before: float
     after: float
 

@@ -96,6 +96,8 @@ class _Begun(_Named):
 
 @claim
 class _Tried(Verdict[Truth, Parking], _Begun):
+    tried = True
+
     def applies(self, moment: Moment[Truth], lab: Parking) -> bool:
         """Drive them all: none parks the car before the last."""
         return self.good(moment, lab) or fails(lab, moment.after, self.whole)

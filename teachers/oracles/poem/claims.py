@@ -174,6 +174,7 @@ class Answer(Claim[Truth, Poem]):
 
 @claim
 class _Tried(Verdict[Truth, Poem]):
+    tried = True
     words: str
     line: int
     counted: int

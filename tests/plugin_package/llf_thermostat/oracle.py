@@ -112,6 +112,7 @@ class Tried(ActionClaim):
     """True if this knob, turned at the start, does not bring the room nearer to the wanted temperature."""
 
     kind = HN
+    tried = True
     action_slot = "knob"
     action: int
     knob: str
