@@ -3,14 +3,15 @@
 Numbers are Python's, arrays are tuples, dicts are tuples of pairs. Each function dispatches on the type of the space.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from functools import singledispatch
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
-__all__ = ["canonical", "format_value", "is_element", "native", "syntax"]
+__all__ = ["canonical", "format_value", "inward", "is_element", "native", "syntax"]
 
 
 @singledispatch
@@ -88,7 +89,11 @@ def _(space: spaces.Box) -> str:
     low, high = space.low, space.high
     noun = "number" if space.dtype.kind == "f" else "integer"
     one = space.shape == () or ((low == low.flat[0]).all() and (high == high.flat[0]).all())
-    bounds = _bounds(low.flat[0].item(), high.flat[0].item()) if one else f", from {low.tolist()} to {high.tolist()}"
+    bounds = (
+        _bounds(low.flat[0].item(), high.flat[0].item(), space.dtype.type)
+        if one
+        else f", from {low.tolist()} to {high.tolist()}"
+    )
     if space.shape == ():
         return f"{'a' if noun == 'number' else 'an'} {noun}{bounds}"
     return f"{_listing(space.shape, noun)}{', each' if one and bounds else ''}{bounds}"
@@ -212,10 +217,30 @@ def format_value(value: Any, whole: int = 200) -> str:
     return f"{round(value, 4) + 0.0!r}" if isinstance(value, float) else f"{value}"
 
 
-def _bounds(low: float, high: float) -> str:
+def inward(low: float, high: float, dtype: Callable[[float], Any] = float) -> tuple[float, float]:
+    """The bounds of an interval as they are said: with six digits, or more where it is narrow, and never outside it.
+
+    A number is inside if it is so once it is converted by `dtype`.
+    """
+    return _within(low, low, high, 1, dtype), _within(high, low, high, -1, dtype)
+
+
+def _within(bound: float, low: float, high: float, way: int, dtype: Callable[[float], Any]) -> float:
+    for digits in (6, 9, 12, 15) if bound and math.isfinite(bound) else ():
+        unit = 10.0 ** (math.floor(math.log10(abs(bound))) + 1 - digits)
+        for near in (bound, bound + way * unit):
+            rounded = float(f"{near:.{digits}g}")
+            if low <= float(dtype(rounded)) <= high and (rounded == bound or 100 * unit <= high - low):
+                return rounded
+    return bound
+
+
+def _bounds(low: float, high: float, dtype: Callable[[float], Any]) -> str:
+    if isinstance(low, float):
+        low, high = inward(low, high, dtype)
     if np.isfinite(low) and np.isfinite(high):
-        return f" from {low:g} to {high:g}"
-    return f" of at least {low:g}" if np.isfinite(low) else f" of at most {high:g}" if np.isfinite(high) else ""
+        return f" from {low:.15g} to {high:.15g}"
+    return f" of at least {low:.15g}" if np.isfinite(low) else f" of at most {high:.15g}" if np.isfinite(high) else ""
 
 
 def _listing(shape: tuple[int, ...], noun: str) -> str:

@@ -11,13 +11,31 @@ from worlds.bandits import Bandit, Truth
 
 @claim
 class Goal(Claim[Truth, Bandit]):
-    """True if this is how many arms there are, and pulling one pays a reward of its own distribution."""
+    """True if this is how many arms there are."""
 
     arms: int
 
     def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
         """Count the actions that the world accepts."""
         return self.arms == sum(map(lab.action_space.contains, range(self.arms + 1)))
+
+
+@claim
+class Random(Claim[Truth, Bandit]):
+    """True if chance decides what some arm pays."""
+
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Pull each arm once: where chance decides, none pays just what it pays on average."""
+        return not _is_steady(moment.after, lab)
+
+
+@claim
+class Steady(Claim[Truth, Bandit]):
+    """True if each arm pays the same whenever it is pulled."""
+
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Pull each arm once: it pays just what it pays on average."""
+        return _is_steady(moment.after, lab)
 
 
 @claim
@@ -179,6 +197,11 @@ def _succeeds(truth: Truth, arm: int, lab: Bandit) -> bool:
     return bool(lab.step(arm)[4]["success"])
 
 
+def _is_steady(truth: Truth, lab: Bandit) -> bool:
+    lab.restore(truth)
+    return all(lab.step(arm)[1] == _expected(truth, arm) for arm in range(len(truth.chances)))
+
+
 def _expected(truth: Truth, arm: int) -> float:
     return truth.chances[arm] * truth.payouts[arm]
 
@@ -207,7 +230,8 @@ class BanditOracle(Oracle[Truth, Bandit]):
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         arms = len(truth.means)
-        return Goal(arms=arms), Answer(last=arms - 1)
+        chancy = truth.spread > 0 or any(0 < chance < 1 for chance in truth.chances)
+        return Goal(arms=arms), Random() if chancy else Steady(), Answer(last=arms - 1)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """At most two poor arms with what they pay on average."""

@@ -8,7 +8,7 @@ import pytest
 
 from pz_envs.family import all_families
 from teachers import testing as kit
-from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, PlanClaim, R, claim
+from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, PlanClaim, R, claim, fast_constructor
 from teachers.common import Solved
 from teachers.oracles.bandits import Among, Avoid, BanditOracle, Pull, PulledBest
 from teachers.phrasebook import Phrasebook
@@ -304,7 +304,7 @@ class Numeric(BanditOracle):
 
     def start(self, truth):
         super().start(truth)
-        self._avoid = tuple(Avoid(action=np.int64(arm)) for arm in self._poor)
+        self._avoid = tuple(fast_constructor(Avoid)(np.int64(arm)) for arm in self._poor)
 
 
 class Flipped(BanditOracle):

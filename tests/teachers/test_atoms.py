@@ -5,6 +5,7 @@ import dataclasses
 import pickle
 from typing import ClassVar
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -245,3 +246,31 @@ def test_there_is_no_past_where_no_action_was_executed():
     ):
         _ = Moment.opening("here", 3).past
     assert OPENING._replace(before="there").past == "there"
+
+
+@claim
+class Walk(Claim):
+    """True if these steps lead so far."""
+
+    length: float
+    steps: tuple[tuple[float, ...], ...] = ()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("length", np.float64(0.5)),
+        ("length", np.int64(3)),
+        ("length", np.float32(0.5)),
+        ("length", np.bool_(True)),
+        ("length", np.array(0.5)),
+        ("steps", ((0.5,), (0.5, np.float64(0.5)))),
+        ("steps", np.zeros((2, 2))),
+    ],
+)
+def test_a_claim_holds_no_numbers_of_numpys(name, value):
+    assert Walk(length=0.5, steps=((0.5, 1.0),)) == Walk(length=0.5, steps=((0.5, 1.0),))
+    with pytest.raises(
+        TypeError, match=rf"(?s)the field '{name}' of the claim Walk holds .*; allowed: numbers of Python's"
+    ):
+        Walk(**{"length": 0.5, name: value})

@@ -5,8 +5,8 @@ import pytest
 from moments import opening, started, turn
 
 from teachers.atoms import FN, HN, HP
-from teachers.oracles.bandits import Avoid, BanditOracle, Pull, PulledBest, PulledPoor
-from worlds.bandits import Bandit
+from teachers.oracles.bandits import Avoid, BanditOracle, Goal, Pull, PulledBest, PulledPoor, Random, Steady
+from worlds.bandits import PROBLEMS, Bandit
 from worlds.bandits import Truth as Arms
 
 
@@ -30,6 +30,19 @@ def test_tied_arms_are_all_right(means, best):
         for each in "bpc"
         for claim in oracle.brief(truth, each, np.random.default_rng(0))
     )
+
+
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_chance_is_spoken_of_where_arms_pay_by_chance_only(problem):
+    world = Bandit(problem)
+    world.reset(seed=0)
+    steady = problem in ("TwoArmedDeterministicFixed", "TenArmedUniformDistributedReward")
+    said, lab = started(BanditOracle, world, world.truth).brief(world.truth, "b"), world.scratch()
+    assert said[:2] == (Goal(arms=world.arms), Steady() if steady else Random())
+    for arms in (world.arms - 1, world.arms + 1):
+        assert not Goal(arms=arms).holds(opening(world.truth), lab)
+    assert Steady().holds(opening(world.truth), lab) == steady
+    assert Random().holds(opening(world.truth), lab) != steady
 
 
 def test_warnings_go_through_all_poor_arms():

@@ -1,6 +1,8 @@
 """The oracle of losses: its advice leads to the minimum and does not name it; its verdicts are about finite moves."""
 
+import dataclasses
 import math
+import re
 
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ from teachers.atoms import FN, FP, HN, HP, Moment
 from teachers.batches.optimization import six_digits
 from teachers.oracles.optimization import OptimizationOracle
 from teachers.oracles.optimization.claims import (
+    Answer,
+    Area,
     Avoid,
     Cross,
     Fell,
@@ -184,3 +188,43 @@ TIES = st.builds(lambda i, power: (i + 0.5) * 10.0**power, st.integers(100_000, 
 def test_six_digits_are_those_of_pythons_format(numbers):
     expected = [float(f"{number:.6g}") for number in numbers]
     assert six_digits(np.array(numbers, float)).tolist() == expected
+
+
+@pytest.mark.parametrize(
+    "domain",
+    [((-1 / 3, 2 / 3),) * 2, (1e-5 / 3, 2e9 / 3), (1 + 1e-7, 1 + 3e-7), ((-2 / 3, -1 / 3), (0.1, 0.7)), (-10, 10)],
+)
+def test_bounds_that_are_said_can_be_played(domain):
+    world = Optimization(bowl, domain=domain)
+    oracle = engaged(world, 0)
+    (said,) = (claim for claim in oracle.brief(world.truth, "b") if isinstance(claim, Answer))
+    assert said.holds(opening(world), world.scratch())
+    texts = [*FAMILY.phrasebook().sentences(said), world.action_syntax]
+    claims = oracle.judge(opening(world))
+    areas = [area for each in claims for area in each.coarser(opening(world), world.scratch()) if type(area) is Area]
+    for area in areas:
+        assert area.holds(opening(world), world.scratch())
+        texts += FAMILY.phrasebook().sentences(area)
+    for text in texts:
+        low1, high1, low2, high2 = _bounds_in(text)
+        assert world.legal([low1, low2]) == (low1, low2)
+        assert world.legal(f"x = [{high1!r}, {high2!r}]") == (high1, high2)
+    width = world.highs[0] - world.lows[0]
+    assert (said.low1, said.high1) == pytest.approx((world.lows[0], world.highs[0]), rel=1e-5, abs=width / 100)
+    for name in ("low1", "high1", "low2", "high2"):
+        for change in (-0.1 * width, 0.1 * width):
+            false = dataclasses.replace(said, **{name: getattr(said, name) + change})
+            assert not false.holds(opening(world), world.scratch())
+
+
+def _bounds_in(text):
+    """The numbers after x1 and x2 in a text."""
+    found = re.findall(
+        r"x([12]) (?:from |is |is from |may be |lies between |within |between )?(\S+) (?:to|and) (\S+)", text
+    )
+    assert [number for number, _, _ in found] == ["1", "2"], text
+    return [float(bound.rstrip(".,;)")) for _, low, high in found for bound in (low, high)]
+
+
+def bowl(x1, x2):
+    return x1**2 + x2**2

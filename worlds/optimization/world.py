@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
+from worlds.actions import inward
 from worlds.optimization.custom import custom_loss
 from worlds.optimization.functions import LOSSES
 from worlds.optimization.loss import Gradient, Landscape, Loss, Point, Value
@@ -84,9 +85,9 @@ class Optimization(World[Truth, dict[str, Any], Point]):
         box = spaces.Box(np.array(self.lows), np.array(self.highs), dtype=np.float64)
         self.observation_space = spaces.Dict({"x": box, "y": spaces.Box(-np.inf, np.inf, (1,), np.float64)})
         self.action_space = spaces.Box(np.array(self.lows), np.array(self.highs), dtype=np.float64)
-        (low1, low2), (high1, high2) = self.lows, self.highs
+        (low1, high1), (low2, high2) = map(inward, self.lows, self.highs)
         self.action_syntax = (
-            f"x = [x1, x2] with numbers x1 from {low1:.6g} to {high1:.6g} and x2 from {low2:.6g} to {high2:.6g}, "
+            f"x = [x1, x2] with numbers x1 from {low1:.15g} to {high1:.15g} and x2 from {low2:.15g} to {high2:.15g}, "
             f"or the word stay"
         )
         self._landscape = Landscape(self.loss, (0.0, 0.0))

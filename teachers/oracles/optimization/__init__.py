@@ -30,6 +30,7 @@ from teachers.oracles.optimization.claims import (
     directions,
     moved_inside,
 )
+from worlds.actions import inward
 from worlds.optimization import TOLERANCE, Landscape, Optimization, Point, Truth
 
 
@@ -89,7 +90,7 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         return high - low
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
-        (low1, low2), (high1, high2) = self.lab.lows, self.lab.highs
+        (low1, high1), (low2, high2) = map(inward, self.lab.lows, self.lab.highs)
         return Goal(tolerance=TOLERANCE), _PROPOSALS, Answer(low1=low1, high1=high1, low2=low2, high2=high2)
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Grounded, Moment, Verdict, claim, opposed, slot
+from worlds.actions import inward
 from worlds.optimization import Landscape, Optimization, Point, Truth
 
 NumbersT = TypeVar("NumbersT", float, npt.NDArray[np.float64])
@@ -129,7 +130,7 @@ class Proposals(Claim[Truth, Optimization]):
 
 @claim
 class Answer(Claim[Truth, Optimization]):
-    """True if points are to be written so, and x1 and x2 have these bounds."""
+    """True if points are to be written so, and x1 and x2 have these bounds, which may be rounded, but inward only."""
 
     low1: float
     high1: float
@@ -141,8 +142,12 @@ class Answer(Claim[Truth, Optimization]):
         lab.restore(moment.after)
         box = lab.action_space
         inside = [[self.low1, self.low2], [self.high1, self.high2]]
-        outside = [[self.low1 - 1e-3, self.low2], [self.high1 + 1e-3, self.high2]]
-        outside += [[self.low1, self.low2 - 1e-3], [self.high1, self.high2 + 1e-3]]
+        past1, past2 = (
+            min(1e-5 * max(abs(low), abs(high)), (high - low) / 50)
+            for low, high in ((self.low1, self.high1), (self.low2, self.high2))
+        )
+        outside = [[self.low1 - past1, self.low2], [self.high1 + past1, self.high2]]
+        outside += [[self.low1, self.low2 - past2], [self.high1, self.high2 + past2]]
         return (
             all(box.contains(np.array(point)) for point in inside)
             and not any(box.contains(np.array(point)) for point in outside)
@@ -360,10 +365,12 @@ class Step(_Course):
         """The quarter of the domain in which the point lies, then the directions."""
         spans = zip(self.action, lab.lows, lab.highs, strict=True)
         (low1, high1), (low2, high2) = (
-            ((low + high) / 2, high) if x > (low + high) / 2 else (low, (low + high) / 2) for x, low, high in spans
+            inward(*((low + high) / 2, high) if x > (low + high) / 2 else (low, (low + high) / 2))
+            for x, low, high in spans
         )
         area = Area.on(self, low1=low1, high1=high1, low2=low2, high2=high2, now=self.now)
-        return area, Way.on(self, ways=self.ways, now=self.now)
+        way = Way.on(self, ways=self.ways, now=self.now)
+        return (area, way) if area.contains(self.action) else (way,)  # a point can lie in what was rounded off
 
 
 @claim
@@ -379,9 +386,11 @@ class Area(Grounded[Truth, Optimization]):
 
     def holds(self, moment: Moment[Truth], lab: Optimization) -> bool:
         """Propose the point of the ground."""
-        x1, x2 = self._ground.action
-        inside = self.low1 <= x1 <= self.high1 and self.low2 <= x2 <= self.high2
-        return inside and self.now == moment.after.y and self.stands(moment, lab)
+        return self.contains(self._ground.action) and self.now == moment.after.y and self.stands(moment, lab)
+
+    def contains(self, point: Point) -> bool:
+        """Whether a point is within the bounds."""
+        return self.low1 <= point[0] <= self.high1 and self.low2 <= point[1] <= self.high2
 
     def means(self, moment: Moment[Truth], oracle: Any) -> bool:
         """Look for such a point."""
