@@ -59,7 +59,13 @@ def gather(into: Path) -> None:
     told = {name for names in listed.values() for name in names}
     listed["Guides"] = sorted({path.stem for path in (ROOT / "docs").glob("*.md")} - told)
     trees = "".join(_tree(caption, names) for caption, names in listed.items())
-    others = "\n".join([*sorted(path.stem for path in into.glob("*.md") if path.stem != "index"), "changes/README"])
+    others = "\n".join(
+        [
+            *sorted(path.stem for path in into.glob("*.md") if path.stem != "index"),
+            "changes/README",
+            "docs/readings/README",
+        ]
+    )
     index = into / "index.md"
     text = index.read_text(encoding="utf-8")
     index.write_text(f"{text}\n{trees}```{{toctree}}\n:hidden:\n:caption: Project\n\n{others}\n```\n", encoding="utf-8")

@@ -30,6 +30,7 @@ from teachers.oracles.movies.claims import (
     SpeltLike,
     TakenFor,
     Unrated,
+    Wish,
 )
 from worlds.movies import AGE, GENRE, TYPE, YEAR, Movies, Profile, Truth, draw_profile
 from worlds.movies.catalogue import GENRES, load_catalogue
@@ -238,3 +239,14 @@ def test_a_turn_looks_a_list_up_once(monkeypatch):
     monkeypatch.setattr(catalogue, "item", lambda title, item=catalogue.item: asked.append(title) or item(title))
     env.step('["Jaws", "The Names of Nine Rivers"]')
     assert asked == ["Jaws", "The Names of Nine Rivers"]
+
+
+def test_a_wish_in_other_words_than_the_worlds_does_not_hold():
+    world = Movies()
+    for seed in range(20):
+        world.reset(seed=seed)
+        moment, lab = Moment.opening(world.truth), world.scratch()
+        for attribute in (TYPE, YEAR, GENRE, AGE):
+            words = world.truth.profile.words(attribute)
+            assert Wish(attribute=attribute, wish=words).holds(moment, lab) == bool(words)
+            assert not Wish(attribute=attribute, wish=f"{words} or so").holds(moment, lab)

@@ -289,6 +289,9 @@ def is_better(lab: Movies, truth: Truth, action: str, title: str) -> bool:
 def is_wished(lab: Movies, truth: Truth, attribute: str, wish: str) -> bool:
     """Whether these words are the user's wish: what SQL finds for them is what the world pays for this wish alone."""
     names = wish.split(" or ")
+    known: Any = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES}.get(attribute, AGE_NAMES)
+    if not set(names) <= set(known):
+        return False
     series = truth.profile.series
     if attribute == TYPE:
         read = Profile(wish == TYPE_NAMES[1])
