@@ -19,7 +19,7 @@ from shelf import is_complete
 import llf_teacher
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import all_families
-from teachers.atoms import FP, Atom, ParseFailure, Utterance
+from teachers.atoms import Atom, ParseFailure, Utterance
 from worlds.testing import plain, some_actions
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -216,14 +216,6 @@ def test_observations(id):
     assert observation in env.observation_space
 
 
-def test_feedback_at_reset_is_advice_for_the_first_action_only():
-    observation, info = llf_teacher.make(BANDIT, feedback_type="r+hp+hn").reset(seed=0)
-    assert observation["feedback"] == ""
-    observation, info = llf_teacher.make(BANDIT, feedback_type="fp").reset(seed=0)
-    assert observation["feedback"] == info["atoms"][-1].text
-    assert info["atoms"][-1].kind == FP
-
-
 def test_privileged_info():
     env = llf_teacher.make(GRID, privileged_info=True)
     assert env.reset(seed=0)[1]["moment"].after == env.session.world.truth
@@ -265,18 +257,6 @@ def test_steps_out_of_turn():
     aec = pettingzoo.make("aec", "llf/gridworld-v0")
     with pytest.raises(AssertionError, match="needs to be called before step"):
         aec.step(0)
-
-
-@pytest.mark.parametrize("action", [-1, 10, 1.5, "3", None, np.array([1])])
-def test_an_illegal_action_changes_nothing(action):
-    env = llf_teacher.make(BANDIT)
-    env.reset(seed=0)
-    before = plain(env.session.world.save())
-    with pytest.raises(ValueError, match="not in the action space; allowed: the number of an arm, 0 to 9"):
-        env.step(action)
-    assert plain(env.session.world.save()) == before
-    assert env.session.moment.turn == 0
-    env.step(np.int64(9))
 
 
 def test_the_family_without_its_dependency_names_the_pip_line(monkeypatch):
@@ -335,15 +315,6 @@ def test_a_world_of_texts_answers_to_what_it_cannot_take(text, mode):
     _, reward, _, _, info = env.step(text)
     assert reward == -1.0
     assert type(info["parse_failure"]) is ParseFailure
-
-
-def test_advice_is_given_again_after_a_parse_failure():
-    env = llf_teacher.make(GRID, text=True)
-    _, info = env.reset(seed=0)
-    advice = [atom.claim for atom in info["atoms"] if atom.kind == FP]
-    info = env.step("?")[4]
-    assert [atom.claim for atom in info["atoms"] if atom.kind == FP] == advice
-    assert not [atom for atom in info["atoms"] if atom.kind in ("r", "hp", "hn")]
 
 
 def test_a_number_is_no_text():

@@ -6,7 +6,6 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 from lake import PHRASES, WORDS, Head, LakeOracle, Nearer
 from walks import Walk
@@ -249,16 +248,6 @@ def test_text_mode_with_words_of_ones_own():
     observation, *_, info = env.step("jump")
     assert type(info["parse_failure"]) is ParseFailure
     assert env.step("2")[0]["observation"] == "5"
-
-
-def test_steps_out_of_turn_and_illegal_actions():
-    env = teach_lake()
-    with pytest.raises(ResetNeeded, match="call reset"):
-        env.step(0)
-    env.reset(seed=0)
-    with pytest.raises(ValueError, match="action 4 is not in the action space; allowed: one of left"):
-        env.step(4)
-    assert env.session.moment.turn == 0
 
 
 def test_phrases_by_class_by_name_and_from_a_file(tmp_path):

@@ -86,36 +86,6 @@ def test_a_teacher_of_ones_own_takes_the_seat():
     assert info["atoms"] == ()
 
 
-@pytest.mark.parametrize(("feedback_type", "heard"), [("n", ""), ("r", "I hear you.")])
-def test_words_of_an_own_teacher_are_bounded_by_the_feedback_type(feedback_type, heard):
-    class Friend:
-        def reset(self, rng):
-            pass
-
-        def act(self, observation, info):
-            return "I hear you."
-
-    env = llf_teacher.make(GRID, teacher=Friend(), feedback_type=feedback_type)
-    assert env.reset(seed=0)[0]["instruction"] == "I hear you."
-    assert env.step(0)[0]["feedback"] == heard
-
-
-def test_atoms_of_an_own_teacher_are_bounded_by_the_feedback_type():
-    class Relay:
-        def __init__(self):
-            self.teacher = llf_teacher.make(GRID).teacher
-
-        def reset(self, rng):
-            self.teacher.reset(rng)
-
-        def act(self, observation, info):
-            return self.teacher.act(observation, info)
-
-    env = llf_teacher.make(GRID, teacher=Relay(), feedback_type="fp")
-    assert env.reset(seed=0)[0]["instruction"]
-    assert {atom.kind for atom in env.step(0)[4]["atoms"]} == {"fp"}
-
-
 def test_personalities_in_python():
     env = llf_teacher.make(GRID, teacher=mistake(eps=1.0))
     env.reset(seed=0)

@@ -89,14 +89,6 @@ def test_what_cannot_be_said_ends_the_turn(wrong):
     assert len(env.observe(STUDENT)["feedback"].atoms) == 1
 
 
-@pytest.mark.parametrize("wrong", [-1, CLAIMS + 1, 0.5, "1", None])
-def test_what_is_no_choice(wrong):
-    env = after_a_list()
-    with pytest.raises(ValueError, match=f"must be an integer from 0 to {CLAIMS}, got"):
-        env.step(wrong)
-    assert env.agent_selection == TEACHER
-
-
 @pytest.mark.parametrize("family", all_families(), ids=lambda family: family.name)
 def test_the_table_tells_kind_and_role_of_each_claim(family):
     options = family.environments[family.showcase[0]]

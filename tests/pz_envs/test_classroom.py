@@ -288,11 +288,12 @@ def test_rules_of_attention(rule):
         assert [each[0] for each in heard[:4]] == [f"student_{i}" for i in range(4)]
 
 
-def test_the_parallel_form_has_kinds_only():
-    assert GRID.parallel_env(seating="classroom", speech="kinds").env.speech == "kinds"
+@pytest.mark.parametrize("seating", ["classroom", "panel"])
+def test_the_parallel_form_has_kinds_only(seating):
+    assert GRID.parallel_env(seating=seating, speech="kinds").env.speech == "kinds"
     for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
         with pytest.raises(ValueError, match=match):
-            pettingzoo.make("parallel", "llf/gridworld-classroom-v0", speech=speech)
+            pettingzoo.make("parallel", f"llf/gridworld-{seating}-v0", speech=speech)
 
 
 def test_rendering():

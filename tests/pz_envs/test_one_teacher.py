@@ -6,8 +6,6 @@ import llf_teacher
 from llf_teacher import compat
 from pz_envs.family import all_families
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import Atom, Utterance
-from teachers.common import Reward, TryAgain
 from teachers.oracle import Oracle
 from teachers.teacher import Teacher
 
@@ -81,26 +79,6 @@ def test_suggestions_are_what_the_student_would_hear_from_the_same_settings(sett
         observation = env.step(turn % 4)[0]
         heard.append((heard[0][0], str(observation["feedback"])))
     assert said_by(GRID.raw_env(**settings), 9) == heard
-
-
-def test_the_feedback_type_bounds_every_message():
-    seats = GRID.raw_env(feedback_type="hn")
-    seats.reset(seed=2)
-    seats.step("Find the treasure.")
-    seats.step(0)
-    paid, again = Atom(Reward(reward=0.0), "You get nothing.", 1), Atom(TryAgain(), "Try again.", 1)
-    seats.step(Utterance.of([paid, again]))
-    assert str(seats.observe(STUDENT)["feedback"]) == "Try again."
-    seats.step(0)
-    seats.step("Plain words are of no kind.")
-    assert str(seats.observe(STUDENT)["feedback"]) == "Plain words are of no kind."
-    mute = GRID.raw_env(feedback_type="n")
-    mute.reset(seed=2)
-    mute.step("Find the treasure.")
-    assert mute.observe(STUDENT)["instruction"] == "Find the treasure."
-    mute.step(0)
-    mute.step("Go on.")
-    assert mute.observe(STUDENT)["feedback"] == ""
 
 
 def test_suggestions_in_a_classroom_and_a_panel():

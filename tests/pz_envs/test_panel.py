@@ -1,6 +1,5 @@
 """The panel: turns, who said what, personalities, budgets, orders, and its parallel forms."""
 
-import numpy as np
 import pettingzoo
 import pytest
 
@@ -10,7 +9,6 @@ from pz_envs.parallel_seats import ParallelSeats
 from pz_envs.scripted import SayAll
 from pz_envs.seats import STUDENT
 from pz_envs.testing import require_aec, require_parallel
-from teachers.atoms import KINDS, Utterance
 from worlds.testing import plain
 
 GRID, BANDIT = (next(f for f in all_families() if f.name == name) for name in ("gridworld", "bandits"))
@@ -73,25 +71,6 @@ def test_atoms_keep_who_said_them():
         assert seen["said"][teacher].atoms == tuple(mine)
 
 
-def test_every_teacher_speaks_by_its_personality():
-    env = GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=15)
-    env.reset(seed=2)
-    lab = env.session.world.scratch()
-    held = {teacher: [] for teacher in env.teachers}
-    for turn in range(15):
-        env_moment = env.session.moment
-        round_of(env)
-        for atom in env.observe(STUDENT)["feedback"].atoms:
-            held[atom.speaker].append((atom.kind, atom.claim.holds(env_moment, lab)))
-        env.step(turn % 4)
-    honest, liar, adviser = held.values()
-    assert honest
-    assert all(true for _, true in honest)
-    assert liar
-    assert not any(true for _, true in liar)
-    assert {kind for kind, _ in adviser} == {"fp"}
-
-
 def test_the_instruction_is_given_once_and_notices_too():
     env = GRID.raw_env(seating="panel", teachers=("oracle", "oracle"), text=True)
     env.reset(seed=0)
@@ -128,20 +107,14 @@ def test_a_notice_is_heard_from_the_first_who_gives_it(words_first):
 
 
 def test_each_pays_for_its_own_words_out_of_its_own_budget():
-    env = BANDIT.raw_env(seating="panel", teachers=("oracle", "oracle"), cost=0.5, budget=3, max_cycles=10)
+    env = BANDIT.raw_env(seating="panel", teachers=("oracle", "oracle"), cost=0.5, budget=2)
     env.reset(seed=0)
-    spent = dict.fromkeys(env.teachers, 0)
-    for turn in range(5):
-        while env.agent_selection != STUDENT:
-            teacher = env.agent_selection
-            wants = ALL if teacher == "teacher_0" or turn > 2 else 0
-            env.step(wants)
-            spent[teacher] += env.rewards[teacher] / -0.5
-            assert all(reward == 0 for agent, reward in env.rewards.items() if agent != teacher)
-        env.step(turn % 3)
-        assert env.rewards == dict.fromkeys(env.possible_agents, env.session.moment.reward)
-    assert spent == {"teacher_0": 3, "teacher_1": 3}
-    assert env.observe("teacher_1")["features"][3] == 0
+    env.step(ALL)
+    assert env.rewards == {"teacher_0": -1.0, "teacher_1": 0.0, STUDENT: 0.0}
+    env.step(0)
+    env.step(1)
+    assert env.rewards == dict.fromkeys(env.possible_agents, env.session.moment.reward)
+    assert [env.observe(teacher)["features"][3] for teacher in env.teachers] == [0, 1]
 
 
 def test_later_speakers_know_what_was_said():
@@ -216,24 +189,6 @@ def test_forms_in_parallel():
     assert list(rewards) == [f"teacher_{i}" for i in range(3)]
 
 
-def test_the_parallel_form_has_kinds_only():
-    assert GRID.parallel_env(seating="panel", speech="kinds").env.speech == "kinds"
-    for speech, match in (("message", "speech 'message' has no parallel form.*; allowed: kinds"), ("song", "unknown")):
-        with pytest.raises(ValueError, match=match):
-            pettingzoo.make("parallel", "llf/gridworld-panel-v0", speech=speech)
-
-
-@pytest.mark.parametrize("kind", range(5))
-def test_heard_tells_each_kind(kind):
-    env = BANDIT.raw_env(seating="panel", teachers=("oracle", "oracle"))
-    env.reset(seed=1)
-    round_of(env)
-    env.step(0)
-    available = env.observe("teacher_0")["available"][kind]
-    env.step(1 << kind)
-    assert env.observe("teacher_1")["heard"].tolist() == [int(available and k == kind) for k in range(len(KINDS))]
-
-
 @pytest.mark.parametrize(
     ("settings", "match"),
     [
@@ -242,29 +197,12 @@ def test_heard_tells_each_kind(kind):
         ({"teachers": "oracle"}, r"teachers must be a list of 1 to 16, such as \['oracle', 'silent'\], got 'oracle'"),
         ({"teachers": None}, "teachers must be a list of 1 to 16, .* got None"),
         ({"order": "loudest"}, "order 'loudest' is unknown; allowed: fixed, random"),
-        ({"speech": "song"}, "speech 'song' is unknown"),
-        ({"budget": 0}, "budget must be None or an integer of at least 1"),
-        ({"render_mode": "x"}, "render_mode 'x' is unknown"),
         ({"teachers": ["wise"]}, "wise"),
     ],
 )
 def test_bad_arguments(settings, match):
     with pytest.raises(ValueError, match=match):
         GRID.raw_env(seating="panel", **settings)
-
-
-def test_messages_without_atoms_are_just_words():
-    env = GRID.raw_env(seating="panel", speech="message", budget=1)
-    env.reset(seed=0)
-    env.step("One.")
-    env.step("Two.")
-    env.step(np.int64(0))
-    env.step("Three.")
-    env.step("Four.")
-    seen = env.observe(STUDENT)
-    assert type(seen["feedback"]) is Utterance
-    assert seen["feedback"] == ""
-    assert seen["feedback"].atoms == ()
 
 
 def test_rendering():

@@ -10,7 +10,7 @@ import pytest
 from pz_envs.family import all_families
 from pz_envs.text_mode import read_text
 from teachers.atoms import FP, Atom, ParseFailure, Utterance
-from teachers.common import Reward
+from teachers.common import Reward, TryAgain
 from teachers.session import Purse, Session
 from worlds.testing import plain
 
@@ -153,13 +153,42 @@ def test_each_teacher_pays_from_its_purse():
     purses = [Purse(0.5, 1), Purse(0.25)]
     session = made(personalities=("oracle", "oracle"), purses=purses, instructs=True)
     session.open(6)
-    assert session.say_kinds(31, 0) == -0.5
+    assert session.say_kinds(np.int64(31), 0) == -0.5
     assert session.say(Utterance.of([Atom(Reward(reward=0.0), "Nothing.", 0)] * 2), 1) == -0.5
     assert [purse.spent for purse in purses] == [1, 2]
     session.act(0)
     assert session.say_kinds(31, 0) == 0
     session.open(6)
     assert [purse.spent for purse in purses] == [0, 0]
+
+
+def test_words_without_atoms_cost_as_much_as_one_and_the_instruction_nothing():
+    session = made(purses=[Purse(0.01, 2)])
+    session.open(0)
+    assert session.say("Find the treasure, please.") == 0
+    assert (session.instruction, session.feedback) == ("Find the treasure, please.", "")
+    for said, heard, paid in (("One.", "One.", -0.01), ("", "", 0), ("Two.", "Two.", -0.01), ("Three.", "", 0)):
+        session.act(0)
+        assert (session.say(said), session.feedback) == (paid, heard)
+
+
+def test_the_feedback_type_bounds_all_words_but_the_instruction():
+    session = made(settings={"feedback_type": "hn"})
+    session.open(2)
+    session.say("Find the treasure.")
+    session.act(0)
+    session.say(Utterance.of([Atom(Reward(reward=0.0), "You get nothing.", 1), Atom(TryAgain(), "Try again.", 1)]))
+    assert session.feedback == "Try again."
+    session.act(0)
+    session.say("Plain words are of no kind.")
+    assert session.feedback == "Plain words are of no kind."
+    mute = made(settings={"feedback_type": "n"})
+    mute.open(2)
+    mute.say("Find the treasure.")
+    assert mute.instruction == "Find the treasure."
+    mute.act(0)
+    mute.say("Go on.")
+    assert mute.feedback == ""
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
@@ -250,11 +279,9 @@ def test_the_next_episode_keeps_what_was_spent():
 @pytest.mark.parametrize(
     ("speech", "said", "match"),
     [
-        ("say", 3, "must say a string of at most 65536 characters"),
-        ("say_kinds", 32, "an integer from 0 to 31"),
-        ("say_kinds", "1", "an integer from 0 to 31"),
-        ("choose", 33, "an integer from 0 to 32"),
-        ("choose", 0.5, "an integer from 0 to 32"),
+        *(("say", each, "must say a string of at most 65536 characters") for each in (3, None, b"Go.", "x" * 70_000)),
+        *(("say_kinds", each, "an integer from 0 to 31") for each in (-1, 32, 1.5, "31", None)),
+        *(("choose", each, "an integer from 0 to 32") for each in (-1, 33, 0.5, "1", None)),
     ],
 )
 def test_what_cannot_be_said_changes_nothing(speech, said, match):
