@@ -55,13 +55,20 @@ class Reach(Claim):
 
 
 @claim
-class Nearer(ActionClaim):
-    """True if the step ended nearer to the goal."""
-
-    kind = HP
+class _Step(ActionClaim):
     action_slot = "move"
     action: int
     move: str
+
+    def counterparts(self, moment, lab):
+        return tuple(type(self)(action=i, move=move) for i, move in enumerate(MOVES) if i != self.action)
+
+
+@claim
+class Nearer(_Step):
+    """True if the step ended nearer to the goal."""
+
+    kind = HP
 
     def holds(self, moment, lab):
         """Take the step again: the lab slips alike."""
@@ -77,13 +84,10 @@ class Nearer(ActionClaim):
 
 
 @claim
-class Strayed(ActionClaim):
+class Strayed(_Step):
     """True if the step did not end nearer to the goal."""
 
     kind = HN
-    action_slot = "move"
-    action: int
-    move: str
 
     def holds(self, moment, lab):
         opposite = Nearer(action=self.action, move=self.move)
@@ -94,52 +98,34 @@ class Strayed(ActionClaim):
 
 
 @claim
-class Head(ActionClaim):
+class Head(_Step):
     """True if the square in this direction is safe and nearer to the goal."""
 
     kind = FP
-    action_slot = "move"
-    action: int
-    move: str
 
     def holds(self, moment, lab):
         return gains(lab, moment.after, self.action)
 
-    def counterparts(self, moment, lab):
-        return tuple(Head(action=i, move=move) for i, move in enumerate(MOVES) if i != self.action)
-
 
 @claim
-class Avoid(ActionClaim):
+class Avoid(_Step):
     """True if the square in this direction is a hole, or no nearer to the goal."""
 
     kind = FN
-    action_slot = "move"
-    action: int
-    move: str
 
     def holds(self, moment, lab):
         return not gains(lab, moment.after, self.action)
 
-    def counterparts(self, moment, lab):
-        return tuple(Avoid(action=i, move=move) for i, move in enumerate(MOVES) if i != self.action)
-
 
 @claim
-class Tried(ActionClaim):
+class Tried(_Step):
     """True if aiming in this direction at the start is a step to a square that is no nearer to the goal."""
 
     kind = HN
     tried = True
-    action_slot = "move"
-    action: int
-    move: str
 
     def holds(self, moment, lab):
         return not gains(lab, moment.after, self.action)
-
-    def counterparts(self, moment, lab):
-        return tuple(Tried(action=i, move=move) for i, move in enumerate(MOVES) if i != self.action)
 
 
 @claim

@@ -1,6 +1,7 @@
 """What learners of any library are given, and whether they have learned something."""
 
 import numpy as np
+from playing import earned, episode
 
 import llf_teacher
 
@@ -30,26 +31,20 @@ def follows(act, id=GRID, seeds=range(10_000, 10_020)):
     env, rng = student(id), np.random.default_rng(0)
     advice = place(env, "fp.action")
     right = turns = 0
+
+    def moved(observation, info):
+        nonlocal right, turns
+        right += int(act(observation)) == int(observation[advice].argmax())
+        turns += 1
+        return int(rng.integers(env.action_space.n))
+
     for seed in seeds:
-        observation, _ = env.reset(seed=seed)
-        done = False
-        while not done:
-            right += int(act(observation)) == int(observation[advice].argmax())
-            turns += 1
-            observation, _, terminated, truncated, _ = env.step(int(rng.integers(env.action_space.n)))
-            done = terminated or truncated
+        earned(env, moved, seed)
     return right / turns
 
 
 def succeeds(act, seeds=range(10_000, 10_030)):
     """The share of houses in which a policy finds the treasure."""
     env = student()
-    found = 0
-    for seed in seeds:
-        observation, _ = env.reset(seed=seed)
-        done = False
-        while not done:
-            observation, _, terminated, truncated, info = env.step(int(act(observation)))
-            done = terminated or truncated
-        found += info["success"]
-    return found / len(seeds)
+    ends = [list(episode(env, lambda observation, info: int(act(observation)), seed))[-1] for seed in seeds]
+    return sum(info["success"] for *_, info in ends) / len(seeds)

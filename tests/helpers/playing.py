@@ -1,4 +1,20 @@
-"""Playing on, whether an episode lasts or not."""
+"""Playing an episode to its end, or on into the next one."""
+
+
+def episode(env, act, seed=0):
+    """What each step of an episode gives; `act` is the action, or makes it of observation and info."""
+    observation, info = env.reset(seed=seed)
+    over = False
+    while not over:
+        outcome = env.step(act(observation, info) if callable(act) else act)
+        yield outcome
+        observation, _, terminated, truncated, info = outcome
+        over = terminated or truncated
+
+
+def earned(env, act, seed=0):
+    """The sum of the rewards of an episode."""
+    return sum(reward for _, reward, *_ in episode(env, act, seed))
 
 
 def steps(env, actions):

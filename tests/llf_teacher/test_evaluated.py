@@ -6,6 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium import spaces
+from playing import episode
 
 import llf_teacher
 from llf_teacher.students.evaluated import Table, Tiling, softmax
@@ -22,13 +23,10 @@ def lifetime(env, teacher, seed=0):
     """The regret of each episode of a lifetime, and the student."""
     policy = env.family.make_teacher(env.session.world, teacher)
     policy.reset(np.random.default_rng(seed))
-    observation, info = env.reset(seed=seed)
-    regrets, done = [0.0], False
-    while not done:
-        observation, reward, terminated, truncated, info = env.step(policy.act(observation, info))
-        done = terminated or truncated
+    regrets = [0.0]
+    for _, reward, *ends, info in episode(env, policy.act, seed):
         regrets[-1] -= reward
-        if info["moment"].turn == 0 and not done:
+        if info["moment"].turn == 0 and not any(ends):
             regrets.append(0.0)
     return regrets, env.student
 
@@ -264,13 +262,10 @@ def test_a_car_on_a_hill_with_tiles():
         env = llf_teacher.TeacherEnv(lesson, student=student, speech="message", episodes=6, cost=0.0)
         teacher = lesson.make_teacher(env.session.world)
         teacher.reset(np.random.default_rng(0))
-        observation, info = env.reset(seed=0)
-        lengths, done = [0], False
-        while not done:
-            observation, _, terminated, truncated, info = env.step(teacher.act(observation, info))
-            done = terminated or truncated
+        lengths = [0]
+        for *_, terminated, truncated, info in episode(env, teacher.act):
             lengths[-1] = max(lengths[-1], info["moment"].turn)
-            if info["moment"].turn == 0 and not done:
+            if info["moment"].turn == 0 and not (terminated or truncated):
                 lengths.append(0)
         turns[student] = lengths
     taught, untaught = turns.values()

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from playing import earned
 
 import llf_teacher
 import llf_teacher.compat as llfbench
@@ -18,13 +19,7 @@ TURNS = 4
 
 def returns(id, answer, seed, **options):
     """The rewards of always answering one thing."""
-    env = llf_teacher.make(id, text=True, max_turns=TURNS, feedback_type="n", **options)
-    env.reset(seed=seed)
-    total, over = 0.0, False
-    while not over:
-        _, reward, terminated, truncated, _ = env.step(answer)
-        total, over = total + reward, terminated or truncated
-    return total
+    return earned(llf_teacher.make(id, text=True, max_turns=TURNS, feedback_type="n", **options), answer, seed)
 
 
 def written(world, action):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
+from playing import earned, episode
 
 import llf_teacher
 from llf_teacher.gym.lifetime import FIELDS
@@ -24,18 +25,11 @@ FP, FN = 0b01000, 0b10000
 
 
 def live(id, say=FP, seed=0, student=None, **settings):
-    """The reward of a lifetime, the last observation and info, and the environment."""
+    """The reward of a lifetime."""
     env = llf_teacher.TeacherEnv(
         id, student=student or LEARNERS[id], **{"episodes": 10, "cost": 0.0, "max_turns": 30, **settings}
     )
-    observation, info = env.reset(seed=seed)
-    total, done = 0.0, False
-    while not done:
-        action = say(observation, info) if callable(say) else say
-        observation, reward, terminated, truncated, info = env.step(action)
-        total += reward
-        done = terminated or truncated
-    return total, observation, info, env
+    return earned(env, say, seed)
 
 
 @pytest.mark.parametrize("id", LEARNERS)
@@ -47,14 +41,9 @@ def test_a_lifetime_passes_gymnasiums_check(id):
 def test_lifetimes_repeat(id):
     def trace(seed):
         env = llf_teacher.TeacherEnv(id, student=LEARNERS[id], episodes=3, max_turns=6, announce=True)
-        found = [plain(env.reset(seed=seed)[0])]
         rng = np.random.default_rng(0)
-        done = False
-        while not done:
-            observation, reward, terminated, truncated, _ = env.step(int(rng.integers(SUBSETS)))
-            found.append(plain((observation, reward)))
-            done = terminated or truncated
-        return found
+        played = episode(env, lambda observation, info: int(rng.integers(SUBSETS)), seed)
+        return [plain(env.reset(seed=seed)[0]), *(plain(outcome[:2]) for outcome in played)]
 
     assert trace(1) == trace(1) != trace(2)
 
@@ -67,7 +56,7 @@ def test_advice_changes_what_becomes_of_a_student(id):
     def regret(say):
         """Of the students, so that the noise of rewards plays no part."""
         settings = {"student": student, "budget": 30, "teacher_reward": "student_progress"}
-        return -np.mean([live(id, say, seed, **settings)[0] for seed in range(8)])
+        return -np.mean([live(id, say, seed, **settings) for seed in range(8)])
 
     assert regret(FP) < 0.9 * regret(0)
 
@@ -83,10 +72,10 @@ def test_students_learn_across_episodes(id):
             env = llf_teacher.TeacherEnv(id, student=spec, episodes=25, cost=0.0, max_turns=12, until_success=False)
             env.reset(seed=seed)
             episodes = np.zeros(25)
-            for episode in range(25):
+            for number in range(25):
                 for _ in range(13):
                     _, reward, _, truncated, _ = env.step(0)
-                    episodes[episode] += reward
+                    episodes[number] += reward
             assert truncated
             sums.append(episodes[-8:].mean())
         return np.mean(sums)
@@ -154,7 +143,7 @@ def test_what_it_announces_is_what_it_does():
         seen = []
         alone = live(id, 0, student=learner)
         announced = live(id, silent, student=learner, announce=True)
-        assert alone[0] == announced[0], "asking changes nothing"
+        assert alone == announced, "asking changes nothing"
         assert any(each is not None for each in seen)
     env = llf_teacher.TeacherEnv(GRID, student=LEARNERS[GRID], episodes=5, announce=True)
     _, info = env.reset(seed=0)
@@ -248,20 +237,8 @@ def test_students_of_ones_own():
 
     env = llf_teacher.TeacherEnv(GRID, student=Newcomer, episodes=3, max_turns=1)
     for lifetime in range(1, 3):
-        env.reset(seed=0)
-        done = False
-        while not done:
-            _, _, terminated, truncated, _ = env.step(0)
-            done = terminated or truncated
+        earned(env, 0)
         assert (Newcomer.count, env.student.episodes) == (lifetime, 3)
-
-
-def test_students_forget_between_lifetimes():
-    env = llf_teacher.TeacherEnv(GRID, student=LEARNERS[GRID], episodes=2, max_turns=2)
-    env.reset(seed=0)
-    first = env.student
-    env.reset(seed=0)
-    assert env.student is not first
 
 
 def test_a_seed_brings_a_new_student():
@@ -377,13 +354,7 @@ def test_a_reward_may_see_the_lifetime():
 
     settings = {"student": "obedient", "teacher_reward": newcomer, "cost": 0.0}
     env = copy.deepcopy(llf_teacher.TeacherEnv(GRID, episodes=4, **settings))
-    env.reset(seed=3)
-    total, done = 0.0, False
-    while not done:
-        _, reward, terminated, truncated, _ = env.step(0b01000)
-        total += reward
-        done = terminated or truncated
-    assert total == 2
+    assert earned(env, FP, seed=3) == 2
     assert sorted(set(seen)) == [0, 1, 2, 3]
     once = llf_teacher.TeacherEnv(GRID, until_success=True, **settings)
     observation, _ = once.reset(seed=3)

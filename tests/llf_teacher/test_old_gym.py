@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
+from playing import episode
 
 import llf_teacher
 from worlds import testing as world_kit
@@ -100,14 +101,10 @@ def plain_step(env, action):
 
 def test_it_is_taught():
     env = llf_teacher.teach(llf_teacher.OldGym(OldCorridor()), privileged_info=True, look=lambda env: env.old.place)
-    env.reset(seed=0)
     assert env.reward_range == (-0.5, 1.0)
-    done = False
-    while not done:
-        observation, reward, terminated, truncated, info = env.step(1)
+    for observation, reward, _, _, info in episode(env, 1):
         assert info["atoms"][0].claim.reward == reward
         assert observation["feedback"]
-        done = terminated or truncated
     assert info["success"]
     assert info["moment"].after.seen == 6
     lab = env.session.world.scratch()

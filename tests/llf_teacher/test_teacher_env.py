@@ -2,6 +2,7 @@
 
 import pytest
 from gymnasium.utils.env_checker import check_env
+from playing import earned, episode
 
 import llf_teacher
 from llf_teacher.registry import PREFIX
@@ -21,37 +22,20 @@ def test_teacher_env_passes_gymnasiums_check(id, speech):
 @pytest.mark.parametrize("student", ["random", "obedient", "text_only", "reward_only", "oracle"])
 @pytest.mark.parametrize("id", SHOWCASE)
 def test_teacher_env_with_every_student(id, student):
-    def total():
+    def taught():
         env = llf_teacher.TeacherEnv(id, student=student, cost=0.0)
-        env.reset(seed=1)
-        rewards, done = 0.0, False
-        while not done:
-            _, reward, terminated, truncated, info = env.step(31)
-            rewards += reward
-            done = terminated or truncated
-            assert "moment" in info
-        return rewards, env.session.moment.success
+        return [(reward, info["moment"].success) for _, reward, _, _, info in episode(env, 31, seed=1)]
 
-    assert total() == total()
+    assert taught() == taught()
     if student in ("obedient", "oracle"):
-        assert total()[1]
+        assert taught()[-1][1]
 
 
 def test_teaching_pays():
     """An obedient student that is told everything earns its teacher more than one that is told nothing."""
-
-    def episode(action):
-        env = llf_teacher.TeacherEnv(GRID, cost=0.01)
-        env.reset(seed=0)
-        total, done = 0.0, False
-        while not done:
-            _, reward, terminated, truncated, _ = env.step(action)
-            total += reward
-            done = terminated or truncated
-        return total
-
-    assert episode(8) > episode(0)
-    assert llf_teacher.TeacherEnv(GRID).action_space.n == 32
+    env = llf_teacher.TeacherEnv(GRID, cost=0.01)
+    assert earned(env, 8) > earned(env, 0)
+    assert env.action_space.n == 32
 
 
 def test_action_masks_for_maskable_learners():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from playing import earned
 
 import llf_teacher
 from pz_envs.family import all_families
@@ -105,16 +106,13 @@ def test_the_table_tells_kind_and_role_of_each_claim(family):
 
 
 def test_a_student_succeeds_by_one_claim_a_turn():
+    def advise(observation, info):
+        advice, mask = observation["claims"][:, CLAIM_COLUMNS.index("fp")], observation["action_mask"]
+        wanted = [i for i in np.flatnonzero(advice) if mask[1 + i]]
+        return 1 + int(wanted[0]) if wanted else 0
+
     env = llf_teacher.TeacherEnv("llf-gridworld-v0", student="obedient", speech="claims", cost=0.01, until_success=True)
-    observation, _ = env.reset(seed=4)
-    done, total = False, 0.0
-    advice = CLAIM_COLUMNS.index("fp")
-    while not done:
-        mask = observation["action_mask"]
-        wanted = [i for i in np.flatnonzero(observation["claims"][:, advice]) if mask[1 + i]]
-        observation, reward, terminated, truncated, _ = env.step(1 + int(wanted[0]) if wanted else 0)
-        total += reward
-        done = terminated or truncated
+    total = earned(env, advise, seed=4)
     assert env.session.moment.success
     assert total == pytest.approx(1 - 0.01 * env.teacher_view.offer.purse.spent)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pettingzoo
 import pytest
+from playing import episode
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
@@ -145,12 +146,7 @@ def test_a_lifetime_is_that_of_the_teachers_seat():
 
     settings = {"episodes": 6, "budget": 20, "teacher_reward": "student_progress"}
     teacher = llf_teacher.TeacherEnv("llf-gridworld-v0", student=Walker(), max_turns=20, **settings)
-    observation, _ = teacher.reset(seed=4)
-    there, done = [], False
-    while not done:
-        observation, reward, terminated, truncated, _ = teacher.step(speak(observation))
-        there.append(reward)
-        done = terminated or truncated
+    there = [reward for _, reward, *_ in episode(teacher, lambda observation, info: speak(observation), seed=4)]
     env = GRID.raw_env(speech="kinds", max_cycles=20, **settings)
     game = ParallelSeats(env, {STUDENT: Walker()})
     observations, _ = game.reset(seed=4)

@@ -240,21 +240,6 @@ def test_delayed_says_what_would_have_been_said_earlier(name, late):
             assert all(f"turn {turn - late}" in atom.text for atom in atoms)
 
 
-@on_every_family
-def test_what_is_not_late_needs_no_frame(name):
-    assert texts(name, "delayed(turns=0)") == texts(name, "oracle")
-
-
-@sampled(lambda name, personality: {name, personality})
-@on_every_family
-@pytest.mark.parametrize("personality", ["delayed(turns=2)", "delayed(turns=1) | delayed(turns=1)"])
-def test_late_claims_hold_of_their_turn(name, personality):
-    atoms = list(feedback(name, personality))
-    assert len(atoms) > 1000
-    assert all(holds(name, atom.claim, moment) for atom, moment in atoms)
-    assert {atom.about_turn for atom, _ in atoms} == set(range(FAMILIES[name].max_turns - 1))
-
-
 @sampled(lambda name, personality: {name, personality})
 @on_every_family
 @pytest.mark.parametrize("personality", ["mistake(eps=1) | delayed(turns=2)", "delayed(turns=2) | mistake(eps=1)"])
@@ -330,15 +315,6 @@ def test_the_instruction_does_not_depend_on_the_personality(name):
         for i, episode in enumerate(heard(name, personality, instruction_type="p", turns=FEW))
     }
     assert len(openings) == len(heard(name, "oracle", instruction_type="p", turns=FEW)) > 1
-
-
-@sampled(lambda name, personality: {name, personality})
-@pytest.mark.parametrize(("name", "personality"), pairs())
-def test_episodes_differ_and_are_reproducible(name, personality):
-    first = texts(name, personality, turns=FEW)
-    again = [[str(said) for said in utterances] for utterances in heard.__wrapped__(name, personality, turns=FEW)]
-    assert first == again
-    assert first[0] != first[1]
 
 
 BUDGETS = ("early", "importance", "mistake_correcting", "predictive", "adversarial")

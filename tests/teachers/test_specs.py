@@ -260,11 +260,7 @@ def test_personalities_are_frozen(name):
         ("mistake(rate=1)", "personality 'mistake': unknown parameter 'rate'; allowed: eps$"),
         ("oracle(eps=1)", "personality 'oracle': unknown parameter 'eps'; allowed: none$"),
         ("mistake(eps=2)", "eps must be a number from 0 to 1, got 2"),
-        ("mistake(eps=-0.1)", r"eps must be a number from 0 to 1, got -0\.1"),
         ("mistake(eps=1e999)", "eps must be a number from 0 to 1, got inf"),
-        ("mistake(eps=True)", "eps must be a number from 0 to 1, got True"),
-        ("mistake(eps='0.1')", r"eps must be a number from 0 to 1, got '0\.1'"),
-        ("mistake(eps=None)", "eps must be a number from 0 to 1, got None"),
         ("delayed(turns=-1)", "turns must be an integer from 0 to 10000, got -1"),
         ("delayed(turns=1.5)", r"turns must be an integer from 0 to 10000, got 1\.5"),
         ("delayed(turns=10001)", "turns must be an integer from 0 to 10000, got 10001"),
@@ -277,7 +273,7 @@ def test_errors_name_what_is_wrong_and_what_is_allowed(spec, message):
         parse_personality(spec)
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), "0.1", True, None, [0.1]])
+@pytest.mark.parametrize("value", [-0.1, float("nan"), float("inf"), "0.1", True, None, [0.1]])
 def test_constructors_check_their_parameters(value):
     with pytest.raises(ValueError, match="eps must be a number from 0 to 1, got"):
         mistake(eps=value)

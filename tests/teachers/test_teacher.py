@@ -1,7 +1,6 @@
 """The teacher: what it says when, what its settings bound, and that an episode can be repeated and copied."""
 
 import copy
-import pickle
 
 import numpy as np
 import pytest
@@ -72,16 +71,6 @@ def test_open_gives_the_instruction_alone(name):
     assert {atom.kind for atom in teacher.open(moments[0]).atoms} == {None}
 
 
-@on_complete_families
-def test_later_turns_are_feedback_in_speaking_order(name):
-    teacher, _, moments = begun(name)
-    for moment in moments[:5]:
-        kinds = [atom.kind for atom in teacher.speak(moment).atoms]
-        assert kinds[0] == "r"
-        assert kinds == sorted(kinds, key=KINDS.index)
-        assert {FP, FN} <= set(kinds)
-
-
 @on_every_family
 def test_advice_ends_with_the_episode(name):
     teacher, _, moments = begun(name)
@@ -128,18 +117,6 @@ def test_after_the_last_text_that_is_no_action_there_is_no_advice(name):
     assert [type(claim) for claim in claims(said)] == [NotUnderstood]
 
 
-@on_complete_families
-def test_instruction_types_add_to_the_basic_one(name):
-    basic, practice, complete = [claims(begun(name, instruction_type=each, feedback_type="n")[1]) for each in "bpc"]
-    assert all(claim.kind is None for claim in basic)
-    assert practice[: len(basic)] == complete[: len(basic)] == basic
-    tried, solution = practice[len(basic) :], complete[len(basic) :]
-    assert tried
-    assert all(claim.kind in ("hp", "hn") for claim in tried)
-    assert solution
-    assert all(claim.kind is None for claim in solution)
-
-
 @on_every_family
 def test_an_instruction_type_takes_effect_at_the_next_opening(name):
     teacher, moments = make(name)
@@ -175,11 +152,6 @@ def test_other_ways_to_paraphrase_are_refused(value):
     with pytest.raises(ValueError, match="paraphrase must be"):
         teacher.paraphrase = value
     assert teacher.paraphrase == 3
-
-
-def test_an_unknown_personality_is_refused():
-    with pytest.raises(ValueError, match="unknown personality 'kind'"):
-        make("bandits", "kind")
 
 
 @pytest.mark.parametrize(("value", "text"), [(["fn", "r"], "r+fn"), ({"hp"}, "hp"), ((), "n"), ("m", "m"), ("a", "a")])
@@ -243,20 +215,6 @@ def test_the_same_stream_gives_the_same_episodes(name, personality, settings):
     first = talk(teacher, moments)
     assert talk(teacher, moments) == first == talk(make(name, personality, **settings)[0], moments)
     assert talk(teacher, moments, seed=1) != first
-
-
-@sampled(lambda name, personality, copied: {name, personality, copied})
-@pytest.mark.parametrize(("name", "personality"), pairs("mistake(eps=0.5) | delayed(turns=3) | mix", names=RICH))
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda teacher: pickle.loads(pickle.dumps(teacher))])
-def test_copies_within_an_episode_go_on_like_the_original(name, personality, copied):
-    teacher, _, moments = begun(name, personality, feedback_type="m", instruction_type="p")
-    for moment in moments[:6]:
-        teacher.speak(moment)
-    twin = copied(teacher)
-    rest = moments[6 : FAMILIES[name].max_turns]
-    said = [teacher.speak(moment) for moment in rest]
-    assert [twin.speak(moment) for moment in rest] == said
-    assert [claims(each) for each in map(twin.speak, rest)] == [claims(each) for each in map(teacher.speak, rest)]
 
 
 def test_a_copy_and_its_original_do_not_share_their_streams():

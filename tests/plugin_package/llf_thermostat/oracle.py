@@ -38,13 +38,20 @@ class Answer(Claim):
 
 
 @claim
-class Helped(ActionClaim):
-    """True if the knob brought the room nearer to the wanted temperature."""
-
-    kind = HP
+class _Turned(ActionClaim):
     action_slot = "knob"
     action: int
     knob: str
+
+    def counterparts(self, moment, lab):
+        return tuple(type(self)(action=i, knob=knob) for i, knob in enumerate(KNOBS) if i != self.action)
+
+
+@claim
+class Helped(_Turned):
+    """True if the knob brought the room nearer to the wanted temperature."""
+
+    kind = HP
 
     def holds(self, moment, lab):
         return moment.before is not None and moment.action == self.action and helps(lab, moment.before, self.action)
@@ -57,13 +64,10 @@ class Helped(ActionClaim):
 
 
 @claim
-class DidNotHelp(ActionClaim):
+class DidNotHelp(_Turned):
     """True if the knob did not bring the room nearer to the wanted temperature."""
 
     kind = HN
-    action_slot = "knob"
-    action: int
-    knob: str
 
     def holds(self, moment, lab):
         return moment.before is not None and moment.action == self.action and not helps(lab, moment.before, self.action)
@@ -76,52 +80,34 @@ class DidNotHelp(ActionClaim):
 
 
 @claim
-class Turn(ActionClaim):
+class Turn(_Turned):
     """True if this knob brings the room nearer to the wanted temperature."""
 
     kind = FP
-    action_slot = "knob"
-    action: int
-    knob: str
 
     def holds(self, moment, lab):
         return helps(lab, moment.after, self.action)
 
-    def counterparts(self, moment, lab):
-        return tuple(Turn(action=i, knob=knob) for i, knob in enumerate(KNOBS) if i != self.action)
-
 
 @claim
-class Leave(ActionClaim):
+class Leave(_Turned):
     """True if this knob does not bring the room nearer to the wanted temperature."""
 
     kind = FN
-    action_slot = "knob"
-    action: int
-    knob: str
 
     def holds(self, moment, lab):
         return not helps(lab, moment.after, self.action)
 
-    def counterparts(self, moment, lab):
-        return tuple(Leave(action=i, knob=knob) for i, knob in enumerate(KNOBS) if i != self.action)
-
 
 @claim
-class Tried(ActionClaim):
+class Tried(_Turned):
     """True if this knob, turned at the start, does not bring the room nearer to the wanted temperature."""
 
     kind = HN
     tried = True
-    action_slot = "knob"
-    action: int
-    knob: str
 
     def holds(self, moment, lab):
         return not helps(lab, moment.after, self.action)
-
-    def counterparts(self, moment, lab):
-        return tuple(Tried(action=i, knob=knob) for i, knob in enumerate(KNOBS) if i != self.action)
 
 
 @claim
