@@ -4,6 +4,8 @@ import contextlib
 import sqlite3
 
 from llf_teacher.studies.definition.study import Study
+from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.store import Store
 
 
 def small(**changes):
@@ -15,6 +17,16 @@ def small(**changes):
         "max_turns": 5,
     }
     return Study(**(settings | changes))
+
+
+def stored(path, study, manifest=None):
+    """The path of a new store with all episodes of a study, played here."""
+    with Store(path) as store:
+        for spec in study.episodes():
+            store.add(play(spec))
+        if manifest is not None:
+            store.write_manifest(manifest)
+    return path
 
 
 def rows(path):

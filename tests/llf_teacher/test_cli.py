@@ -108,6 +108,8 @@ def test_a_study_from_file_to_report(tmp_path):
         (("dev", "golden", "notes.db/folder", "llf-gridworld-v0"), "notes.db"),
         (("play", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("play", "llf-gridworld-v0", "--feedback-type", "q"), "feedback type 'q'"),
+        (("play", "llf-gridworld-v0", "--seat", "janitor"), "seat 'janitor' is unknown; allowed: student, teacher"),
+        (("film", "llf-gridworld-v0", "out.avi"), "a film's name must end in one of .gif, .webp, .mp4, got 'out.avi'"),
         (("dev", "golden", "folder", "nothing"), "unknown environment 'nothing'"),
         (("audit", "llf-gridwold-v0"), "did you mean llf-gridworld-v0"),
         (("audit", "--teacher", "orakle"), "did you mean oracle"),
@@ -210,12 +212,6 @@ def test_play_the_teacher_with_a_small_budget(tmp_path):
     assert text.count("1 of 2 left") == 2
     assert text.count("Your budget of 2 is spent, so that you can say nothing more. Enter to go on>") == 2
     assert "Over after 4 turns" in text
-
-
-def test_play_a_seat_that_there_is_not(tmp_path):
-    result = llf("play", "llf-gridworld-v0", "--seat", "janitor", cwd=tmp_path)
-    assert result.returncode == 2
-    assert "seat 'janitor' is unknown; allowed: student, teacher" in result.stderr
 
 
 def test_play_a_text_of_several_lines(tmp_path):

@@ -22,13 +22,8 @@ from pz_envs.family import all_families
 
 GRIDWORLD = "llf-gridworld-v0"
 VISUAL = {"llf-grid*": {"visual": True}}
+pytestmark = pytest.mark.usefixtures("no_settings")
 DRAWN = [family for family in all_families() if family.picture and not family.visual and not family.missing()]
-
-
-@pytest.fixture(autouse=True)
-def _no_settings(monkeypatch):
-    for name in ("MODEL", "BASE_URL", "API_KEY", "CACHE", "BUDGET", "ENDPOINT"):
-        monkeypatch.delenv(f"LLF_LLM_{name}", raising=False)
 
 
 def decoded(url):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import integrate
+from studying import stored
 
 from llf_teacher.episodes.record import EpisodeRow, Record
 from llf_teacher.studies.analysis import contrasts, transfer
@@ -17,7 +18,6 @@ from llf_teacher.studies.analysis.sequential import levels
 from llf_teacher.studies.analysis.statistics import Split
 from llf_teacher.studies.analysis.time_to_success import attempts
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.parts import PARTS
@@ -38,16 +38,9 @@ STUDY = Study(
 KINDS = Study(ids=[ROOMS], teachers=["oracle"], students=["obedient"], feedback_types="subsets", seeds=2, max_turns=3)
 
 
-def stored(path, study):
-    with Store(path) as store:
-        for spec in study.episodes():
-            store.add(play(spec))
-    return Store(path)
-
-
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
-    return stored(tmp_path_factory.mktemp("study") / "s.db", STUDY)
+    return Store(stored(tmp_path_factory.mktemp("study") / "s.db", STUDY))
 
 
 @pytest.fixture(scope="module")
@@ -143,8 +136,9 @@ def test_tests_are_told(page):
 
 
 def test_an_ablation_is_told_and_has_one_section(tmp_path):
-    html = render(stored(tmp_path / "s.db", KINDS), KINDS)
-    ((_, rows),) = drawn(read(Store(tmp_path / "s.db"), KINDS), "ablation")
+    store = Store(stored(tmp_path / "s.db", KINDS))
+    html = render(store, KINDS)
+    ((_, rows),) = drawn(read(store, KINDS), "ablation")
     gains = {row["kind"]: float(row["gain"]) for row in rows}
     assert list(gains) == ["r", "hp", "hn", "fp", "fn", "all kinds"]
     assert sum(gains.values()) == pytest.approx(2 * gains["all kinds"], rel=1e-3)

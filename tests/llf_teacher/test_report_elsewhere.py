@@ -4,6 +4,7 @@ import csv
 import re
 
 import pytest
+from studying import stored
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
@@ -24,12 +25,7 @@ STUDY = Study(
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    path = tmp_path_factory.mktemp("elsewhere") / "s.db"
-    with Store(path) as store:
-        for spec in STUDY.episodes():
-            store.add(play(spec))
-        store.write_manifest(manifest(STUDY))
-    return path
+    return stored(tmp_path_factory.mktemp("elsewhere") / "s.db", STUDY, manifest(STUDY))
 
 
 def test_each_figure_stands_alone_with_its_data(path, tmp_path):

@@ -9,9 +9,9 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
+from studying import stored
 
 from llf_teacher.studies.definition.study import Study, load_study
-from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.report import page, render, to_toml
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.gains import gains
@@ -28,11 +28,7 @@ STUDY = Study(
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
-    path = tmp_path_factory.mktemp("page") / "s.db"
-    with Store(path) as store:
-        for spec in STUDY.episodes():
-            store.add(play(spec))
-    return path
+    return stored(tmp_path_factory.mktemp("page") / "s.db", STUDY)
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import re
 import sys
 
 import pytest
+from studying import stored
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
@@ -36,10 +37,7 @@ def test_failures_are_counted_by_student_and_reason(tmp_path):
 
 
 def test_without_trouble_nothing_is_said(tmp_path):
-    with Store(tmp_path / "s.db") as store:
-        for spec in STUDY.episodes():
-            store.add(play(spec))
-        html = render(store, STUDY)
+    html = render(Store(stored(tmp_path / "s.db", STUDY)), STUDY)
     assert "failed" not in head_of(html)
     assert "No answer" not in html
 

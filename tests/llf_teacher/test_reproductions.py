@@ -88,15 +88,18 @@ def test_what_was_measured_is_not_measured_again(tmp_path):
     assert all(isinstance(each, Measurement) for each in load(path).values())
 
 
-def test_the_command(tmp_path, monkeypatch):
-    row = ROWS["policy_shaping"]
-    there = {task.key: [[0.5, 0.5], 1.0] for task in tasks("policy_shaping", row, quick=True)}
-    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: each}) + "\n" for key, each in there.items()))
-    told = CliRunner().invoke(
-        app,
-        f"reproduce --only policy_shaping --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}",
-    )
+def reproduced(tmp_path, which=""):
+    """What the command says where one row has been measured, and how many measurements that is."""
+    there = [task.key for task in tasks("policy_shaping", ROWS["policy_shaping"], quick=True)]
+    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: [[0.5, 0.5], 1.0]}) + "\n" for key in there))
+    command = f"reproduce {which} --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}"
+    told = CliRunner().invoke(app, command, env={"COLUMNS": "200"})
     assert told.exit_code == 0, told.output
+    return told, len(there)
+
+
+def test_the_command(tmp_path):
+    told, _ = reproduced(tmp_path, "--only policy_shaping")
     assert "policy_shaping: no" in told.output
     assert "no" in (tmp_path / "page.md").read_text()
 
@@ -108,16 +111,10 @@ def test_a_page_keeps_the_rows_that_are_not_played(tmp_path):
         values = Values({digest(each): np.ones((3, len(row.measures))) for each in row.settings}, 240.0)
         page.write({name: row}, {name: values}, tmp_path / "page.md")
     (tmp_path / "page" / "growth.json").write_text((tmp_path / "page" / "growth.json").read_text().replace("32", "33"))
-    row = ROWS["policy_shaping"]
-    there = {task.key: [[0.5, 0.5], 1.0] for task in tasks("policy_shaping", row, quick=True)}
-    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: each}) + "\n" for key, each in there.items()))
-    told = CliRunner().invoke(
-        app, f"reproduce --only policy_shaping --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}"
-    )
-    assert told.exit_code == 0, told.output
+    _, there = reproduced(tmp_path, "--only policy_shaping")
     text = (tmp_path / "page.md").read_text()
     assert [line for line in text.splitlines() if line.startswith("## ")] == ["## policy shaping", "## silence"]
-    minutes = len(there) / 120
+    minutes = there / 120
     assert f"`llf reproduce --only silence` | 2.0 | {2 / (2 + minutes):.0%} |" in text
     assert f"All of it takes {2 + minutes:.0f} minutes of 2 cores, {2 + minutes:.1f} with `--quick`." in text
 
@@ -128,12 +125,7 @@ def test_a_row_whose_package_is_not_installed_is_left_out(tmp_path, monkeypatch)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "torch" else find_spec(name))
     short = {name: row for name, row in ROWS.items() if name in ("embodied", "policy_shaping")}
     monkeypatch.setattr("llf_teacher.reproductions.row.all_rows", lambda: short)
-    there = {task.key: [[0.5], 1.0] for task in tasks("policy_shaping", short["policy_shaping"], quick=True)}
-    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: each}) + "\n" for key, each in there.items()))
-    told = CliRunner().invoke(
-        app, f"reproduce --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}", env={"COLUMNS": "200"}
-    )
-    assert told.exit_code == 0, told.output
+    told, _ = reproduced(tmp_path)
     assert "left out: the row embodied needs 'torch'" in told.stderr
     assert "## policy shaping" in (tmp_path / "page.md").read_text()
     assert "embodied" not in (tmp_path / "page.md").read_text()

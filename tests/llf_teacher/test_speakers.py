@@ -63,12 +63,9 @@ GRID = {"ids": ["llf-gridworld-v0"], "students": ["random"], "seeds": 1, "max_tu
 
 
 @pytest.fixture(autouse=True)
-def _mine(tmp_path, monkeypatch):
+def _mine(tmp_path, monkeypatch, no_settings):
     (tmp_path / "parrots.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)
-    for name in ("MODEL", "BASE_URL", "API_KEY", "CACHE", "BUDGET", "ENDPOINT"):
-        monkeypatch.delenv(f"LLF_LLM_{name}", raising=False)
-        monkeypatch.delenv(f"OPENAI_{name}", raising=False)
     yield
     sys.modules.pop("parrots", None)
 

@@ -101,9 +101,7 @@ LIVES = {
     "feedback_type": st.sampled_from(["a", "a", "fp", "fn", "r+hn"]),
     "teacher_reward": st.sampled_from(sorted(TEACHER_REWARDS)),
     "until_success": st.booleans(),
-    "vary": st.sampled_from(
-        [{}, {"alpha": (0.1, 0.9), "epsilon": (0.0, 0.5)}, {"trust": (0, 1), "optimism": (0.0, 1.0)}]
-    ),
+    "vary": st.sampled_from(VARIED),
     "trust": st.sampled_from([0.0, 0.5, 1.0]),
     "forget": st.booleans(),
 }

@@ -8,10 +8,9 @@ import sqlite3
 import pytest
 from PIL import Image
 from starlette.testclient import TestClient
+from studying import stored
 
 from llf_teacher.studies import Study, load, run
-from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.store import Store
 from llf_teacher.web import open_lessons
 from llf_teacher.web.app import LARGEST, make_app
 from llf_teacher.web.guard import COOKIE
@@ -268,11 +267,7 @@ def test_an_episode_can_be_taken_along(seat, tmp_path):
 
 def test_stored_episodes_can_be_looked_at(tmp_path):
     study = Study(ids=[GRID], teachers=["oracle", "mistake(eps=1)"], students=["obedient"], seeds=1)
-    path = tmp_path / "study.db"
-    with Store(path) as store:
-        for spec in study.episodes():
-            store.add(play(spec))
-    visitor = client(stores=[path])
+    visitor = client(stores=[stored(tmp_path / "study.db", study)])
     assert '<a href="/stored/0">study.db</a>: 2 episodes' in visitor.get("/").text
     assert visitor.get("/stored/0").text.count("<tr><th") == 3
     listing = visitor.get("/stored/0", params={"q": "MISTAKE gridworld"}).text

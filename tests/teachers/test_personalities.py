@@ -1,46 +1,33 @@
 """Personalities do what their definitions say, at the rates that they name, on every family."""
 
 from collections import Counter
+from dataclasses import replace
 from functools import cache
 from itertools import combinations
 
 import numpy as np
 import pytest
 from design import sampled
-from scipy.stats import binomtest, chisquare
-from shelf import RICH, pairs
+from lessons import ALPHA, fits, lab, pupil
+from scipy.stats import chisquare
+from shelf import FAMILIES, RICH, pairs
 
-from pz_envs.family import all_families
 from teachers.atoms import KINDS, Moment, ParseFailure
 from teachers.common import Solved, Truism, TryAgain
 from teachers.personality import PERSONALITIES
-from teachers.testing import Pupil
 
-FAMILIES = {family.name: family for family in all_families()}
 TURNS, FEW = 800, 150
-ALPHA = 1e-4
-
-
-def pupil(name, turns=TURNS):
-    family = FAMILIES[name]
-    options = family.environments[family.showcase[0]]
-    return Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=turns)
 
 
 @cache
 def play(name):
     """Episodes of random play, each a list of moments; no teacher changes them."""
     episodes = []
-    for moment in pupil(name).moments(pupil(name).make_world()):
+    for moment in replace(pupil(name), turns=TURNS).moments(pupil(name).make_world()):
         if moment.turn == 0:
             episodes.append([])
         episodes[-1].append(moment)
     return episodes
-
-
-@cache
-def lab(name):
-    return pupil(name).make_world()
 
 
 @cache
@@ -212,7 +199,7 @@ def test_mistake_errs_at_its_rate(name, eps):
     claims = sum(len(true) for _, true in turns(name, "oracle"))
     right = sum(holds(name, atom.claim, moment) for atom, moment in feedback(name, personality))
     assert claims > 1600
-    assert binomtest(claims - right, claims, eps).pvalue > ALPHA
+    assert fits(claims - right, claims, eps)
     for _, said, true in turns(name, personality, "oracle"):
         assert len(said) <= len(true)
 

@@ -1,30 +1,27 @@
 """The teacher: what it says when, what its settings bound, and that an episode can be repeated and copied."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from design import sampled
-from shelf import COMPLETE, RICH, pairs
+from lessons import pupil
+from shelf import COMPLETE, FAMILIES, RICH, pairs
 
-from pz_envs.family import all_families
 from teachers.atoms import FN, FP, KINDS, SILENCE, Moment, ParseFailure, Utterance
 from teachers.common import NotUnderstood
-from teachers.testing import Pupil
 
-FAMILIES = {family.name: family for family in all_families()}
 on_every_family = pytest.mark.parametrize("name", FAMILIES)
 on_complete_families = pytest.mark.parametrize("name", COMPLETE)
 
 
 def make(name, personality="oracle", **settings):
     """A teacher and the moments of random play over two episodes or so."""
-    family = FAMILIES[name]
-    options = family.environments[family.showcase[0]]
-    pupil = Pupil(lambda: family.make_world(**options), family.make_teacher, max_turns=family.max_turns, turns=40)
-    world = pupil.make_world()
-    teacher = pupil.make_teacher(world, personality, **settings)
-    return teacher, list(pupil.moments(world))
+    short = replace(pupil(name), turns=40)
+    world = short.make_world()
+    teacher = short.make_teacher(world, personality, **settings)
+    return teacher, list(short.moments(world))
 
 
 def begun(name, *args, seed=0, **settings):
