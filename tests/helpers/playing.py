@@ -12,6 +12,19 @@ def episode(env, act, seed=0):
         over = terminated or truncated
 
 
+def agents(env, act, seed=0):
+    """Each agent of a PettingZoo environment as its turn comes, whether it is over for it, and what `last` gives.
+
+    Then it acts: by what `act` makes of agent and observation, or by None if it is over.
+    """
+    env.reset(seed=seed)
+    for agent in env.agent_iter():
+        observation, reward, terminated, truncated, info = env.last()
+        over = terminated or truncated
+        yield agent, over, observation, reward, info
+        env.step(None if over else act(agent, observation))
+
+
 def earned(env, act, seed=0):
     """The sum of the rewards of an episode."""
     return sum(reward for _, reward, *_ in episode(env, act, seed))

@@ -120,10 +120,7 @@ def test_what_people_say_is_text():
         ({"json": [1]}, 400, "the request body is JSON, but not an object"),
         ({"data": {"id": GRID}}, 415, "the content type must be application/json; send JSON"),
         ({"json": {"id": "x" * LARGEST}}, 413, "the request body is too long; allowed: at most 16384 bytes"),
-        ({"json": {"id": "llf-gridword-v0"}}, 400, "'llf-gridword-v0'"),
         ({"json": {"id": GRID, "teacher": "antigravity:fly"}}, 400, "antigravity:fly"),
-        ({"json": {"id": GRID, "teacher": ["oracle"]}}, 400, "teacher must be a text"),
-        ({"json": {"id": GRID, "seed": 10**30}}, 400, "seed must be a whole number"),
     ],
 )
 def test_a_bad_request_is_answered_by_a_sentence(sent, status, why):

@@ -199,6 +199,8 @@ def test_people_are_in_studies(tmp_path):
         ({"max_turns": True}, "max_turns must be a whole number"),
         ({"seed": -1}, "seed must be a whole number from 0"),
         ({"seed": 0.5}, "seed must be a whole number from 0"),
+        ({"seed": 10**30}, "seed must be a whole number from 0"),
+        ({"teacher": ["oracle"]}, "teacher must be a text of at most 300 characters"),
         ({"instruction_type": "z"}, "instruction_types"),
         ({"feedback_type": "zz"}, "feedback_types"),
         ({"colour": "red"}, "unknown choice 'colour'"),

@@ -7,6 +7,7 @@ import gymnasium
 import numpy as np
 import pettingzoo
 import pytest
+from playing import agents
 
 import llf_teacher
 from pz_envs.family import all_families
@@ -37,15 +38,9 @@ def act(env, agent, observation):
     return optimal(env, agent)
 
 
-def play(env, seed=0, choose=act):
-    """Every turn as (agent, whether it is dead, reward since its last turn)."""
-    env.reset(seed=seed)
-    turns = []
-    for agent in env.agent_iter():
-        observation, reward, terminated, truncated, _ = env.last()
-        turns.append((agent, terminated or truncated, reward))
-        env.step(None if terminated or truncated else choose(env, agent, observation))
-    return turns
+def play(env, seed=0):
+    """Every turn as `agents` gives it."""
+    return agents(env, lambda agent, observation: act(env, agent, observation), seed)
 
 
 @pytest.mark.parametrize("id", ids())
@@ -65,7 +60,7 @@ def test_pettingzoo_accepts_every_size(students):
 
 def test_a_round_is_the_teachers_turns_and_then_the_students():
     env = GRID.raw_env(seating="classroom", students=3, attention=2, until_success=False, max_cycles=2)
-    alive = [agent for agent, dead, _ in play(env) if not dead]
+    alive = [agent for agent, dead, *_ in play(env) if not dead]
     students = [f"student_{i}" for i in range(3)]
     assert alive == [TEACHER, TEACHER, *students] * 2 + [TEACHER, TEACHER]
 
@@ -122,35 +117,26 @@ def test_the_mask_is_exact():
 
 def test_observations_are_in_their_spaces_and_what_they_are_said_to_be():
     env = GRID.raw_env(seating="classroom", students=4, attention=2, budget=20)
-    env.reset(seed=3)
-    for agent in env.agent_iter():
-        observation, _, terminated, truncated, info = env.last()
+    for agent, dead, observation, _, info in play(env, seed=3):
         assert observation in env.observation_space(agent)
-        if terminated or truncated:
-            env.step(None)
-            continue
-        if agent == TEACHER:
+        if agent == TEACHER and not dead:
             for i, moment in enumerate(info["moments"]):
                 turn, reward, importance, over, present, _ = observation["students"][i].tolist()
                 assert present == (f"student_{i}" in env.agents)
                 assert (turn, reward, over) == (pytest.approx(moment.turn / 20), moment.reward, moment.over)
                 assert importance == (0 if moment.over else env.sessions[i].teacher.oracle.importance(moment.after))
-        env.step(act(env, agent, observation))
     assert env.purse.spent == 20
 
 
 def test_students_leave_when_they_are_done_and_hear_a_last_word():
     env = GRID.raw_env(seating="classroom", students=6, attention=6)
-    env.reset(seed=1)
     left, last = [], {}
-    for agent in env.agent_iter():
-        observation, _, terminated, truncated, info = env.last()
-        if terminated or truncated:
+    for agent, dead, observation, _, info in play(env, seed=1):
+        if dead:
             left.append(agent)
             last[agent] = observation
-            assert terminated
+            assert env.terminations[agent]
             assert agent == TEACHER or info["success"]
-        env.step(None if terminated or truncated else act(env, agent, observation))
     turns = [session.moment.turn for session in env.sessions]
     assert len(set(turns)) > 1, "they finish at different times"
     assert [turns[int(agent[-1])] for agent in left if agent != TEACHER] == sorted(turns)
@@ -160,17 +146,12 @@ def test_students_leave_when_they_are_done_and_hear_a_last_word():
 
 def test_the_teacher_is_truncated_with_anyone():
     env = GRID.raw_env(seating="classroom", students=2, max_cycles=1)
-    env.reset(seed=0)
-    for agent in env.agent_iter():
-        observation, _, terminated, truncated, _ = env.last()
-        if terminated or truncated:
-            assert truncated
-        env.step(None if terminated or truncated else act(env, agent, observation))
+    assert all(env.truncations[agent] for agent, dead, *_ in play(env) if dead)
 
 
 def test_rewards_and_costs():
     env = BANDIT.raw_env(seating="classroom", students=2, attention=1, cost=0.25, attention_cost=0.5, max_cycles=1)
-    turns = play(env)
+    turns = [(agent, dead, reward) for agent, dead, _, reward, _ in play(env)]
     # Attention, and the one kind of advice that the greatest legal action of the last student says.
     paid = [reward for agent, dead, reward in turns if agent == TEACHER and not dead]
     students = [reward for agent, dead, reward in turns if agent != TEACHER and dead]

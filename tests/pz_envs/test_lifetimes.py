@@ -3,7 +3,7 @@
 import numpy as np
 import pettingzoo
 import pytest
-from playing import episode
+from playing import agents, episode
 
 import llf_teacher
 from llf_teacher.students.parsing import parse_student
@@ -31,6 +31,10 @@ def speak(observation):
     return int(np.flatnonzero(observation["action_mask"])[-1])
 
 
+def all_is_said(agent, observation):
+    return speak(observation) if agent.startswith("teacher") else 0
+
+
 @pytest.mark.parametrize("speech", ["kinds", "claims", "message"])
 @pytest.mark.parametrize("asking", [{}, {"ask_cost": 0.1}])
 @pytest.mark.parametrize("seating", SEATINGS)
@@ -46,14 +50,10 @@ def test_pettingzoo_accepts_it(name, seating, asking, speech):
 @pytest.mark.parametrize("seating", SEATINGS)
 def test_each_episode_begins_alike_and_its_end_is_told_once(seating):
     env = GRID.raw_env(seating=seating, speech="kinds", episodes=4, max_cycles=3, **SEATINGS[seating])
-    env.reset(seed=7)
     students = [agent for agent in env.possible_agents if agent.startswith("student")]
     starts, told, shares = dict.fromkeys(students, ()), dict.fromkeys(students, 0), []
-    for agent in env.agent_iter():
-        observation, _, terminated, truncated, info = env.last()
-        if terminated or truncated:
-            env.step(None)
-        elif agent in students:
+    for agent, dead, observation, _, info in agents(env, all_is_said, seed=7):
+        if not dead and agent in students:
             if env.moment_of(agent).turn == 0:
                 starts[agent] += (plain(env.moment_of(agent).after),)
                 if env.episode:
@@ -61,10 +61,8 @@ def test_each_episode_begins_alike_and_its_end_is_told_once(seating):
                     assert "state" in info["final_obs"]
                     assert "atoms" in info["final_info"]
             told[agent] += "final_obs" in info
-            env.step(0)
-        else:
+        elif not dead:
             shares.append(float(observation["episode"][0]))
-            env.step(speak(observation))
     assert all(len(each) == 4 and len(set(map(str, each))) == 1 for each in starts.values())
     assert set(told.values()) == {3}
     assert sorted(set(shares)) == [0, 0.25, 0.5, 0.75]
@@ -74,18 +72,9 @@ def test_each_episode_begins_alike_and_its_end_is_told_once(seating):
 def test_a_budget_is_that_of_the_lifetime():
     for seating, more in SEATINGS.items():
         env = GRID.raw_env(seating=seating, speech="kinds", episodes=3, max_cycles=4, budget=6, **more)
-        env.reset(seed=1)
-        said = 0
-        for agent in env.agent_iter():
-            observation, _, terminated, truncated, _ = env.last()
-            dead = terminated or truncated
-            if agent == TEACHER and not dead:
-                before = _purse(env).spent
-                env.step(speak(observation))
-                said += _purse(env).spent - before
-            else:
-                env.step(None if dead else 0)
-        assert said == 6, seating
+        spent = [_purse(env).spent for _ in agents(env, all_is_said, seed=1)]
+        assert spent == sorted(spent), seating
+        assert spent[-1] == 6, seating
 
 
 def _purse(env):
@@ -214,13 +203,8 @@ def test_partners_are_told_of_an_end_as_they_read():
 def test_without_a_seed_another_lifetime_begins():
     env = BANDIT.raw_env(speech="kinds", episodes=2, max_cycles=2, budget=1)
     for seed in (0, None):
-        env.reset(seed=seed)
-        assert env.episode == 0
-        while env.agents:
-            observation, _, terminated, truncated, _ = env.last()
-            teaches = env.agent_selection == TEACHER
-            env.step(None if terminated or truncated else speak(observation) if teaches else 0)
-        assert env.episode == 1
+        first, *_, last = [env.episode for _ in agents(env, all_is_said, seed)]
+        assert (first, last) == (0, 1)
         assert _purse(env).spent == 1
 
 

@@ -2,6 +2,7 @@
 
 import pettingzoo
 import pytest
+from playing import agents
 
 import llf_teacher  # noqa: F401  (registers the environments)
 from pz_envs.family import all_families
@@ -42,13 +43,10 @@ def test_pettingzoo_accepts_it(id, speech, text):
 
 def test_every_teacher_speaks_then_the_student_acts_and_the_teachers_have_the_last_word():
     env = GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=2)
-    env.reset(seed=0)
     turns = []
-    for agent in env.agent_iter():
-        observation, _, terminated, truncated, _ = env.last()
+    for agent, dead, observation, *_ in agents(env, lambda agent, observation: env.action_space(agent).sample()):
         assert observation in env.observation_space(agent)
-        turns.append((agent, terminated or truncated))
-        env.step(None if terminated or truncated else env.action_space(agent).sample())
+        turns.append((agent, dead))
     teachers = [f"teacher_{i}" for i in range(3)]
     assert [agent for agent, dead in turns if not dead] == [*teachers, STUDENT] * 2 + teachers
     assert [agent for agent, dead in turns if dead] == [STUDENT, *teachers]

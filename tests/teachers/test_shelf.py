@@ -117,13 +117,6 @@ def test_scaffold_helps_less_after_success_and_more_after_failure(name, fade):
     assert sizes >= {0.0: {5}, 0.2: {0, 1, 2, 3, 4, 5}, 0.35: {0, 4, 5}, 1.0: {0, 5}}[fade]
 
 
-def test_scaffold_fades_to_silence():
-    for _, episode in rows("bandits", "scaffold(fade=0.2)"):
-        for five in zip(*(episode[i:] for i in range(5)), strict=False):
-            if all(of(true, HP) for _, _, true in five):
-                assert five[-1][1] == []
-
-
 @pytest.mark.parametrize("level", [0, 1, 2])
 def test_hinter_climbs_from_the_vague_to_the_plain(level):
     seen = set()
