@@ -21,9 +21,14 @@ def small(**changes):
 
 def stored(path, study, manifest=None):
     """The path of a new store with all episodes of a study, played here."""
+    return filled(path, map(play, study.episodes()), manifest)
+
+
+def filled(path, records, manifest=None):
+    """The path of a new store with some episodes."""
     with Store(path) as store:
-        for spec in study.episodes():
-            store.add(play(spec))
+        for record in records:
+            store.add(record)
         if manifest is not None:
             store.write_manifest(manifest)
     return path

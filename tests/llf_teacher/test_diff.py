@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from studying import filled
 from typer.testing import CliRunner
 
 from llf_teacher.cli import app
@@ -14,19 +15,12 @@ ID = "llf-bandits-BanditTenArmedRandomFixed-v0"
 STUDY = Study(ids=(ID,), teachers=("oracle", "silent"), students=("obedient", "random"), seeds=6, max_turns=4)
 
 
-def write(path, records):
-    with Store(path) as store:
-        for record in records:
-            store.add(record)
-
-
 @pytest.fixture
 def stores(tmp_path):
     """In the second one `obedient` with `silent` has one more of regret, of other rules with `oracle`; `random` with
     `silent` is in the first only.
     """
     records = [play(spec) for spec in STUDY.episodes()]
-    write(tmp_path / "a.db", records)
     changed = []
     for record in records:
         spec, episode = record.spec, record.episode
@@ -40,8 +34,7 @@ def stores(tmp_path):
             case "silent", "random":
                 continue
         changed.append(record._replace(spec=spec, episode=episode))
-    write(tmp_path / "b.db", changed)
-    return tmp_path / "a.db", tmp_path / "b.db"
+    return filled(tmp_path / "a.db", records), filled(tmp_path / "b.db", changed)
 
 
 def test_cells_are_compared_by_seed_where_rules_allow_it(stores):

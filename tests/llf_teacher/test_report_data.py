@@ -5,6 +5,7 @@ import sqlite3
 
 import numpy as np
 import pytest
+from studying import filled
 
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
@@ -22,16 +23,9 @@ def records():
     return [play(spec) for spec in STUDY.episodes()]
 
 
-def filled(path, records):
-    with Store(path) as store:
-        for record in records:
-            store.add(record)
-
-
 @pytest.fixture
 def path(tmp_path, records):
-    filled(tmp_path / "s.db", reversed(records))
-    return tmp_path / "s.db"
+    return filled(tmp_path / "s.db", reversed(records))
 
 
 def of(records, **fields):
@@ -54,8 +48,7 @@ def test_cells_are_means_over_environments_by_seed(path, records):
 
 def test_only_seeds_that_all_environments_have_count(tmp_path, records):
     lacking = [r for r in records if (r.spec.id, r.spec.seed, r.spec.teacher) != (IDS[1], 5, "oracle")]
-    filled(tmp_path / "s.db", lacking)
-    data = read(Store(tmp_path / "s.db"), STUDY)
+    data = read(Store(filled(tmp_path / "s.db", lacking)), STUDY)
     (section,) = data.sections
     assert section.cells["oracle", "random"].seeds.tolist() == [2, 7]
     assert section.cells["silent", "random"].seeds.tolist() == [2, 5, 7]

@@ -26,6 +26,19 @@ def spread(values):
     return max(values) - min(values)
 
 
+def turns_of(name, spec, budget, worth):
+    """In how many turns it speaks: it says all in the first `budget` turns of an episode that are worth it."""
+    spoke = 0
+    for oracle, episode in rows(name, spec):
+        left = budget
+        for turn, (_, said, true) in enumerate(episode, 1):
+            wanted = left and true and worth(oracle, [moment for moment, _, _ in episode[:turn]])
+            assert said == (true if wanted else [])
+            left -= bool(wanted)
+            spoke += bool(said)
+    return spoke
+
+
 @on_cheap_families
 @pytest.mark.parametrize("budget", [0, 1, 5, 1000])
 def test_early_speaks_in_the_first_turns(name, budget):
@@ -37,55 +50,34 @@ def test_early_speaks_in_the_first_turns(name, budget):
 @on_cheap_families
 @pytest.mark.parametrize(("budget", "threshold"), [(3, 0.0), (4, 0.7), (6, 1.5), (1000, 0.9)])
 def test_importance_speaks_where_much_is_at_stake(name, budget, threshold):
-    spoke = 0
-    for oracle, episode in rows(name, f"importance(budget={budget}, threshold={threshold})"):
-        left = budget
-        for moment, said, true in episode:
-            wanted = not moment.over and left and spread(oracle.values(moment.after)) >= threshold and true
-            assert said == (true if wanted else [])
-            left -= bool(wanted)
-            spoke += bool(said)
+    def worth(oracle, moments):
+        return not moments[-1].over and spread(oracle.values(moments[-1].after)) >= threshold
+
+    spoke = turns_of(name, f"importance(budget={budget}, threshold={threshold})", budget, worth)
     assert spoke > 100 or threshold > 1
 
 
 @on_cheap_families
 @pytest.mark.parametrize(("budget", "threshold"), [(2, 0.0), (4, 0.7), (1000, 0.5)])
 def test_mistake_correcting_speaks_after_mistakes_that_matter(name, budget, threshold):
-    spoke = 0
-    for oracle, episode in rows(name, f"mistake_correcting(budget={budget}, threshold={threshold})"):
-        left = budget
-        for moment, said, true in episode:
-            wanted = (
-                left
-                and moment.before is not None
-                and spread(oracle.values(moment.before)) >= threshold
-                and regret(oracle, moment) > 0
-                and true
-            )
-            assert said == (true if wanted else [])
-            left -= bool(wanted)
-            spoke += bool(said)
-    assert spoke > 100
+    def worth(oracle, moments):
+        last = moments[-1]
+        return last.before and spread(oracle.values(last.before)) >= threshold and regret(oracle, last) > 0
+
+    assert turns_of(name, f"mistake_correcting(budget={budget}, threshold={threshold})", budget, worth) > 100
 
 
 @on_cheap_families
 @pytest.mark.parametrize(("budget", "threshold"), [(2, 0.0), (1000, 0.5)])
 def test_predictive_speaks_where_it_expects_a_mistake(name, budget, threshold):
-    spoke = 0
-    for oracle, episode in rows(name, f"predictive(budget={budget}, threshold={threshold})"):
-        left, done = budget, []
-        for moment, said, true in episode:
-            if moment.before is not None:
-                done.append((moment.before, moment.action))
-            here = [action for truth, action in done if truth == moment.after] or [action for _, action in done]
-            values = oracle.values(moment.after)
-            expected = Counter(here).most_common(1)[0][0] if here else None
-            mistake = expected is not None and values[expected] < max(values)
-            wanted = not moment.over and left and spread(values) >= threshold and mistake and true
-            assert said == (true if wanted else [])
-            left -= bool(wanted)
-            spoke += bool(said)
-    assert spoke > 50
+    def worth(oracle, moments):
+        here, values = moments[-1].after, oracle.values(moments[-1].after)
+        done = [(moment.before, moment.action) for moment in moments if moment.before is not None]
+        likely = [action for truth, action in done if truth == here] or [action for _, action in done]
+        mistake = likely and values[Counter(likely).most_common(1)[0][0]] < max(values)
+        return not moments[-1].over and spread(values) >= threshold and mistake
+
+    assert turns_of(name, f"predictive(budget={budget}, threshold={threshold})", budget, worth) > 50
 
 
 @on_cheap_families
