@@ -4,6 +4,7 @@ import sys
 
 import gymnasium
 import pytest
+from playing import Fixed
 
 import llf_teacher
 from llf_teacher import compat
@@ -117,17 +118,6 @@ class Agent:
         return 0
 
 
-class Mute:
-    """A policy in the teacher's seat."""
-
-    def reset(self, rng):
-        """Begin."""
-
-    def act(self, observation, info):
-        """Nothing."""
-        return ""
-
-
 def kit():
     pupil = Pupil(FAMILY.make_world, FAMILY.make_teacher, max_turns=3, turns=6)
     list(pupil.said({}, habit="garbling"))
@@ -144,7 +134,7 @@ DOORS = {
     "lifetime": lambda _: seats(speech="kinds", episodes=2),
     "partners": lambda _: partners(),
     "make": lambda _: gym(llf_teacher.make(ID, text=False)),
-    "policy": lambda _: gym(llf_teacher.make(ID, teacher=Mute())),
+    "policy": lambda _: gym(llf_teacher.make(ID, teacher=Fixed(""))),
     "vector": lambda _: gym(gymnasium.make_vec(ID, 2, vectorization_mode="sync")),
     "teach": lambda _: gym(llf_teacher.teach(gymnasium.make("FrozenLake-v1"))),
     "TeacherEnv": lambda _: gym(llf_teacher.TeacherEnv(ID, episodes=2, student="q_learning(forget=False)")),

@@ -39,6 +39,19 @@ def steps(env, actions):
             env.reset()
 
 
+class Fixed:
+    """A policy that always does, or says, the same."""
+
+    def __init__(self, action):
+        self.action = action
+
+    def reset(self, rng):
+        """Nothing to forget."""
+
+    def act(self, observation, info):
+        return self.action
+
+
 class Counting:
     """A teacher who counts the turns."""
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from playing import Fixed
 
 from pz_envs.family import all_families
 from pz_envs.parallel_seats import ParallelSeats
@@ -13,23 +14,10 @@ GRID = next(family for family in all_families() if family.name == "gridworld")
 ALL = 31
 
 
-class Guide:
-    """A partner in a student's seat."""
-
-    def __init__(self, action):
-        self.action = action
-
-    def reset(self, rng):
-        self.rng = rng
-
-    def act(self, observation, info):
-        return self.action
-
-
 def test_the_teachers_seat_alone():
     def make():
         aec = GRID.raw_env(seating="classroom", students=2, attention=2, max_cycles=3)
-        return ParallelSeats(aec, {student: Guide(0) for student in aec.students})
+        return ParallelSeats(aec, {student: Fixed(0) for student in aec.students})
 
     require_parallel(make)
     env = make()
@@ -47,8 +35,8 @@ def test_the_teachers_seat_alone():
 @pytest.mark.parametrize(
     ("partners", "match"),
     [
-        ({"student_9": Guide(0)}, "there is no agent 'student_9'; allowed: teacher_0, student_0"),
-        ({TEACHER: Guide(0), "student_0": Guide(0)}, "partners play every agent"),
+        ({"student_9": Fixed(0)}, "there is no agent 'student_9'; allowed: teacher_0, student_0"),
+        ({TEACHER: Fixed(0), "student_0": Fixed(0)}, "partners play every agent"),
     ],
 )
 def test_seats_of_partners(partners, match):

@@ -13,6 +13,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from pettingzoo.utils.conversions import parallel_to_aec
+from playing import Fixed
 from shelf import FAMILIES
 
 import llf_teacher
@@ -213,14 +214,7 @@ def test_a_text_that_is_advised_is_embedded():
 
 
 def test_words_of_a_person_are_heard_when_they_are_embedded():
-    class Person:
-        def reset(self, rng):
-            """Nothing to do."""
-
-        def act(self, observation, info):
-            return "Try it once more."
-
-    env = llf_teacher.make(ARMS, teacher=Person(), numbers=True, embed=letters)
+    env = llf_teacher.make(ARMS, teacher=Fixed("Try it once more."), numbers=True, embed=letters)
     env.reset(seed=0)
     seen = by_name(env, env.step(0)[0])
     assert seen["feedback"].tolist() == letters("Try it once more.")

@@ -2,7 +2,7 @@
 
 import pettingzoo
 import pytest
-from playing import agents
+from playing import Fixed, agents
 
 import llf_teacher  # noqa: F401  (registers the environments)
 from pz_envs.family import all_families
@@ -169,14 +169,7 @@ def test_forms_in_parallel():
     assert list(observations) == [STUDENT]
     assert {atom.speaker for atom in observations[STUDENT]["feedback"].atoms} == {f"teacher_{i}" for i in range(3)}
 
-    class Still:
-        def reset(self, rng):
-            self.rng = rng
-
-        def act(self, observation, info):
-            return 0
-
-    teachers = ParallelSeats(GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=2), {STUDENT: Still()})
+    teachers = ParallelSeats(GRID.raw_env(seating="panel", teachers=TEACHERS, max_cycles=2), {STUDENT: Fixed(0)})
     observations, _ = teachers.reset(seed=0)
     rounds = 0
     while teachers.agents:

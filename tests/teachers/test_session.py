@@ -9,7 +9,7 @@ import pytest
 
 from pz_envs.family import all_families
 from pz_envs.text_mode import read_text
-from teachers.atoms import FP, Atom, ParseFailure, Utterance
+from teachers.atoms import FN, FP, Atom, ParseFailure, Utterance
 from teachers.common import Reward, TryAgain
 from teachers.session import Purse, Session
 from worlds.testing import plain
@@ -89,10 +89,11 @@ def test_the_horizon_truncates_and_success_terminates_where_that_is_wanted():
 
 
 def test_a_text_that_is_no_action_counts_and_steps_nothing():
+    """What is said of it is what was expected, and the same advice again."""
     session = reading(failure_reward=0.0)
     session.open(2)
     session.speak()
-    before = plain(session.world.save())
+    before, advice = plain(session.world.save()), [atom.claim for atom in session.feedback.atoms if atom.kind is FP]
     session.act("whatever")
     session.speak()
     turn = session.turn
@@ -100,6 +101,8 @@ def test_a_text_that_is_no_action_counts_and_steps_nothing():
     assert type(turn.moment.action) is type(turn.info["parse_failure"]) is ParseFailure
     assert (turn.moment.turn, turn.moment.before) == (1, None)
     assert turn.atoms[0].kind is None
+    assert [atom.claim for atom in turn.atoms if atom.kind is FP] == advice != []
+    assert {atom.kind for atom in turn.atoms[1:]} == {FP, FN}
 
 
 @pytest.mark.parametrize("action", [9, "north", None])
