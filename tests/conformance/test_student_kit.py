@@ -193,6 +193,6 @@ def test_every_check_has_a_liar():
     assert set(LIARS) == set(kit.STUDENT_CHECKS)
 
 
-@pytest.mark.parametrize(("check", "student"), LIARS.items(), ids=str)
+@pytest.mark.parametrize(("check", "student"), LIARS.items(), ids=lambda value: getattr(value, "__name__", str(value)))
 def test_a_liar_is_rejected_by_its_own_check_only(check, student, rejects):
     assert rejects(kit.STUDENT_CHECKS, parse_student(student), GRID) == [check.__name__]
