@@ -1,5 +1,8 @@
 """Meta-World's oracle: advice that solves tasks, hindsight that never scolds who obeyed, warnings that were tried."""
 
+import tomllib
+from importlib import resources
+
 import numpy as np
 import pytest
 
@@ -112,11 +115,14 @@ def uncorrected(world, truth):
     [
         ("basketball-v3", 105),
         ("box-close-v3", 102),
+        ("button-press-wall-v3", 7003),
+        ("coffee-pull-v3", 7005),
         ("handle-pull-side-v3", 0),
         ("lever-pull-v3", 101),
         ("pick-place-wall-v3", 7),
         ("push-back-v3", 1),
         ("stick-pull-v3", 112),
+        ("stick-pull-v3", 7034),
     ],
 )
 def test_corrected_aims_solve_what_the_policy_loses(task, seed):
@@ -163,6 +169,17 @@ def test_with_the_teachers_event_the_policy_is_not_corrected():
         world.reset(seed=0)
     assert aim_of(event, event.truth) == uncorrected(event, event.truth)
     assert aim_of(own, own.truth) != uncorrected(own, own.truth)
+
+
+def test_verdicts_on_a_target_say_whose_measure_they_are():
+    """That another target would not do is not known; success is, and is said as such."""
+    phrases = tomllib.loads(resources.files("teachers.phrases").joinpath("metaworld.toml").read_text())["plain"]
+    verdicts = {cls.__name__ for cls in MetaWorldOracle.claims() if cls.kind in (HP, HN)} - {"Done"}
+    assert len(verdicts) == 10
+    for name in verdicts:
+        for phrase in phrases[name]:
+            assert "script" in phrase
+            assert not {"should", "wrong", "mistake"} & set(phrase.split())
 
 
 def test_hindsight_is_about_place_and_grip():

@@ -1,4 +1,8 @@
-"""The claims about driving the hand, each checked in a copy of the simulator or by the policy's command."""
+"""The claims about driving the hand, each checked in a copy of the simulator or by the policy's command.
+
+The script is metaworld's scripted policy, corrected; what it wants is what it aims at. Whether another target does as
+well is not known, so that verdicts on a target say only whether it agrees with the script.
+"""
 
 import math
 from collections.abc import Sequence
@@ -233,14 +237,14 @@ class _Tried(_Moved, _Posed):
 
 @claim
 class TriedWell(_Tried):
-    """True if `action` first takes the hand 1 cm or more nearer to where it is wanted: from `before` to `after` cm."""
+    """True if `action` first takes the hand 1 cm or more nearer to the script's place: from `before` to `after` cm."""
 
     kind = HP
 
 
 @claim
 class TriedInVain(_Tried):
-    """True if `action` first takes the hand 1 cm or more away from where it is wanted: from `before` to `after` cm."""
+    """True if `action` first takes the hand 1 cm or more away from the script's place: from `before` to `after` cm."""
 
     kind = HN
 
@@ -296,8 +300,8 @@ class Done(_Judged):
 
 @claim
 class WellAimed(_Judged):
-    """True if the target was within 3 cm along each axis of the place where the hand was wanted, and the grip within
-    0.3 of the one that was wanted, when the action was chosen.
+    """True if the target was within 3 cm along each axis of the place where the script wanted the hand, and the grip
+    within 0.3 of the one that it wanted, when the action was chosen.
     """  # noqa: D205
 
     kind = HP
@@ -313,7 +317,7 @@ class WellAimed(_Judged):
 
 @claim
 class RightPlace(Claim[Truth, MetaWorld]):
-    """True if the target's place was within 3 cm along each axis of the one that was wanted; nothing on the grip."""
+    """True if the target's place was within 3 cm along each axis of the script's; nothing on the grip."""
 
     kind = HP
     at: Place
@@ -331,7 +335,7 @@ class RightPlace(Claim[Truth, MetaWorld]):
 
 @claim
 class RightGrip(Claim[Truth, MetaWorld]):
-    """True if the grip was within 0.3 of the one that was wanted; nothing on the place."""
+    """True if the grip was within 0.3 of the one that the script wanted; nothing on the place."""
 
     kind = HP
     value: float
@@ -349,14 +353,14 @@ class RightGrip(Claim[Truth, MetaWorld]):
 
 @claim
 class Neared(_Moved):
-    """True if the action took the hand 1 cm or more nearer to where it was wanted: from `before` to `after` cm."""
+    """True if the action took the hand 1 cm or more nearer to the script's place: from `before` to `after` cm."""
 
     kind = HP
 
 
 @claim
 class Strayed(_Moved):
-    """True if the action took the hand 1 cm or more away from where it was wanted: from `before` to `after` cm."""
+    """True if the action took the hand 1 cm or more away from the script's place: from `before` to `after` cm."""
 
     kind = HN
 
@@ -366,7 +370,7 @@ opposed(Neared, Strayed)
 
 @claim
 class Off(_Judged):
-    """True if the target's place was off by more than 3 cm along the named axes, so far, and along no others."""
+    """True if the target's place was off the script's by more than 3 cm along the named axes, so far, and no others."""
 
     kind = HN
     errors: Errors
@@ -404,7 +408,7 @@ class _Slip(_Judged):
 
 @claim
 class TooLoose(_Slip):
-    """True if the gripper should have been closed more: the grip was too small by more than 0.3."""
+    """True if the script would have closed the gripper more: the grip was smaller than its own by more than 0.3."""
 
     kind = HN
     side = -1
@@ -412,7 +416,7 @@ class TooLoose(_Slip):
 
 @claim
 class TooTight(_Slip):
-    """True if the gripper should have been opened more: the grip was too large by more than 0.3."""
+    """True if the script would have opened the gripper more: the grip was larger than its own by more than 0.3."""
 
     kind = HN
     side = 1
@@ -451,7 +455,7 @@ class Aiming(_Posed):
 
 @claim
 class Distance(Claim[Truth, MetaWorld]):
-    """True if the place where the hand is wanted now is so far from it, to a centimetre or so."""
+    """True if the place where the script wants the hand now is so far from it, to a centimetre or so."""
 
     kind = FP
     centimetres: int
@@ -468,7 +472,7 @@ class Distance(Claim[Truth, MetaWorld]):
 
 @claim
 class Heading(Claim[Truth, MetaWorld]):
-    """True if the hand is wanted in this direction: along each named axis by more than 2 cm, give or take 1 cm."""
+    """True if the script wants the hand in this direction: along each named axis by more than 2 cm, give or take 1."""
 
     kind = FP
     axes: tuple[str, ...]
@@ -489,7 +493,7 @@ class Heading(Claim[Truth, MetaWorld]):
 
 @claim
 class Avoid(_Posed):
-    """True if `action` would take the hand 1 cm or more away from where it is wanted: from `before` to `after` cm."""
+    """True if `action` would take the hand 1 cm or more away from the script's place: from `before` to `after` cm."""
 
     kind = FN
     action: Pose
