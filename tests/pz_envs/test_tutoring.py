@@ -38,6 +38,15 @@ def test_every_environment_is_registered_once():
             assert name in pettingzoo.parallel_registry
 
 
+@pytest.mark.parametrize(("speech", "action"), [("message", 3), ("kinds", 32), ("claims", "1")])
+def test_what_the_teacher_cannot_say_leaves_the_turn_to_it(speech, action):
+    env = GRID.raw_env(speech=speech)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="the teacher"):
+        env.step(action)
+    assert env.agent_selection == TEACHER
+
+
 def test_kinds_bit_i_says_kind_i():
     for bit, kind in enumerate(KINDS):
         env = BANDIT.raw_env(speech="kinds")
