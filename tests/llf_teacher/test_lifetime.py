@@ -241,6 +241,14 @@ def test_students_of_ones_own():
         assert (Newcomer.count, env.student.episodes) == (lifetime, 3)
 
 
+def test_each_lifetime_has_a_new_student():
+    env = llf_teacher.TeacherEnv(GRID, student=LEARNERS[GRID], episodes=2, max_turns=2)
+    env.reset(seed=0)
+    first = env.student
+    env.reset()
+    assert env.student is not first
+
+
 def test_a_seed_brings_a_new_student():
     def pulls(seed):
         env.reset(seed=seed)
