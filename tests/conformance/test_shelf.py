@@ -27,7 +27,7 @@ MORE = (
     "adversarial(budget=100)",
     "inconsistent(consistency=0)",
     "feature_noise(low=1, high=1)",
-    "drifting(after=3, to='mistake(eps=1)')",
+    "drifting(after=1, to='mistake(eps=1)')",
     "delayed | vague(q=1)",
     "vague(q=1) | delayed",
     "worked_example(n=5) | delayed(turns=2)",

@@ -71,7 +71,7 @@ def test_a_poem_that_is_too_long_is_cut_where_the_teacher_says(seed):
 
 
 @sampled(lambda id: {entry(id).family.name})
-@pytest.mark.parametrize("id", IDS)
+@pytest.mark.parametrize("id", [each for each in IDS if "c" in llf_teacher.supported_types(each.values[0])[0]])
 def test_complete_instructions_suffice_and_basic_ones_do_not(id):
     """With `c` and no feedback an obedient student reaches the oracle's return, with `b` it does not do as well."""
     seeds = range(fewer(entry(id).family, 20))
