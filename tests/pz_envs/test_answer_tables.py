@@ -1,5 +1,6 @@
 """The tables of forms in which chat models answer: each is understood as it should be, or refused with a reason."""
 
+import json
 import tomllib
 from pathlib import Path
 
@@ -11,23 +12,30 @@ from teachers.atoms import ParseFailure
 
 TABLES = Path(__file__).with_name("answers")
 COMMON = tomllib.loads((TABLES / "common.toml").read_text(encoding="utf-8"))
-TWO = "it names different actions"
+UNDERSTOOD_IN = ("understood", "first", "later", "wrapped")
+REFUSED_IN = {
+    "two": "it names different actions",
+    "empty": EMPTY,
+    "unended": UNENDED,
+    "negated": "it says what not to do",
+    "withdrawn": "it takes its answer back",
+}
 
 
 def _table(name):
     table = tomllib.loads((TABLES / f"{name}.toml").read_text(encoding="utf-8"))
     refused = [(why, text) for why, texts in table.get("refused", {}).items() for text in texts]
     if "B" in table:
-        understood = [*COMMON["understood"], *table["understood"]]
-        for why, key in ((TWO, "two"), (EMPTY, "empty"), (UNENDED, "unended")):
-            refused += [(why, text) for text in COMMON[key]]
+        table["S"] = json.dumps(f'{{"action": {table["J"]}}}')
+        understood = [text for key in UNDERSTOOD_IN for text in COMMON[key]] + table["understood"]
+        refused += [(why, text) for key, why in REFUSED_IN.items() for text in COMMON[key]]
     else:
         understood = table["understood"]
     return table, [_filled(text, table) for text in understood], [(why, _filled(text, table)) for why, text in refused]
 
 
 def _filled(text, table):
-    for key in "ABJ":
+    for key in "ABJS":
         text = text.replace(f"{{{key}}}", table.get(key, ""))
     return text
 
@@ -37,7 +45,10 @@ READ = {path.stem: _table(path.stem) for path in sorted(TABLES.glob("*.toml")) i
 WORLDS = {name: FAMILIES[name].make_world(**FAMILIES[name].environments[FAMILIES[name].showcase[0]]) for name in READ}
 for world in WORLDS.values():
     world.reset(seed=0)
-UNDERSTOOD = [(name, text) for name, (_, understood, _) in READ.items() for text in understood]
+UNDERSTOOD = [
+    *((name, text, READ[name][0]["value"]) for name, (_, understood, _) in READ.items() for text in understood),
+    *((name, *row) for name, (table, _, _) in READ.items() for row in table.get("read", ())),
+]
 REFUSED = [(name, why, text) for name, (_, _, refused) in READ.items() for why, text in refused]
 SAME = [(name, text) for name, (table, _, _) in READ.items() for text in table.get("same", ())]
 
@@ -46,11 +57,11 @@ def _plain(action):
     return list(action) if isinstance(action, tuple) else action
 
 
-@pytest.mark.parametrize(("name", "text"), UNDERSTOOD)
-def test_it_is_understood(name, text):
+@pytest.mark.parametrize(("name", "text", "action"), UNDERSTOOD)
+def test_it_is_understood(name, text, action):
     read = parse_action(text, WORLDS[name])
     assert type(read) is not ParseFailure, read.why
-    assert _plain(read) == READ[name][0]["value"]
+    assert _plain(read) == action
 
 
 @pytest.mark.parametrize(("name", "text"), SAME)

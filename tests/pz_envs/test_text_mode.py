@@ -68,7 +68,7 @@ REFUSED = [
     *('{"action": NaN}', '{"action": 1e400}', '{"action": 0} {"action": 1}'),
     # Would be actions, or worse, if anything evaluated them.
     *("__import__('os').system('echo ran')", "exec('1')", "1 if True else 0", "lambda: 0", "int('0')", "0 or 1", "0+0"),
-    *("\x00", "0\x00", "\x1b[31m0", "\ud800", "0\ud800", "\u202e0", "\u200b0", "\\u0030"),
+    *("\x00", "0\x00", "\x1b[31m0", "\ud800", "0\ud800", "\u202e0", "\\u0030"),
     "Response: 0\nThought: or rather not",
     "Response: 0 Response: jump",
 ]
@@ -138,7 +138,7 @@ class Anything(Bandit):
         ("  snow\nrain \n", "snow\nrain"),
         ("Thought: cold.\nResponse: snow\nrain", "snow\nrain"),
         ("RESPONSE:snow", "snow"),
-        ('{"action": "snow"}', '{"action": "snow"}'),
+        ('{"action": "snow"}', "snow"),
         ("0", "0"),
         ("", ""),
         ("Response:", ""),
