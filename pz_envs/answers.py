@@ -1,9 +1,13 @@
-"""Answers of chat models: reasoning between marks is split from the answer."""
+"""Answers of chat models: reasoning between marks is split from the answer, and where a model speaks for others."""
 
 import re
+from collections.abc import Iterator
 from typing import NamedTuple
 
-__all__ = ["Parted", "split_thought"]
+__all__ = ["STOPS", "Parted", "split_thought", "turns_of_others"]
+
+STOPS = ("\n\nThe teacher says:", "\n\nYou observe:", "\nWhat do you do in turn", "\nUser:")
+"""Texts at which a model has gone on to speak for others; OpenAI's endpoint takes at most four."""
 
 _NAMES = r"(?:seed:)?(?:think(?:ing)?|thoughts?|reasoning|reason|reflection|scratchpad|analysis|internal_monologue)"
 _MARK = re.compile(  # all begin with a bracket, which makes the search fast
@@ -20,6 +24,18 @@ _MARK = re.compile(  # all begin with a bracket, which makes the search fast
     )
     """,
     re.IGNORECASE | re.VERBOSE,
+)
+_OTHER = r"(?:teacher|instructor|environment|env|system|user|human|observation|feedback|reward|tool_response)"
+_TURN = re.compile(
+    rf"""
+    (?: ^[ \t>\#*_|-]{{0,9}}+ | (?<=[.!?])[ \t]{{1,9}}+[*_]{{0,3}}+ ) (?=[a-z])
+    (?: (?:(?:the|your|my|next|new|current)[ \t])*+ {_OTHER} (?:[ \t]{_OTHER})? (?:['\u2019]s[ \t]\w+)?
+        (?:[ \t]\w{{3,9}}(?<=s))? [*_\])]{{0,3}}[ \t]?[:\uff1a]
+      | you[ \t](?:now[ \t])?(?:observe|see)[ \t]?:
+      | what[ \t]do[ \t]you[ \t]do[ \t]in[ \t]turn | turn[ \t][0-9]+[ \t]?: )
+    | ^[ \t]{{0,9}}(?: (?:\#{{1,6}}[ \t]*|\*\*|\[) {_OTHER} (?:\*\*|\])?[ \t]*$ | <{_OTHER}> )
+    """,
+    re.IGNORECASE | re.VERBOSE | re.MULTILINE,
 )
 
 
@@ -65,3 +81,8 @@ def split_thought(text: str | Parted) -> Parted:
     (thought if thinking else answer).append(text[at:])
     thoughts = "\n\n".join(filter(None, map(str.strip, thought)))
     return Parted(thoughts, "\n".join(filter(None, map(str.strip, answer))), text, thinking)
+
+
+def turns_of_others(text: str) -> Iterator[int]:
+    """Where a text begins to speak for others, as in `Observation:`, `The teacher says:` or a heading `User`."""
+    return (turn.start() for turn in _TURN.finditer(text))

@@ -19,6 +19,9 @@ __all__ = [
     "spans",
     "tagged",
     "unlabelled",
+    "unquoted",
+    "verse",
+    "visible",
     "without_stops",
 ]
 
@@ -35,16 +38,31 @@ _START = re.compile(
 _DECORATION = r"[*_`\"'\[(<#>$\u201c\u2018\u00ab-]"
 _CLOSING = r"[*_`\"'\])>$\u201d\u2019\u00bb]"
 _NOUNS = "response|answer|action|move|choice|command|decision|output|proposal"
-_WORDS = "my|the|your|final|next|chosen|selected|best|first|last|assistant"
-_ANYWHERE = re.compile(rf"(?P<open>)response(?P<shut>{_CLOSING}*+)[ \t]*:(?P<close>{_CLOSING}*+)", re.IGNORECASE)
+_WORDS = (
+    "(?:my|the|your|final|next|chosen|selected|best|first|last|assistant"
+    "|so|now|sure|okay|ok|well|certainly|here is|here are|here['\u2019]s)[,.!]?"
+)
+_COLON = "[:\uff1a]"
+_ANYWHERE = re.compile(rf"(?P<open>)response(?P<shut>{_CLOSING}*+)[ \t]*{_COLON}(?P<close>{_CLOSING}*+)", re.IGNORECASE)
 _BEGINNING = operator.methodcaller("start")
-_RESPONSE = re.compile(rf"response{_CLOSING}*+[ \t]*:(?:\*\*|__|`(?!`))?", re.IGNORECASE)
+_RESPONSE = re.compile(rf"response{_CLOSING}*+[ \t]*{_COLON}(?:\*\*|__|`(?!`))?", re.IGNORECASE)
 _MIRROR = str.maketrans("[(<\u201c\u2018\u00ab", "])>\u201d\u2019\u00bb")
 _NO_BRACKETS = str.maketrans("", "", "#>-")
 _FENCE = re.compile(r"^[ \t]*(?P<mark>`{3,}|~{3,})(?P<rest>[^\n]*)$", re.MULTILINE)
-_LINE = re.compile(r"^[^:=\n]{0,80}[:=]", re.MULTILINE)
-_TAG = re.compile(
-    r"<(?P<end>/?)(?P<name>answer|final_answer|action|response|output|move|command|tool_call)>", re.IGNORECASE
+_LINE = re.compile(r"^[^:=\uff1a\n]{0,80}[:=\uff1a]", re.MULTILINE)
+_TAGS = "answer|final_answer|action|response|output|move|command|tool_call"
+_UNSEEN = re.compile(r"[\u200b\u2060\ufeff]|</?(?:b|strong|i|em|u|code|p|pre|span|mark|kbd)>", re.IGNORECASE)
+_QUOTATION = re.compile(r"\"(?:[^\"\\]|\\.)*+\"|\u201c[^\u201c\u201d]*+\u201d|(?<!\w)'[^'\n]*+'(?!\w)", re.DOTALL)
+_LEAD = re.compile(
+    r"[^\n]{1,120}:[ \t]*\n[ \t]*\n\s*"
+    r"|(?:\#+[ \t][^\n]+|title:[^\n]+|(?P<bold>\*\*|__)[^\n]{1,80}?(?P=bold))[ \t]*\n\s*+(?!(?P=bold)|\#)"
+    r"|(?P<mark>[*_\"])[^\n]{1,80}?(?P=mark)[ \t]*\n[ \t]*\n\s*+(?!(?P=mark))",
+    re.IGNORECASE,
+)
+_COUNT = re.compile(
+    r"[*_(\[]{0,3}(?:syllables?:[ \t]*)?[0-9]{1,2}(?:[ \t]?[-\u2013/,][ \t]?[0-9]{1,2})+(?:[ \t]syllables)?"
+    r"[*_)\]]{0,3}",
+    re.IGNORECASE,
 )
 _BRACE = re.compile(r"\\(?:boxed|fbox)\s*\{|[{}\[\]]")
 _OBJECT = re.compile(r"[\[{]\s*[\"'{]")
@@ -87,14 +105,32 @@ def without_stops(text: str) -> str:
     return text[: stop.start()] if stop else text
 
 
+def visible(text: str) -> str:
+    """The text without tags of HTML and characters that cannot be seen."""
+    return _UNSEEN.sub("", text)
+
+
+def unquoted(text: str) -> str:
+    """The text with spaces for what is in quotes, of the same length."""
+    return _QUOTATION.sub(lambda found: " " * len(found[0]), text)
+
+
+def verse(text: str) -> str:
+    """The text of a poem without a marked title, or words that announce it, before it, and a count of syllables."""
+    lead = _LEAD.match(text)
+    text = text[lead.end() :] if lead else text
+    lines, _, last = text.rstrip().rpartition("\n")
+    return lines.rstrip() if lines and _COUNT.fullmatch(last.strip()) else text
+
+
 @cache
 def _heading(nouns: tuple[str, ...]) -> re.Pattern[str]:
     own = "".join(f"|{re.escape(noun)}" for noun in nouns)
     name = rf"(?:(?:{_WORDS})[ \t]+)*+(?:{_NOUNS}{own})"
     return re.compile(
-        rf"\s*+(?:\#+[ \t]*{name}[ \t]*:?[ \t]*(?:\n|$)"
-        rf"|(?P<bold>\*\*|__){name}[ \t]*(?::[ \t]*(?P=bold)|(?P=bold)[ \t]*:?)"
-        rf"|{name}[ \t]*:[ \t]*(?:\n|$))",
+        rf"\s*+(?:\#+[ \t]*{name}[ \t]*{_COLON}?[ \t]*(?:\n|$)"
+        rf"|(?P<bold>\*\*|__){name}[ \t]*(?:{_COLON}[ \t]*(?P=bold)|(?P=bold)[ \t]*{_COLON}?)"
+        rf"|{name}[ \t]*{_COLON}[ \t]*(?:\n|$))",
         re.IGNORECASE,
     )
 
@@ -104,7 +140,7 @@ def _label(nouns: tuple[str, ...]) -> re.Pattern[str]:
     own = "".join(f"|{re.escape(noun)}" for noun in nouns)
     return re.compile(
         rf"[ \t]*(?P<open>(?:{_DECORATION}[ \t]*)*+)(?:(?:{_WORDS})[ \t]+)*+(?:{_NOUNS}{own})(?:[ \t]+is)?"
-        rf"(?P<shut>{_CLOSING}*+)[ \t]*[:=](?P<close>{_CLOSING}*+)",
+        rf"(?P<shut>{_CLOSING}*+)[ \t]*[:=\uff1a](?P<close>{_CLOSING}*+)",
         re.IGNORECASE,
     )
 
@@ -125,6 +161,8 @@ def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
     labels.sort(key=_BEGINNING)
     ends = [*(label.start() for label in labels[1:]), len(text)][: len(labels)]
     for label, end in zip(labels, ends, strict=True):
+        if closed := _tag(tuple(nouns), "/").search(text, label.end(), end):
+            end = closed.start()
         body = text[label.end() : end].strip()
         before = text[max(0, label.start() - 2) : label.start()]
         opened = label["open"].translate(_NO_BRACKETS).strip() or (before if before in ("**", "__") else "")
@@ -137,9 +175,9 @@ def labelled(text: str, nouns: Sequence[str] = ()) -> Iterator[Labelled]:
 
 
 def behind_marker(text: str) -> str | None:
-    """The text after the last `Response:`, which may be in bold or the like; None if there is none."""
+    """The text after the last `Response:`, which may be in bold or in a tag; None if there is none."""
     ends = [marker.end() for marker in _RESPONSE.finditer(text)]
-    return text[ends[-1] :].strip() if ends else None
+    return _tag((), "/").split(text[ends[-1] :])[0].strip() if ends else None
 
 
 def unlabelled(text: str, nouns: Sequence[str] = ()) -> str:
@@ -161,11 +199,16 @@ def fenced(text: str) -> Iterator[str]:
         yield text[begin:].strip()
 
 
-def tagged(text: str) -> list[str]:
+@cache
+def _tag(nouns: tuple[str, ...], end: str = "/?") -> re.Pattern[str]:
+    return re.compile(rf"<(?P<end>{end})(?P<name>{'|'.join((_TAGS, *map(re.escape, nouns)))})>", re.IGNORECASE)
+
+
+def tagged(text: str, nouns: Sequence[str] = ()) -> list[str]:
     """The texts in tags such as `<answer>`; a tag that is not closed has all the rest."""
     found = []
     opened: tuple[str, int] | None = None
-    for tag in _TAG.finditer(text):
+    for tag in _tag(tuple(nouns)).finditer(text):
         name = tag["name"].lower()
         if not tag["end"]:
             opened = name, tag.end()
@@ -175,10 +218,10 @@ def tagged(text: str) -> list[str]:
     return [*found, text[opened[1] :].strip()] if opened else found
 
 
-def spans(text: str) -> Iterator[str]:
+def spans(text: str, nouns: Sequence[str] = ()) -> Iterator[str]:
     """The parts of a text that are marked as the answer: by a fence, a tag, a box of TeX, or as JSON of texts."""
     yield from fenced(text)
-    yield from tagged(text)
+    yield from tagged(text, nouns)
     braces: list[tuple[int, int]] = []
     for brace in islice(_BRACE.finditer(text), _BRACES):
         if brace[0] not in "]}":

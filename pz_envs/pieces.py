@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Iterable
+from functools import cache
 from typing import Any, NoReturn
 
 from gymnasium import spaces
@@ -11,20 +12,20 @@ from gymnasium import spaces
 from pz_envs.forms import peeled
 from worlds.world import World
 
-__all__ = ["LONGEST", "TwoActions", "read_piece", "strict_value", "the_one"]
+__all__ = ["LONGEST", "TwoActions", "misnamed", "read_piece", "strict_value", "text_in", "the_one"]
 
 LONGEST = 1000
 """Greatest length of an answer in a world whose actions are no texts."""
 _KEYS = ("action", "answer", "response", "final_answer", "move", "choice", "command", "output")
-_TOOL = ("arguments", "parameters", "args")
+_TOOL = ("arguments", "parameters", "args", "function", "tool_call", "tool_calls")
 _FILLERS = frozenset(
     (
         *("i", "i'll", "i'd", "we", "we'll", "will", "let", "let's", "me", "us", "my", "the", "a", "is", "be", "to"),
         *("answer", "action", "response", "choice", "move", "number", "option", "final", "now", "next", "then", "so"),
-        *("choose", "pick", "select", "take", "try", "use", "go", "going", "therefore", "please"),
+        *("choose", "pick", "select", "take", "try", "use", "go", "going", "therefore", "please", "it", "should"),
     )
 )
-_LEADING = re.compile(r"([A-Za-z]+(?:['\u2019][A-Za-z]+)?)[,:]?\s+")
+_LEADING = re.compile(r"([A-Za-z]+(?:['\u2019][A-Za-z]+)?)[,:]?\s+(?:#(?=[0-9]))?")
 _TRAILING = re.compile(r"\s([A-Za-z]+)$")
 _NUMBER = r"[-+]?(?:[0-9]{1,40}(?:\.[0-9]{0,40})?|\.[0-9]{1,40})(?:[eE][-+]?[0-9]{1,5})?"
 _NUMBERS = re.compile(rf"{_NUMBER}(?:(?:[ \t]*[,;]\s*|\s+){_NUMBER})*+(?:\s*,)?")
@@ -32,9 +33,10 @@ _PART = re.compile(rf"[\"']?([A-Za-z][A-Za-z0-9_]{{0,20}})[\"']?[ \t]*[:=][ \t]*
 _BETWEEN = re.compile(r"(?:[\s,;&]|\band\b)*")
 _NUMBERED = re.compile(r"([0-9]{1,4})[ \t]*[:.)=\u2013-][ \t]+(\S.*)|(\S.*?)[ \t]*[:=\u2013-][ \t]*([0-9]{1,4})")
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*+(?:\"|$)|'(?:[^'\\]|\\.)*+(?:'|$)", re.DOTALL)
+_UNENDED = re.compile(rf"(?P<quoted>{_QUOTED.pattern})|,(?=\s*+[\]}}])", re.DOTALL)
 _SHORT = 200  # greatest length of a sentence with an action
 _WORDS = 8  # greatest number of words before and after the action
-_DEPTH = 3  # greatest depth of texts within texts
+_DEPTH = 8  # greatest depth of texts within texts
 
 
 class TwoActions(Exception):  # noqa: N818 (it is no error of the program)
@@ -144,6 +146,8 @@ def _values(form: str, world: World[Any]) -> Any:
         return None
     named: dict[str, Any] = {}
     at = 0
+    if header := _listing(names).match(form):  # as in `[x1, x2] = [1, 2]`
+        return read_piece(form[header.end() :], world, _DEPTH, sentences=False)
     form = form.replace("\u2212", "-")
     while part := _PART.match(form, at):
         if part[1].lower() in named:
@@ -154,6 +158,35 @@ def _values(form: str, world: World[Any]) -> Any:
     if at < len(form) or named.keys() != set(names):
         return None
     return _legal([named[name] for name in names], world)
+
+
+@cache
+def _listing(names: tuple[str, ...]) -> re.Pattern[str]:
+    return re.compile(r"[\[(]?\s*" + r"\s*,\s*".join(names) + r"\s*[\])]?\s*[:=]", re.IGNORECASE)
+
+
+def misnamed(text: str, names: tuple[str, ...]) -> bool:
+    """Whether a text lists all the names of an action's numbers, and in another order."""
+    name = rf"\b(?:{'|'.join(names)})\b"
+    listed = re.findall(rf"{name}(?:\s*,\s*{name})+", text.lower()) if names else ()
+    words = [tuple(re.split(r"\W+", each)) for each in listed]
+    return any(each != names and sorted(each) == sorted(names) for each in words)
+
+
+def text_in(value: Any, names: Iterable[str]) -> str | None:
+    """The text in a JSON value: a string, a list of lines, or an object with one of these names; None if it has none.
+
+    Raises:
+        TwoActions: it has different ones.
+    """
+    if isinstance(value, list) and value and all(isinstance(line, str) for line in value):
+        return "\n".join(value)
+    if isinstance(value, dict):
+        lower = {key.lower(): each for key, each in value.items()}
+        found = [text_in(lower[key], names) for key in (*_KEYS, *names, *_TOOL) if key in lower]
+        text: str | None = the_one(found)
+        return text
+    return value if isinstance(value, str) else None
 
 
 def _numbered(form: str, world: World[Any]) -> Any:
@@ -193,6 +226,8 @@ def _from_value(value: Any, world: World[Any], depth: int) -> Any:
         return _from_object(value, world, depth)
     if value is None or _has_truth_value(value):
         return None
+    if isinstance(world.action_space, spaces.Box) and isinstance(value, list):
+        value = [_number(n) if isinstance(n, str) and re.fullmatch(_NUMBER, n) else n for n in value]
     action = _word(json.dumps(value), world) if isinstance(world.action_space, spaces.Text) else _legal(value, world)
     if action is None and isinstance(value, list) and len(value) == 1 and depth < _DEPTH:
         return _from_value(value[0], world, depth + 1)
@@ -208,7 +243,7 @@ def _from_object(value: dict[str, Any], world: World[Any], depth: int) -> Any:
     lower = {key.lower(): each for key, each in value.items()}
     wanted = [key for key in (*_KEYS, *world.answer_names) if key in lower and key not in keys]
     if not wanted:
-        wanted = [key for key in _TOOL if isinstance(lower.get(key), dict)]
+        wanted = [key for key in _TOOL if isinstance(lower.get(key), dict | list | str)]
     if not wanted and (names := world.action_parts) and lower.keys() >= set(names):
         return _from_value([lower[name] for name in names], world, depth)
     if depth >= _DEPTH:
@@ -222,12 +257,17 @@ def _decoded(form: str) -> Any:
     """The value of a text in JSON, with single or double quotes; None if it has none."""
     if form[:1] not in ("{", "[", '"', "("):
         return None
-    for text in (form, _double_quoted(form)):
+    for text in (form, _double_quoted(form), _UNENDED.sub(_without_comma, _double_quoted(form))):
         try:
             return _json(f"[{text[1:-1]}]" if text.startswith("(") and text.endswith(")") else text)
         except (ValueError, RecursionError):
             continue
     return None
+
+
+def _without_comma(found: re.Match[str]) -> str:
+    """What is quoted as it is, and nothing for a comma behind the last part."""
+    return found["quoted"] or ""
 
 
 def _double_quoted(text: str) -> str:

@@ -3,36 +3,80 @@
 An answer is what the world itself reads as an action (`World.read`: its words for actions), or JSON: a number, a string
 with such a word, a list, an object with `action` among its keys, or, where actions are dicts, one with their keys. It
 may stand behind a label such as `Response:`, in a fence, a box of TeX, a tag, in bold, quotes or brackets; a remark may
-follow behind a blank line or in brackets; reasoning that is marked is cut. Two different actions are none.
+follow behind a blank line or in brackets; reasoning that is marked is cut, and so is what the model goes on to say for
+others. Two different actions are none, and nor is one that is denied or taken back.
 
-Where the world's action is itself a text that is taken word for word, only reasoning, labels and fences are cut.
+Where the world's action is itself a text that is taken word for word, only its wrapping is cut: reasoning, labels,
+fences, tags, JSON, a title.
 """
 
+import json
 import re
 from itertools import islice
 from typing import Any
 
 from gymnasium import spaces
 
-from pz_envs.answers import Parted, split_thought
-from pz_envs.forms import behind_marker, fenced, labelled, paragraphs, spans, tagged, unlabelled, without_stops
-from pz_envs.pieces import LONGEST, TwoActions, read_piece, strict_value, the_one
+from pz_envs.answers import Parted, split_thought, turns_of_others
+from pz_envs.forms import (
+    behind_marker,
+    fenced,
+    labelled,
+    paragraphs,
+    spans,
+    tagged,
+    unlabelled,
+    unquoted,
+    verse,
+    visible,
+    without_stops,
+)
+from pz_envs.pieces import LONGEST, TwoActions, misnamed, read_piece, strict_value, text_in, the_one
 from teachers.atoms import ParseFailure
 from worlds.world import World
 
-__all__ = ["failure", "legal_text", "parse_action", "read_exactly", "read_text", "read_verbatim"]
+__all__ = ["failure", "first_answer", "legal_text", "parse_action", "read_exactly", "read_text", "read_verbatim"]
 
-_MARKER = re.compile("response:", re.IGNORECASE)
+_MARKER = re.compile("response[:\uff1a]", re.IGNORECASE)
 _EXCERPT = 80
+_FEW = 5  # places where an answer may end
 _MANY = 20  # parts of a text that may each be an answer
 _SEVERAL = re.compile(r"\n|[,;]|\b(?:and|then|or)\b")
 _LIST = re.compile(r"[\[(][^\[\]()]{1,200}[\])]")
 _WORD = re.compile(r"[A-Za-z0-9_-]+(?:\.[0-9]+)*")
+_CALL = re.compile(r"[A-Za-z_][\w.]*\(.*\)", re.DOTALL)
+_THOUGHT = re.compile(r"[\s*_#>]{0,9}(?:thoughts?|thinking|reasoning)[*_ ]{0,3}[:\uff1a]", re.IGNORECASE)
+_NOT = re.compile(
+    r"(?=[nacori])(?:(?<!have )(?<!has )(?<!that are )(?<!which are )\bnot|(?<!have)(?<!has)n['\u2019]t"
+    r"|\b(?:never|cannot|avoid|except|other than|rather than|instead of|anything but))\b"
+    r"(?P<what>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*+)",
+    re.IGNORECASE,
+)
+_UNIT = r"cm|mm|km|centimet\w+|millimet\w+|inch(?:es)?|feet|degrees?|radians?|percent|%"
+_BACK = re.compile(
+    rf"""
+    (?:^|[.!?;(\u2013\u2014-]) \s{{0,3}}+ (?=[a-z]) (?: no(?=[,.!;)]|\ wait|$)
+      | (?:nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind|on\ second\ thought
+        |or\ rather|i\ meant?)\b )
+    | , \s{{0,3}}+ no(?=[,;)])
+    | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was)\ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|it|true))\b
+    | \(\s*+(?=[a-z%])(?:(?:all|values|both|units?|are|in|the)\ )*(?:wrong|incorrect|reversed?
+      |reverse\ order|opposite|swapped|inverted|negated|not|{_UNIT})\s*\)
+    | (?<=[\])]\ )(?:is|was|would\ be)\ (?:not|wrong|bad|a\ mistake)\b
+    """,
+    re.IGNORECASE | re.VERBOSE | re.MULTILINE,
+)
 
 EMPTY = "it holds no answer"
 UNENDED = "its reasoning never ends, so that no answer follows"
 NOTHING = "it names no action that there is"
-MORE = "it says more than one action, and nothing marks that one as the answer"
+MORE = "it says more than an action, and nothing marks the action as the answer"
+NOT = "it says what not to do, which is no action"
+BACK = "it takes its answer back, or changes it"
+CODE = "it is written as code, which nothing executes"
+ORDER = "it names the numbers in another order"
+UNMARKED = "it begins with a thought, and nothing marks where the answer begins"
+WRAPPED = "it is JSON without the text of an answer"
 UNFIT = "it is too long, or has characters that are not allowed"
 
 
@@ -73,13 +117,40 @@ def parse_action(said: str | Parted, world: World[Any]) -> Any:
     if unended and _MARKER.search(text):
         answer = behind_marker(text) or ""  # reasoning that never ends, and yet gives an answer
     got = answer if thought and answer else text
-    answer = without_stops(answer)
+    answer = without_stops(first_answer(answer, world)[0])
     if not answer.strip() and (thought or not (world.verbatim and isinstance(world.action_space, spaces.Text))):
         return failure(got, world, UNENDED if unended else EMPTY)
     try:
-        return _text(answer, world) if isinstance(world.action_space, spaces.Text) else _read(answer, got, world)
+        return _verbatim(answer, world) if _is_verbatim(world) else _read(visible(answer), got, world)
     except TwoActions as error:
         return failure(got, world, f"{error}")
+
+
+def first_answer(answer: str, world: World[Any] | None) -> tuple[str, str]:
+    """An answer up to where it goes on to speak for others, and the rest, which a model has invented.
+
+    What is quoted before there is an answer belongs to the answer.
+
+    Args:
+        answer: a text without reasoning.
+        world: the world whose action it is; None: only `Response:` tells that there is an answer.
+    """
+    for begin in islice(turns_of_others(answer), _FEW):
+        said = answer[:begin].strip()
+        if behind_marker(said) or (world is not None and said and _answers(said, world)):
+            return said, answer[begin:]
+    return answer, ""
+
+
+def _answers(said: str, world: World[Any]) -> bool:
+    """Whether a text without `Response:` is an answer."""
+    if _is_verbatim(world):
+        return "\n" in said and not _THOUGHT.match(said)
+    return _is_action(said, world)
+
+
+def _is_verbatim(world: World[Any]) -> bool:
+    return world.verbatim and isinstance(world.action_space, spaces.Text)
 
 
 def read_exactly(text: str, world: World[Any]) -> Any:
@@ -117,25 +188,72 @@ def failure(text: str, world: World[Any], why: str = NOTHING) -> ParseFailure:
 
 
 def _read(answer: str, got: str, world: World[Any]) -> Any:
+    """The action of a world whose actions are no texts that are taken word for word."""
+    if answer.strip().lower() in world.action_words:  # a word may be `wait` or `do not move`
+        return read_exactly(answer, world)
+    kept = _without_denied(answer, world)
+    begin = next((label.begin for label in labelled(kept, world.answer_names)), 0)
+    backs = islice(_BACK.finditer(unquoted(kept), begin), _FEW)
+    if any(_is_action(kept[: back.start()], world) for back in backs):
+        return failure(got, world, BACK)
+    if misnamed(kept[begin:], world.action_parts):
+        return failure(got, world, ORDER)
+    action = _action(kept, world)
+    if action is not None:
+        return action
+    if not isinstance(world.action_space, spaces.Text):
+        return failure(got, world, NOT if kept != answer else _reason(answer, world))
     action = read_exactly(answer, world)
-    if type(action) is ParseFailure:
-        action = _tolerantly(answer, world)
-    return failure(got, world, _reason(answer, world)) if action is None else action
+    if kept != answer or (type(action) is not ParseFailure and _NOT.search(unquoted(answer))):
+        return failure(got, world, NOT)
+    if type(action) is not ParseFailure and not _CALL.fullmatch(answer):
+        return action
+    return failure(got, world, CODE if _CALL.fullmatch(answer) else NOTHING)
 
 
-def _text(answer: str, world: World[Any]) -> Any:
-    """The action of a world whose actions are texts."""
-    if not world.verbatim:
-        action = _tolerantly(answer, world)
-        action = read_exactly(answer, world) if action is None else action
-        return failure(answer, world) if type(action) is ParseFailure else action
+def _action(text: str, world: World[Any]) -> Any:
+    """The action of a text in any form; None if it has none."""
+    action = None if isinstance(world.action_space, spaces.Text) else read_exactly(text, world)
+    return _tolerantly(text, world) if action is None or type(action) is ParseFailure else action
+
+
+def _is_action(text: str, world: World[Any]) -> bool:
+    """Whether a text has an action, or several."""
+    try:
+        return _action(text, world) is not None
+    except TwoActions:
+        return True
+
+
+def _without_denied(answer: str, world: World[Any]) -> str:
+    """The text without what it says not to do."""
+    kept, at = "", 0
+    for found in islice(_NOT.finditer(unquoted(answer)), _MANY):
+        if _is_action(answer[slice(*found.span("what"))].strip(), world):
+            kept, at = kept + answer[at : found.start()], found.end()
+    return kept + answer[at:]
+
+
+def _verbatim(answer: str, world: World[Any]) -> Any:
+    """The action of a world whose actions are texts that are taken word for word."""
     behind = behind_marker(answer)
-    text = unlabelled(answer.strip(), world.answer_names) if behind is None else behind
-    blocks = set(islice(fenced(text), _MANY)) or set(tagged(text))
+    if behind is None and _THOUGHT.match(answer):
+        return failure(answer, world, UNMARKED)
+    text = unlabelled(answer.strip("\u200b\ufeff \t\r\n"), world.answer_names) if behind is None else behind
+    blocks = set(islice(fenced(text), _MANY)) or set(tagged(text, world.answer_names))
     if len(blocks) > 1:
         raise TwoActions("its fences hold different texts")
     text = unlabelled(blocks.pop(), world.answer_names) if blocks else text
-    return legal_text(text, world)
+    text = verse(text)
+    if text[:1] + text[-1:] in ("{}", "[]"):
+        try:
+            inner = text_in(json.loads(text, strict=False), world.answer_names)
+        except (ValueError, RecursionError):
+            inner = None
+        if inner is None and text[0] == "{":
+            return failure(answer, world, WRAPPED)
+        text = text if inner is None else inner
+    return legal_text(text if (named := world.read(text)) is None else named, world)
 
 
 def _tolerantly(answer: str, world: World[Any]) -> Any:
@@ -153,7 +271,7 @@ def _tolerantly(answer: str, world: World[Any]) -> Any:
 
 def _region(text: str, world: World[Any]) -> Any:
     """The one action of a text that is marked in it, or its first paragraph; what else is there are remarks."""
-    marked = [read_piece(span, world) for span in islice(spans(text), _MANY)]
+    marked = [read_piece(span, world) for span in islice(spans(text, world.answer_names), _MANY)]
     parts = paragraphs(text)[:_MANY]
     read = [read_piece(part, world) for part in parts]
     if not any(action is not None for action in (*marked, *read[:1])):
@@ -169,4 +287,6 @@ def _reason(answer: str, world: World[Any]) -> str:
     """Why an answer is no action."""
     pieces = islice((piece for form in (_LIST, _WORD) for piece in form.findall(answer[:LONGEST])), 200)
     the_one(named := [read_piece(piece, world) for piece in pieces])
-    return MORE if any(action is not None for action in named) else NOTHING
+    if all(action is None for action in named):
+        return NOTHING
+    return CODE if _CALL.search(answer[:LONGEST]) else NOT if _NOT.search(answer[:LONGEST]) else MORE

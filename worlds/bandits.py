@@ -89,6 +89,7 @@ class Bandit(World[Truth, int, int]):
 
     reward_range = (-100.0, 100.0)
     action_fillers = ("arm", "pull")
+    answer_names = ("arm",)
     _truth: Truth
 
     def __init__(

@@ -129,6 +129,13 @@ class Poem(World[Truth, int, str]):
             raise illegal(action, f"a text of at most {MAX_LENGTH} characters without control characters")
         return str(action)
 
+    def read(self, text: str) -> str | None:
+        """The poem behind a title, if without the title its number of lines is right; else None."""
+        title, _, poem = text.strip().partition("\n\n")
+        lines = len(lines_of(poem))
+        titled = hasattr(self, "_truth") and "\n" not in title and lines and not self._truth.demands(lines + 1)
+        return poem.strip() if titled and self._truth.demands(lines) else None
+
     def advance(self, action: str) -> tuple[int, float, bool, bool, dict[str, Any]]:
         """Count the syllables of a poem."""
         pattern, free, _ = self._truth

@@ -92,6 +92,8 @@ class TurnRow(NamedTuple):
     """Number of sentences of feedback without a claim; null if there are none, as the next one."""
     changes: int | None = None
     """Number of sentences in which a rewriting voice changed numbers or names."""
+    invented: str | None = None
+    """What a model went on to say for others, which was cut from its answer; null if there is none."""
 
 
 class EpisodeRow(NamedTuple):

@@ -9,6 +9,7 @@ SPARE: dict[str, str | None] = {
     "max_completion_tokens": None,
     "temperature": None,
     "seed": None,
+    "stop": None,
 }
 """Parameters that a request does not need, each with its replacement, if any."""
 _NO = re.compile(r"unsupported|not support|unrecogni[sz]ed|unknown|unexpected|not permitted|not allowed|extra", re.I)

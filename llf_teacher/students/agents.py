@@ -14,7 +14,7 @@ world's own observations and actions; an attribute `text` of the agent overrides
 import importlib
 import inspect
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -29,6 +29,11 @@ _EXPECTED = (
     "expected reset(docstring) and act(observation, feedback), or act(observation), "
     "or reset(rng) and act(observation, info)"
 )
+_LATER = {
+    "a coroutine function (`async def`)": inspect.iscoroutinefunction,
+    "a generator (`yield`)": inspect.isgeneratorfunction,
+    "an asynchronous generator": inspect.isasyncgenfunction,
+}
 
 
 class _Policy(Policy["Agent"]):
@@ -59,6 +64,8 @@ class _Policy(Policy["Agent"]):
             action = agent.act({"observation": state, "instruction": given, "feedback": feedback})
         else:
             action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
+        if inspect.isawaitable(action) or inspect.isgenerator(action):
+            raise TypeError(f"student {self.spec}: act must return an action, got a {type(action).__name__}")
         return as_text(action) if self.spec.text else self._native(action)
 
     def _native(self, action: Any) -> Any:
@@ -113,6 +120,10 @@ class Agent(Student):
         """True: within a lifetime the agent is the same object."""
         return True
 
+    def check(self, environment: Mapping[str, str]) -> None:
+        """Check the methods of a factory that is a class; it is not called."""
+        _check_calls(self.make, f"{self}")
+
     @cached_property
     def make(self) -> Callable[..., Any]:
         """The factory."""
@@ -163,6 +174,7 @@ def protocol_of(agent: Any, name: str) -> str:
     Raises:
         ValueError: the methods fit no protocol; the message shows them.
     """
+    _check_calls(agent, name)
     act, reset = _arguments(agent, "act"), _arguments(agent, "reset")
     if act is not None:
         if len(act) == 2 and act[1] == "info" and reset is not None and len(reset) == 1:
@@ -174,6 +186,22 @@ def protocol_of(agent: Any, name: str) -> str:
             return GYMNASIUM
     shown = ", ".join(_show(agent, method) for method in ("reset", "act"))
     raise ValueError(f"student {name!r} gave an agent with {shown}; {_EXPECTED}")
+
+
+def _check_calls(agent: Any, name: str) -> None:
+    """Check that the methods of an agent, or of its class, return their results when they are called.
+
+    Raises:
+        ValueError: one of them does not.
+    """
+    for method in ("reset", "act"):
+        function: Any = inspect.unwrap(getattr(agent, method, None))  # type: ignore[arg-type]
+        for kind, is_kind in _LATER.items():
+            if is_kind(function):
+                raise ValueError(
+                    f"student {name!r} gave an agent whose {method} is {kind}; expected a method that returns its "
+                    "result when it is called: define it by `def`, with `return`"
+                )
 
 
 def as_text(action: Any) -> str:

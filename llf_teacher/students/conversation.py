@@ -14,6 +14,7 @@ from llf_teacher.models.images import data_url
 from llf_teacher.students.answers import ANSWERS, action_in, asking, example, written
 from llf_teacher.students.student import state_of
 from pz_envs.answers import Parted, split_thought
+from pz_envs.text_mode import first_answer
 from teachers.spec import check_range
 from worlds.world import World
 
@@ -51,8 +52,9 @@ class Conversation:
     """The messages to a chat model, turn by turn.
 
     `ask` returns the messages to send; `answer` takes the model's answer and returns the action for the environment.
-    Thoughts between marks such as `<think>` are not sent back, nor are empty answers. If an observation has an `image`,
-    the question is a list of parts: the text and the image as a PNG in a data URL.
+    Thoughts between marks such as `<think>` are not sent back, nor are empty answers, nor what an answer goes on to
+    say for others. If an observation has an `image`, the question is a list of parts: the text and the image as a PNG
+    in a data URL.
 
     Args:
         env: an environment from `llf_teacher.make(..., text=True)`, or a world; for an example of an answer and the
@@ -88,6 +90,7 @@ class Conversation:
         self._system, self._turn = (_template(text) for text in texts_of(prompts))
         rng = np.random.default_rng(0) if rng is None else rng
         self._example = "" if world is None else example(answer, written(world.scratch(), rng))
+        self._world = world
         self.options = asking(answer, world)
         """Further fields of a request's body."""
         self.clear()
@@ -97,6 +100,10 @@ class Conversation:
         self.instruction = ""
         self.thought = ""
         """The thoughts of the last answer, if they were marked."""
+        self.said = ""
+        """The last answer without thoughts, up to where it goes on to speak for others."""
+        self.invented = ""
+        """The rest of the last answer, which is not sent back."""
         self._turns: list[Exchange] = []
         self._start = 0  # the first turn that is sent
         self._asked = Question("")
@@ -148,10 +155,11 @@ class Conversation:
             input_tokens: the endpoint's count of tokens in the messages.
         """
         parted = split_thought(text)
-        self._turns.append(Exchange(self._asked, parted.answer, call))
+        self.said, self.invented = first_answer(parted.answer, self._world)
+        self._turns.append(Exchange(self._asked, self.said, call))
         if input_tokens:
             self._per_byte = min(max(input_tokens / self._bytes, _SPAN[0]), _SPAN[1])
-        action, thought = action_in(self.form, parted.answer)
+        action, thought = action_in(self.form, self.said)
         self.thought = "\n\n".join(filter(None, (parted.thought, thought)))
         return action
 

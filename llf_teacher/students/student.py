@@ -27,6 +27,8 @@ class ModelReply(TypedDict, total=False):
 
     answer: str
     """The answer, without thoughts."""
+    invented: str
+    """What the model went on to say for others, which was cut from the answer."""
     thought: str
     """The thoughts before it, if they were marked or in a field of their own."""
     finish: str

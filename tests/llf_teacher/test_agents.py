@@ -232,6 +232,36 @@ def test_an_agent_of_no_protocol_is_refused(mine, name):
         play(next(study(spec).episodes()))
 
 
+class Awaited:
+    def reset(self, docstring):
+        pass
+
+    async def act(self, observation, feedback):
+        return "north"
+
+
+class Yielding(Awaited):
+    def act(self, observation, feedback):
+        yield "north"
+
+
+@pytest.mark.parametrize(
+    ("agent", "kind"), [(Awaited, r"a coroutine function \(`async def`\)"), (Yielding, r"a generator \(`yield`\)")]
+)
+def test_an_agent_that_acts_later_is_refused_when_a_study_begins(agent, kind):
+    message = rf"gave an agent whose act is {kind}; expected a method that returns"
+    with pytest.raises(ValueError, match=message):
+        parse_student(f"{__name__}:{agent.__name__}").check({})
+    with pytest.raises(ValueError, match=message):
+        protocol_of(agent(), agent.__name__)
+
+
+def test_an_agent_that_returns_what_is_to_be_awaited_is_an_error(mine, monkeypatch):
+    monkeypatch.setattr(importlib.import_module(mine).Scripted, "act", lambda *_: (each for each in ["north"]))
+    with pytest.raises(TypeError, match="act must return an action, got a generator"):
+        play(next(study(f"{mine}:Scripted").episodes()))
+
+
 @pytest.mark.parametrize("spec", ["{}:Scripted", "{}:Scripted(answer='a: b | c', shout=True)", "{}:made(kind='Gym')"])
 def test_specs_round_trip(mine, spec):
     spec = spec.format(mine)

@@ -308,7 +308,7 @@ def test_seeds_are_those_of_the_episode():
             play(spec)
         assert len(server.requests) == 1
         play(next(study(server.url, ", seed=False, extra={'top_k': 1}, max_tokens=None, temperature=None").episodes()))
-    assert set(server.requests[-1]) == {"model", "messages", "top_k"}
+    assert set(server.requests[-1]) == {"model", "messages", "top_k", "stop"}
 
 
 def test_model_and_endpoint_from_the_environment(monkeypatch):

@@ -8,13 +8,16 @@ import pytest
 
 import llf_teacher
 from llf_teacher.models import LLMError
-from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, too_long
+from llf_teacher.models.testing import Reply, ScriptedEndpoint, completion, refusal, too_long
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.answers import ANSWERS, action_in, example, schema, written
 from llf_teacher.students.conversation import Conversation
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.analysis.costs import cost_lines
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.store import Store
+from pz_envs.answers import STOPS
 from pz_envs.family import all_families
 from pz_envs.text_mode import parse_action
 from teachers.atoms import ParseFailure
@@ -62,6 +65,35 @@ def test_thoughts_are_neither_read_nor_sent_back(reply):
     assert len(server.requests) == 4
     assert "north? no" not in json.dumps(server.requests)
     assert contents(server.requests[-1])[2] == "Response: west"
+
+
+def test_what_a_model_says_for_others_is_cut_and_kept_apart(tmp_path):
+    invented = "The teacher says: Go north.\n\nResponse: north"
+    with ScriptedEndpoint(lambda request: f"Thought: hm.\nResponse: west\n\n{invented}") as server:
+        record = episode(server.url)
+    assert {turn.action for turn in record.turns[1:]} == {"2"}
+    assert {(turn.answer, turn.invented) for turn in record.turns[1:]} == {("Thought: hm.\nResponse: west", invented)}
+    assert all(request["stop"] == list(STOPS) for request in server.requests)
+    said = [message["content"] for message in server.requests[-1]["messages"] if message["role"] == "assistant"]
+    assert said == ["Thought: hm.\nResponse: west"] * 3
+    with Store(tmp_path / "s.db") as store:
+        store.add(record)
+        (line,) = cost_lines(store)
+    assert line.endswith(": 4 of 4 answers went on to speak for others; that part was cut")
+
+
+@pytest.mark.parametrize(("form", "stops"), [("json", False), ("tool", False), ("text", True)])
+def test_only_texts_are_stopped(form, stops):
+    with ScriptedEndpoint(lambda request: "Response: west") as server:
+        episode(server.url, f", answer='{form}'", max_turns=1)
+    assert ("stop" in server.requests[0]) == stops
+
+
+def test_an_endpoint_need_not_know_stops():
+    with ScriptedEndpoint(lambda request: refusal("stop") if "stop" in request else "Response: west") as server:
+        record = episode(server.url)
+    assert {turn.action for turn in record.turns[1:]} == {"2"}
+    assert ["stop" in request for request in server.requests] == [True, False, False, False, False]
 
 
 def test_an_answer_of_thoughts_alone_is_not_sent_back():

@@ -181,7 +181,10 @@ class Optimization(World[Truth, dict[str, Any], Point]):
 
 _NUMBER = r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
 _TWO = rf"\s*{_NUMBER}\s*,\s*{_NUMBER}\s*"
-_PAIR = re.compile(rf"(?<![\w\[(])(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])])")
+_PAIR = re.compile(  # with no factor or summand beside it
+    rf"(?<![\w\[(+/^-])(?<!\w\*)(?<!\w [*/] )(?<![0-9] [+-] )"
+    rf"(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])'^]|\s*[*/+-]\s*[0-9.(\[])"
+)
 _NAMED = re.compile(r"\bx[12][\"']?\s*[:=]")
 _STAY = re.compile(r"\b(?:stop|stay|reach)(?:ped|ping|ed|ing|es|s)?\b", re.IGNORECASE)
 

@@ -9,6 +9,7 @@ from llf_teacher.models.replies import Answer
 from llf_teacher.students.conversation import SYSTEM, TURN, Conversation, Message, check_options, digest_of, texts_of
 from llf_teacher.students.student import ModelReply, Student
 from llf_teacher.students.talking import TalkingPolicy
+from pz_envs.answers import STOPS
 
 _DIGEST = "#"  # between a folder of prompts and the digest of its files
 
@@ -37,7 +38,8 @@ class _Policy(TalkingPolicy["LLM"]):
 
     def reply(self, messages: list[Message]) -> str:
         """The action in the model's answer."""
-        self._last = answer = self._model.answer(messages, self.talk.options)
+        stops = {"stop": list(STOPS)} if self.spec.answer == "text" else {}
+        self._last = answer = self._model.answer(messages, stops | self.talk.options)
         return self.talk.answer(answer.parted, call=answer.call, input_tokens=answer.usage.input_tokens)
 
     def record(self) -> ModelReply:
@@ -47,7 +49,9 @@ class _Policy(TalkingPolicy["LLM"]):
             return {}
         usage = answer.usage
         thought = "\n\n".join(dict.fromkeys(filter(None, (answer.thought, self.talk.thought))))
-        said = ModelReply(answer=answer.text, thought=thought, finish=answer.finish, seconds=answer.seconds)
+        said = ModelReply(answer=self.talk.said, thought=thought, finish=answer.finish, seconds=answer.seconds)
+        if self.talk.invented:
+            said["invented"] = self.talk.invented
         known = {"input_tokens": usage.input_tokens, "output_tokens": usage.output_tokens, "usd": usage.usd}
         return cast(ModelReply, {**said, **known})
 

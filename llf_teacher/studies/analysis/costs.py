@@ -24,5 +24,8 @@ def cost_lines(store: Store) -> Iterator[str]:
         student, answers, failures = row["student"], row["answers"], row["parse_failures"]
         if row["truncated"]:
             yield f"{student}: {row['truncated']} of {answers} answers were cut for their length; raise max_tokens"
+        keys = [row["key"] for row in store.episodes() if row["student"] == student]
+        if invented := sum(turn["invented"] is not None for key in keys for turn in store.turns(key)):
+            yield f"{student}: {invented} of {answers} answers went on to speak for others; that part was cut"
         if failures > MANY * answers:
             yield f"{student}: {failures} of {answers} answers were no actions; see the transcripts"
