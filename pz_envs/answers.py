@@ -25,7 +25,7 @@ _MARK = re.compile(  # all begin with a bracket, which makes the search fast
     """,
     re.IGNORECASE | re.VERBOSE,
 )
-_OTHER = r"(?:teacher|instructor|environment|env|system|user|human|observation|feedback|reward|tool_response)"
+_OTHER = r"(?:teacher|instructor|environment|env|game|system|user|human|observation|obs|feedback|reward|tool_response)"
 _TURN = re.compile(
     rf"""
     (?: ^[ \t>\#*_|-]{{0,9}}+ | (?<=[.!?])[ \t]{{1,9}}+[*_]{{0,3}}+ ) (?=[a-z])

@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 _STOP = re.compile(
-    r"</s>|<\|(?:im_end|endoftext|eot_id|eom_id|end_of_text|end|return|call|eos|user|assistant)\|>"
+    r"</s>|<\|(?:im_end|endoftext|eot_id|eom_id|end_of_text|end|return|call|eos|user|assistant|im_start|start_header_id)\|>"
     r"|<eos>|<end_of_turn>|<\uff5cend\u2581of\u2581sentence\uff5c>|\[/INST\]",
     re.IGNORECASE,
 )

@@ -17,7 +17,7 @@ __all__ = ["LONGEST", "TwoActions", "misnamed", "read_piece", "strict_value", "t
 LONGEST = 1000
 """Greatest length of an answer in a world whose actions are no texts."""
 _KEYS = ("action", "answer", "response", "final_answer", "move", "choice", "command", "output")
-_TOOL = ("arguments", "parameters", "args", "function", "tool_call", "tool_calls")
+_TOOL = ("arguments", "parameters", "args", "function", "function_call", "tool_call", "tool_calls")
 _FILLERS = frozenset(
     (
         *("i", "i'll", "i'd", "we", "we'll", "will", "let", "let's", "me", "us", "my", "the", "a", "is", "be", "to"),
@@ -168,7 +168,7 @@ def _listing(names: tuple[str, ...]) -> re.Pattern[str]:
 def misnamed(text: str, names: tuple[str, ...]) -> bool:
     """Whether a text lists all the names of an action's numbers, and in another order."""
     name = rf"\b(?:{'|'.join(names)})\b"
-    listed = re.findall(rf"{name}(?:\s*,\s*{name})+", text.lower()) if names else ()
+    listed = re.findall(rf"{name}(?:\s*,\s*{name})+", text.lower().replace("x_", "x")) if names else ()
     words = [tuple(re.split(r"\W+", each)) for each in listed]
     return any(each != names and sorted(each) == sorted(names) for each in words)
 

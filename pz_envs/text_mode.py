@@ -45,20 +45,21 @@ _SEVERAL = re.compile(r"\n|[,;]|\b(?:and|then|or)\b")
 _LIST = re.compile(r"[\[(][^\[\]()]{1,200}[\])]")
 _WORD = re.compile(r"[A-Za-z0-9_-]+(?:\.[0-9]+)*")
 _CALL = re.compile(r"[A-Za-z_][\w.]*\(.*\)", re.DOTALL)
+_RULE = re.compile(r"\n[ \t]*[-=*_]{3,}+$")  # a line between turns
 _THOUGHT = re.compile(r"[\s*_#>]{0,9}(?:thoughts?|thinking|reasoning)[*_ ]{0,3}[:\uff1a]", re.IGNORECASE)
 _NOT = re.compile(
-    r"(?=[nacori])(?:(?<!have )(?<!has )(?<!that are )(?<!which are )\bnot|(?<!have)(?<!has)n['\u2019]t"
-    r"|\b(?:never|cannot|avoid|except|other than|rather than|instead of|anything but))\b"
+    r"(?=[nacoris])(?:(?<!have )(?<!has )(?<!that are )(?<!which are )\bnot|(?<!have)(?<!has)n['\u2019]t"
+    r"|\b(?:never|cannot|avoid|skip|except|other than|rather than|instead of|anything but))\b"
     r"(?P<what>(?:[^,;.!?\n()\[\]{}]|[,.](?=[0-9])|\[[^\[\]]*\]|\([^()]*\)|\{[^{}]*\})*+)",
     re.IGNORECASE,
 )
 _UNIT = r"cm|mm|km|centimet\w+|millimet\w+|inch(?:es)?|feet|degrees?|radians?|percent|%"
 _BACK = re.compile(
     rf"""
-    (?:^|[.!?;(\u2013\u2014-]) \s{{0,3}}+ (?=[a-z]) (?: no(?=[,.!;)]|\ wait|$)
+    (?:^|[.!?;(\u2013\u2014-]) \s{{0,3}}+ (?=[a-z]) (?:hmm[,.]?\ )?(?: no(?=[,.!;)]|\ wait|$)
       | (?:nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind|on\ second\ thought
         |or\ rather|i\ meant?)\b )
-    | , \s{{0,3}}+ no(?=[,;)])
+    | , \s{{0,3}}+ (?:no(?=[,;)])|wait\b) | \(or\b | \bchanged\ my\ mind
     | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was)\ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|it|true))\b
     | \(\s*+(?=[a-z%])(?:(?:all|values|both|units?|are|in|the)\ )*(?:wrong|incorrect|reversed?
       |reverse\ order|opposite|swapped|inverted|negated|not|{_UNIT})\s*\)
@@ -136,7 +137,7 @@ def first_answer(answer: str, world: World[Any] | None) -> tuple[str, str]:
         world: the world whose action it is; None: only `Response:` tells that there is an answer.
     """
     for begin in islice(turns_of_others(answer), _FEW):
-        said = answer[:begin].strip()
+        said = _RULE.sub("", answer[:begin].strip())
         if behind_marker(said) or (world is not None and said and _answers(said, world)):
             return said, answer[begin:]
     return answer, ""
@@ -156,12 +157,11 @@ def _is_verbatim(world: World[Any]) -> bool:
 def read_exactly(text: str, world: World[Any]) -> Any:
     """The action of a text that is an action and nothing else, or a `ParseFailure`.
 
-    Before it may stand anything that ends with `Response:`.
+    Before it may stand anything that ends with `Response:`, but no other answer.
     """
-    start = 0
-    for marker in _MARKER.finditer(text):
-        start = marker.end()
-    answer = text[start:].strip()
+    _, *others, answer = map(str.strip, ["", *_MARKER.split(text)])
+    if any(others[1:]) and not _is_verbatim(world):
+        return failure(text, world, MORE)
     if isinstance(world.action_space, spaces.Text):
         return legal_text(answer, world)
     if len(answer) > LONGEST:
@@ -206,9 +206,10 @@ def _read(answer: str, got: str, world: World[Any]) -> Any:
     action = read_exactly(answer, world)
     if kept != answer or (type(action) is not ParseFailure and _NOT.search(unquoted(answer))):
         return failure(got, world, NOT)
-    if type(action) is not ParseFailure and not _CALL.fullmatch(answer):
+    if type(action) is ParseFailure:
         return action
-    return failure(got, world, CODE if _CALL.fullmatch(answer) else NOTHING)
+    code, several = _CALL.fullmatch(answer), "\n" in answer.strip()
+    return failure(got, world, CODE if code else MORE) if code or several else action
 
 
 def _action(text: str, world: World[Any]) -> Any:

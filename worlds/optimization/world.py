@@ -157,7 +157,7 @@ class Optimization(World[Truth, dict[str, Any], Point]):
     def read(self, text: str) -> Point | None:
         """The only pair of numbers in a text; for `stop`, `stay` or `reach` without a pair, the last proposal."""
         pairs = {(float(pair[1] or pair[3]), float(pair[2] or pair[4])) for pair in _PAIR.finditer(text)}
-        if len(pairs) == 1:
+        if len(pairs) == 1 and not _SCALED.search(text):
             return pairs.pop()
         named = pairs or "[" in text or _NAMED.search(text)
         stays = hasattr(self, "_truth") and not named and _STAY.search(text)
@@ -182,11 +182,12 @@ class Optimization(World[Truth, dict[str, Any], Point]):
 _NUMBER = r"([-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
 _TWO = rf"\s*{_NUMBER}\s*,\s*{_NUMBER}\s*"
 _PAIR = re.compile(  # with no factor or summand beside it
-    rf"(?<![\w\[(+/^-])(?<!\w\*)(?<!\w [*/] )(?<![0-9] [+-] )"
+    rf"(?<![\w\[(+/^-])(?<!\w\*)(?<![~|\u2260])(?<!!= )(?<!\u2260 )(?<!\w [*/] )(?<![0-9] [+-] )"
     rf"(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])'^]|\s*[*/+-]\s*[0-9.(\[])"
 )
+_SCALED = re.compile(r"\b(?:no|minus|twice|half|double|negative)\b[^,;:.\n\[(]{0,20}+[\[(]", re.IGNORECASE)
 _NAMED = re.compile(r"\bx[12][\"']?\s*[:=]")
-_STAY = re.compile(r"\b(?:stop|stay|reach)(?:ped|ping|ed|ing|es|s)?\b", re.IGNORECASE)
+_STAY = re.compile(r"\b(?:stop|stay(?! away)|reach)(?:ped|ping|ed|ing|es|s)?\b", re.IGNORECASE)
 
 
 def _named_loss(name: str, choice: int, **own: Any) -> Loss:
