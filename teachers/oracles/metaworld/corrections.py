@@ -65,7 +65,7 @@ CORRECTIONS = {
     "button-press-wall-v3": Correction(nudge=(0.0, 0.02, 0.0)),
     "coffee-pull-v3": Correction(stride=0.05),
     "coffee-push-v3": Correction(opening=0.0),
-    "disassemble-v3": Correction(opening=0.0, stride=0.05, nudge=(0.0, 0.0, 0.01)),
+    "disassemble-v3": Correction(opening=0.0, nudge=(0.0, 0.0, 0.01)),
     "handle-pull-side-v3": Correction(opening=0.0, stride=0.04),
     "lever-pull-v3": Correction(stride=0.02),
     "peg-insert-side-v3": Correction(opening=0.0),
