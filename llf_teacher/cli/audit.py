@@ -241,14 +241,14 @@ def _print(found: list["Audit"]) -> None:
         ("withheld", 8),
         ("words", 5),
         ("leaks", 5),
-        ("contradictions", 5),
+        ("clash", 5),
     ]
     changes = any(each.changes for each in found)
     if changes:
         columns.append(("changed", 7))
     for id, audits in itertools.groupby(found, lambda each: each.id):
         table = Table(box=None, padding=(0, 1, 0, 0))
-        table.add_column("  teacher", width=15 if changes else 23, overflow="fold")
+        table.add_column("  teacher", width=12 if changes else 20, overflow="fold")
         for column, width in columns:
             table.add_column(column, min_width=width, justify="right")
         for each in audits:

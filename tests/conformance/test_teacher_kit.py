@@ -162,6 +162,7 @@ class Misguided(BanditOracle):
         self._pull = Hinted(action=self._best[0])
 
 
+@claim
 class Twofold(Avoid):
     """A warning whose phrases have two numbers in a row."""
 

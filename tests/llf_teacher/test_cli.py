@@ -263,11 +263,19 @@ def test_audit_by_family(tmp_path):
     ]
     result = llf("audit", "--turns", "60", "--workers", "1", "--by-family", *chosen, cwd=tmp_path)
     names, *rows = (line.split() for line in result.stdout.splitlines())
-    assert names[:3] + names[-2:] == ["family", "environments", "turns", "false", "mistake(eps=1)"]
+    assert names[:3] + names[-3:] == [
+        "family",
+        "environments",
+        "turns",
+        "contradictions",
+        "elsewhere",
+        "mistake(eps=1)",
+    ]
     assert [row[:3] for row in rows] == [["bandits", "2", "120"], ["gridworld", "1", "60"]]
     for row in rows:
-        honest, claims, false, wrong, _, all_ = row[9:]
-        assert (honest, false) == ("2", "0")
+        honest, claims, false, contradictions, elsewhere, wrong, _, all_ = row[9:]
+        assert (honest, false, contradictions) == ("2", "0", "0")
+        assert elsewhere.endswith("%")
         assert int(claims.replace(",", "")) > 0 < int(wrong) == int(all_)
 
 
@@ -314,7 +322,7 @@ def test_audit_of_a_voice(tmp_path):
     (tmp_path / "muddle.py").write_text("def swap(sentence):\n    return sentence.replace('north', 'south')\n")
     result = llf("audit", "llf-gridworld-v0", "--turns", "60", "--voice", "muddle:swap", cwd=tmp_path)
     assert result.returncode == 0
-    assert re.search(r"leaks +changed", result.stdout)
+    assert re.search(r"leaks +clash +changed", result.stdout)
     assert "llf-gridworld-v0, oracle: changed by the voice" in result.stdout
     assert "vanished: north; appeared: south" in result.stdout
     assert max(map(len, result.stdout.splitlines())) <= 80

@@ -345,7 +345,7 @@ def test_reading_takes_work_linear_in_hostile_texts(family):
 def test_a_turn_that_is_no_number_is_no_turn():
     reader = Reader(entry("llf-gridworld-v0").family.phrasebook, VOICES)
     assert not list(reader.read("Turn the page: it is blank. On turn 2.5: nothing."))
-    (heard,) = reader.read("This is about turn 3: Go north next.")
+    (heard,) = reader.read("What I had to say at turn 3: Go north next.")
     assert heard.about_turn == 3
 
 
