@@ -137,6 +137,15 @@ def test_a_question_is_answered_once_a_turn():
         made().ask()
 
 
+def test_a_silent_teacher_answers_nothing():
+    session = made(personalities=("silent",), ask_cost=0.25)
+    session.open(4)
+    session.speak()
+    session.ask()
+    session.speak()
+    assert (session.feedback, session.atoms) == ("", ())
+
+
 def test_several_teachers_are_heard_when_all_have_spoken():
     session = made(personalities=("only(kinds='fp')", "silent", "only(kinds='hn+hp')"), instructs=True)
     session.open(5)
