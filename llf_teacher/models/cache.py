@@ -33,6 +33,7 @@ CREATE TABLE IF NOT EXISTS pledge (id INTEGER PRIMARY KEY, until REAL NOT NULL, 
 CREATE TABLE IF NOT EXISTS sent (model TEXT PRIMARY KEY, requests INTEGER NOT NULL, lost INTEGER NOT NULL);
 CREATE TABLE IF NOT EXISTS served (endpoint TEXT, model TEXT, id TEXT NOT NULL, PRIMARY KEY (endpoint, model));
 """
+_TRIES = 100  # to set the mode of a file, a tenth of a second apart
 _FACTS = ("reasoning", "finish", "model", "seconds", "call", "unsent")
 
 
@@ -72,12 +73,23 @@ class Cache:
             raise ValueError(f"cannot keep answers of language models in {path}: {error}; set LLF_LLM_CACHE") from None
 
     def _prepare(self) -> None:
-        self._db.execute("PRAGMA journal_mode = WAL")
+        self._write_ahead()
         self._db.execute("PRAGMA synchronous = FULL")  # a paid answer survives a power failure
         self._db.executescript(_SCHEMA)
         with self._writing() as db:  # files of an earlier release have only the text
             if "facts" not in {row[1] for row in db.execute("PRAGMA table_info(answer)")}:
                 db.execute("ALTER TABLE answer ADD COLUMN facts TEXT")
+
+    def _write_ahead(self) -> None:
+        """Set the mode, for which SQLite does not wait where another process is setting it."""
+        for left in reversed(range(_TRIES)):
+            try:
+                self._db.execute("PRAGMA journal_mode = WAL")
+                return
+            except sqlite3.OperationalError:
+                if not left:
+                    raise
+                time.sleep(0.1)
 
     @staticmethod
     def key(request: dict[str, Any]) -> str:

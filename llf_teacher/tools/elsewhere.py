@@ -24,7 +24,7 @@ class Elsewhere(NamedTuple):
     """Checks with another action in the moment and in the claim's own field."""
     held_actions: int = 0
     moments: int = 0
-    """Checks in a moment of another episode; a verdict on the action there is on the other action."""
+    """Checks in a moment of another episode; of verdicts, after an action there, which they are then on."""
     held_moments: int = 0
     commonplace: str = ""
     """Why the claims are said if they hold nearly everywhere."""
@@ -127,8 +127,12 @@ class Places:
         if not self._episodes:
             return Elsewhere()
         there = self._episodes[self._rng.integers(len(self._episodes))]
-        place = there.moments[int(self._rng.integers(len(there.moments)))]
-        if claim.kind not in (FP, FN) and _names(claim, moment.action):
+        ahead = claim.kind in (FP, FN)
+        places = [each for each in there.moments if ahead or each.before is not None]
+        if not places:
+            return Elsewhere()
+        place = places[int(self._rng.integers(len(places)))]
+        if not ahead and _names(claim, moment.action):
             claim = replace(claim, action=place.action)  # type: ignore[type-var]  # a dataclass
         return Elsewhere(moments=1, held_moments=there.holds(claim, place))
 

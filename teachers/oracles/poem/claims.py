@@ -361,6 +361,7 @@ class Work(Grounded[Truth, Poem]):
     """True if another line `line` can make a poem that earns more than the last one."""
 
     kind = FP
+    commonplace = "nearly every line can be put right as long as the poem is not"
     line: int
 
     def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
