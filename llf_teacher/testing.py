@@ -147,7 +147,7 @@ def _seat(student: Student, id: str | Subject, **settings: Any) -> tuple[Student
 def _play(
     env: StudentEnv, policy: Policy[Any], seed: int, act: Callable[[Any, Any], Any] | None = None
 ) -> Iterator[Any]:
-    """The actions of an episode, up to one that is not legal, of a policy that is told how the episode ended."""
+    """The actions of an episode, up to one that is not legal, of a policy that sees how the episode ended."""
     policy.reset(Seeds(seed).stream("student"))
     env.reset(seed=seed)
     view, session = env.student_view, env.session

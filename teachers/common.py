@@ -116,10 +116,6 @@ class _Judged(Grounded[Any], ActionClaim[Any]):
         kinds = {each.kind for each in oracle.judge(moment._replace(over=True), {HP, HN})}
         return _acted(self.action, moment) and self._fits(kinds)
 
-    def excludes(self, other: Claim[Any]) -> bool:
-        """See each class."""
-        return False
-
     @staticmethod
     @abstractmethod
     def _fits(kinds: Set[FeedbackType | None]) -> bool:

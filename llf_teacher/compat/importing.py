@@ -51,7 +51,7 @@ def _refusing(module: str, name: str, instead: str) -> type:
     """What stands for a name that is not offered: it can be imported, but neither called nor subclassed."""
 
     def refuse(*args: Any, **kwargs: Any) -> None:
-        raise NotImplementedError(f"{module}.{name} is not offered by llf_teacher; {instead}")
+        raise TypeError(f"{module}.{name} is not offered by llf_teacher; {instead}")
 
     return type(name, (), {"__new__": refuse, "__init_subclass__": refuse, "__module__": module})
 

@@ -43,14 +43,14 @@ class Good(Student):
 
 
 class Leaping(Walker):
-    """Leaps when it is told something."""
+    """Leaps when it hears feedback."""
 
     def act(self, observation, info):
         return super().act(observation, info) + 4 * bool(observation["feedback"])
 
 
 class Deaf(Walker):
-    """Expects to be told something."""
+    """Expects feedback in every turn."""
 
     def act(self, observation, info):
         return super().act(observation, info) + (0 if info["atoms"] else 4)

@@ -103,12 +103,12 @@ def test_faults_fail_their_episodes(cluster, folder, monkeypatch):
         with pytest.raises(EpisodeError, match=r"^4 of 5 episodes failed"):
             run(study, store, options=options)
         assert [row["student"] for row in store.episodes()] == ["random"]
-        told = {row["student"]: (row["reason"], row["error"]) for row in store.failures()}
+        failed = {row["student"]: (row["reason"], row["error"]) for row in store.failures()}
     lost = "its process or node was lost 4 times: "
-    reasons = [told[student][0] for student in students]
+    reasons = [failed[student][0] for student in students]
     assert reasons == ["raised", "time", "died", "died"]
-    assert told[students[0]][1] == "KeyError('no idea')"
-    assert all(told[student][1].startswith(lost) for student in students[2:])
+    assert failed[students[0]][1] == "KeyError('no idea')"
+    assert all(failed[student][1].startswith(lost) for student in students[2:])
 
 
 def test_a_lost_node_loses_no_episode(cluster, folder, undisturbed):

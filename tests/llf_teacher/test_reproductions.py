@@ -93,14 +93,14 @@ def reproduced(tmp_path, which=""):
     there = [task.key for task in tasks("policy_shaping", ROWS["policy_shaping"], quick=True)]
     (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: [[0.5, 0.5], 1.0]}) + "\n" for key in there))
     command = f"reproduce {which} --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}"
-    told = CliRunner().invoke(app, command, env={"COLUMNS": "200"})
-    assert told.exit_code == 0, told.output
-    return told, len(there)
+    result = CliRunner().invoke(app, command, env={"COLUMNS": "200"})
+    assert result.exit_code == 0, result.output
+    return result, len(there)
 
 
 def test_the_command(tmp_path):
-    told, _ = reproduced(tmp_path, "--only policy_shaping")
-    assert "policy_shaping: no" in told.output
+    result, _ = reproduced(tmp_path, "--only policy_shaping")
+    assert "policy_shaping: no" in result.output
     assert "no" in (tmp_path / "page.md").read_text()
 
 
@@ -125,8 +125,8 @@ def test_a_row_whose_package_is_not_installed_is_left_out(tmp_path, monkeypatch)
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "torch" else find_spec(name))
     short = {name: row for name, row in ROWS.items() if name in ("embodied", "policy_shaping")}
     monkeypatch.setattr("llf_teacher.reproductions.row.all_rows", lambda: short)
-    told, _ = reproduced(tmp_path)
-    assert "left out: the row embodied needs 'torch'" in told.stderr
+    result, _ = reproduced(tmp_path)
+    assert "left out: the row embodied needs 'torch'" in result.stderr
     assert "## policy shaping" in (tmp_path / "page.md").read_text()
     assert "embodied" not in (tmp_path / "page.md").read_text()
     with pytest.raises(ModuleNotFoundError, match=r"the row embodied needs 'torch'.*llf-teacher\[learn\]"):
