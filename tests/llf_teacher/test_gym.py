@@ -158,7 +158,7 @@ def test_strange_options_and_actions_are_refused_and_change_nothing(id):
     [
         ("llf-poem-Haiku-v0", {"syllable": 7}, "does not apply to form"),
         ("llf-poem-SyllableConstrainedPoem-v0", {"syllable": "7"}, "must be an integer from 1 to 40, got '7'"),
-        pytest.param("llf-alfworld-v0", {"game": "no/game.tw-pddl"}, "no/game.tw-pddl is no game .*", marks=STOCK),
+        pytest.param("llf-alfworld-v0", {"game": "no/game.tw-pddl"}, "no/game.tw-pddl is not a game .*", marks=STOCK),
         ("llf-alfworld-v0", {"game": 3}, "option 'game' must be the path of a game file, got 3"),
     ],
 )
