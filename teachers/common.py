@@ -31,6 +31,7 @@ class Reward(Claim[Any]):
     """True if `reward` is what the world paid for the action of this turn."""
 
     kind = R
+    commonplace = "it is what is asked for, and many worlds pay only at the end"
     reward: float
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
@@ -232,6 +233,7 @@ class Paid(Claim[Any]):
     """True if the reward for the action of this turn is so: `positive`, `negative` or `zero`."""
 
     kind = R
+    commonplace = Reward.commonplace
     sign: str
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
@@ -379,8 +381,11 @@ class Syntax(Claim[Any]):
     expected: str
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
-        """Compare with the syntax that the world states."""
-        return self.expected == lab.action_syntax
+        """Compare with the syntax that the world states; it must take actions of its own, and refuse what is none."""
+        lab.restore(moment.after)
+        rng = np.random.default_rng(moment.turn)
+        drawn = [lab.sample_action(rng) for _ in range(_TRIES)]
+        return self.expected == lab.action_syntax and all(_is_legal(a, lab) for a in drawn) and not _is_legal(..., lab)
 
 
 @claim
@@ -402,6 +407,14 @@ class Late(Claim[Any]):
 def sign_of(reward: float) -> str:
     """Whether a reward is `positive`, `negative` or `zero`."""
     return "positive" if reward > 0 else "negative" if reward < 0 else "zero"
+
+
+def _is_legal(action: Any, lab: World[Any]) -> bool:
+    try:
+        lab.legal(action)
+    except ValueError:
+        return False
+    return True
 
 
 def _acted(action: Any, moment: Moment[Any]) -> bool:

@@ -94,12 +94,13 @@ def audit(
     found.sort(key=lambda each: (each.id, specs.index(each.teacher)))
     if as_json:
         print(json.dumps([each.as_dict() for each in found], indent=2))  # noqa: T201
-    elif by_claim:
-        _print_claims(found)
-    elif by_family:
-        _print_families(found)
-    else:
+    elif not (by_family or by_claim):
         _print(found)
+    else:
+        if by_family:
+            _print_families(found)
+        if by_claim:
+            _print_claims(found)
     if any(each.caught for each in found):
         raise typer.Exit(1)
 

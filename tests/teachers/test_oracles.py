@@ -13,6 +13,7 @@ from sampling import fewer
 from pz_envs.family import all_families
 from pz_envs.text_mode import parse_action
 from teachers.atoms import FN, FP, HN, HP, KINDS, ActionClaim, Claim, Moment, ParseFailure, PlanClaim, R
+from teachers.common import Syntax
 from teachers.oracle import RefusalError, claims_of
 from teachers.testing import Pupil
 
@@ -204,3 +205,15 @@ def test_a_package_has_claims_of_its_own_and_of_its_module_of_claims(monkeypatch
     assert claims_of("maze") == (package.Said, inner.Said)
     assert claims_of("maze.claims") == (inner.Said,)
     assert claims_of("maze.checks") == (other.Said,)
+
+
+@on_every_environment
+def test_the_syntax_of_an_instruction_is_true_of_a_world_that_reads_it(name, monkeypatch):
+    family, options = ENVIRONMENTS[name]
+    world = family.make_world(**options)
+    world.reset(seed=3)
+    lab, moment = world.scratch(), Moment.opening(world.truth, 0)
+    assert Syntax(expected=world.action_syntax).holds(moment, lab)
+    assert not Syntax(expected="a song").holds(moment, lab)
+    monkeypatch.setattr(lab, "legal", lambda action: action)  # what is none is taken
+    assert not Syntax(expected=world.action_syntax).holds(moment, lab)
