@@ -90,6 +90,7 @@ class Truism(Claim[Any]):
     kind: FeedbackType | None  # type: ignore[misc]  # other claims are filed by their class
     """The kind of the claim that it stands in for: a truism has none of its own."""
     placebo = True
+    commonplace = "a placebo, which has nothing to do with the task"
     fact: str
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
@@ -168,6 +169,7 @@ class Wrong(_Judged):
     """True if some hindsight on the action of this turn is blame: something was wrong with it."""
 
     kind = HN
+    commonplace = "blame without its content, to measure what the content is worth"
     action: Any
 
     @staticmethod

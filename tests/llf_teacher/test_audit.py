@@ -60,10 +60,11 @@ def test_contradictions_are_counted_and_shown():
     assert found.as_dict()["contradictions"] == 60
 
 
+@pytest.mark.parametrize("teacher", ["oracle", "vague(q=1)", "placebo"])
 @pytest.mark.parametrize("id", SHOWCASE)
-def test_what_holds_nearly_everywhere_has_a_reason(id):
+def test_what_holds_nearly_everywhere_has_a_reason(id, teacher):
     """The shares themselves are in docs/results.md."""
-    found = audit(id, turns=few(id), instruction_types=["b"])
+    found = audit(id, teacher, turns=few(id), instruction_types=["b"], students=("random", "obedient"))
     assert sum(each.moments for each in found.elsewhere.values()) > 20
     assert [name for name, each in found.elsewhere.items() if each.empty] == []
 
