@@ -1,5 +1,6 @@
 """Lessons: any Gymnasium environment as a subject, with an oracle of the user's own or with rewards alone."""
 
+import contextlib
 import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -11,6 +12,7 @@ from pz_envs.learning import Learning, StateValues, check_learning
 from pz_envs.subject import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
+from teachers.planning import Planned, Planner, parse_planner
 from teachers.reward_oracle import RewardOracle
 from teachers.voice import Voice
 from worlds.pictures import Picture
@@ -33,7 +35,9 @@ class Lesson(Subject):
     Args:
         env: an environment, or a function without arguments that makes one.
         oracle: a subclass of `Oracle`, or a function that makes an oracle, given a function that makes scratch worlds.
-            Truths are `worlds.wrapped.gym_world.Position`s. None: `RewardOracle`.
+            Truths are `worlds.wrapped.gym_world.Position`s. Or a planner, or its name: `exact`, or `auto` for the
+            highest tier that serves the environment; it brings phrases and `look`, and words that it knows. None:
+            `RewardOracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         name: of the lesson; None: the environment's name.
@@ -50,7 +54,7 @@ class Lesson(Subject):
     def __init__(
         self,
         env: gymnasium.Env | Callable[[], gymnasium.Env],
-        oracle: Callable[..., Oracle] | None = None,
+        oracle: Callable[..., Oracle] | Planner | str | None = None,
         *,
         phrases: Phrases | None = None,
         look: Callable[[gymnasium.Env], Any] | None = None,
@@ -65,6 +69,15 @@ class Lesson(Subject):
         regret_unit: str = "value lost",
         learning: Learning = StateValues(),  # noqa: B008 (a frozen value)
     ) -> None:
+        self.planned: Planned | None = None
+        """What a planner found out; None without one."""
+        if isinstance(oracle, Planner | str):
+            if look is not None or phrases is not None:
+                raise ValueError("a planner brings its own look and phrases; leave out look=... and phrases=...")
+            self.planned = _planned(env, parse_planner(oracle) if isinstance(oracle, str) else oracle, max_turns)
+            oracle, phrases, look = self.planned.oracle, self.planned.phrases, self.planned.look
+            describe = describe or self.planned.describe
+            action_words = action_words or self.planned.action_words
         self._oracle = RewardOracle if oracle is None else _checked(oracle)
         # An oracle that reads no truth needs no copies of it.
         if snapshot == "auto" and not getattr(self._oracle, "needs_truth", True):
@@ -78,6 +91,8 @@ class Lesson(Subject):
             action_words=action_words,
             reward_range=reward_range,
         )
+        if self.planned is not None:
+            self._world.model = self.planned.model
         self._scratch = self._world.scratch
         self._phrases = {} if phrases is None else phrases
         self.phrasebook()
@@ -116,6 +131,13 @@ class Lesson(Subject):
         return make_phrasebook(self._phrases, claims, voice)
 
 
+def _planned(env: gymnasium.Env | Callable[[], gymnasium.Env], planner: Planner, turns: int | None) -> Planned:
+    """Plan with the given environment, or with one that is made for this."""
+    given = env if isinstance(env, gymnasium.Env) else env()
+    with contextlib.nullcontext() if given is env else contextlib.closing(given):
+        return planner.plan(given, _limit(given, turns))
+
+
 def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
     """A function that makes oracles."""
     if inspect.isabstract(oracle):
@@ -124,18 +146,18 @@ def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
     if not callable(oracle) or (isinstance(oracle, type) and not issubclass(oracle, Oracle)):
         raise ValueError(
             "oracle must be a subclass of teachers.oracle.Oracle, or a function that makes an oracle, given a function "
-            f"that makes scratch worlds, got {oracle!r}"
+            f"that makes scratch worlds, or 'auto' for a planner, got {oracle!r}"
         )
     made: Callable[[Callable[[], World[Any]]], Oracle] = oracle
     return made
 
 
-def _limit(env: gymnasium.Env[Any, Any]) -> int:
-    """The environment's time limit, by its spec, a wrapper or an attribute, or else 100."""
+def _limit(env: gymnasium.Env[Any, Any], turns: int | None = None) -> int:
+    """The environment's time limit, by its spec, a wrapper or an attribute, or `turns` if these are fewer; else 100."""
     limits: list[Any] = [env.spec.max_episode_steps] if env.spec else []
     for name in _LIMITS:
         try:
             limits.append(env.get_wrapper_attr(name))
         except AttributeError:
             continue
-    return min((int(each) for each in limits if type(each) in _COUNTS and each > 0), default=_MAX_TURNS)
+    return min((int(each) for each in (*limits, turns) if type(each) in _COUNTS and each > 0), default=_MAX_TURNS)

@@ -10,11 +10,12 @@ from pz_envs.lesson import Lesson
 from pz_envs.settings import Settings, SettingsKeywords
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrases
+from teachers.planning import Planner
 
 
 def teach(
     env: gymnasium.Env | Callable[[], gymnasium.Env],
-    oracle: Callable[..., Oracle] | None = None,
+    oracle: Callable[..., Oracle] | Planner | str | None = None,
     *,
     phrases: Phrases | None = None,
     look: Callable[[gymnasium.Env], Any] | None = None,
@@ -33,7 +34,8 @@ def teach(
 
     Args:
         env: an environment, or a function without arguments that makes one.
-        oracle: a subclass of `teachers.oracle.Oracle`.
+        oracle: `auto` for a teacher who plans, as far as the environment allows it; a planner of `teachers.planning`;
+            or a subclass of `teachers.oracle.Oracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         settings, keywords: as of `StudentEnv`.

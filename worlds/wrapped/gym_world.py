@@ -52,6 +52,8 @@ class GymWorld(World[Position, Any, Any]):
     """
 
     reset_options = None
+    model: Any = None
+    """What a planner knows of the environment, for oracles and their claims. Scratch worlds share it."""
 
     def __init__(
         self,
@@ -103,6 +105,8 @@ class GymWorld(World[Position, Any, Any]):
         self.action_words = {str(word).lower(): self.legal(action) for word, action in (action_words or {}).items()}
         if self.action_words:
             self.action_syntax = f"one of {', '.join(self.action_words)}, or {self.action_syntax}"
+        self.names: dict[Any, str] = {action: word for word, action in reversed(self.action_words.items())}
+        """The first word of each action that has one."""
         self._at: tuple[Episode, int] | None = None
         self._kept: tuple[Episode, int, _Env, Any] | None = None
         self._shared = False

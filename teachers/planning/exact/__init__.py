@@ -1,0 +1,242 @@
+"""The exact tier: all transitions are known, so that the best actions are, and what others lose."""
+
+from collections.abc import Callable, Set
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import gymnasium
+import numpy as np
+
+from teachers.atoms import FN, FP, Claim, FeedbackType, Moment
+from teachers.common import Syntax
+from teachers.oracle import Oracle
+from teachers.planning.exact.atlas import Atlas
+from teachers.planning.exact.claims import (
+    Avoid,
+    Choose,
+    Dawdle,
+    Discounted,
+    Fading,
+    PoorlyChosen,
+    Slower,
+    Total,
+    TriedPoorly,
+    TriedWell,
+    WellChosen,
+    answer_of,
+    rounded,
+    route,
+)
+from teachers.planning.exact.exploring import explore
+from teachers.planning.exact.tables import table_of
+from teachers.planning.exact.worths import Worth, Worths
+from teachers.planning.known import Known, State, known, words_of
+from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.planning.transitions import Transitions
+from worlds.wrapped.gym_world import GymWorld, Position, faithful
+
+_Env = gymnasium.Env[Any, Any]
+_TRIES = 3  # of actions before the episode
+_MOST = 5_000_000  # values: states times actions that are left
+
+
+@dataclass(frozen=True)
+class Exact(Planner):
+    """Plans where all transitions of an environment can be known.
+
+    They are taken from a table. That is the attribute `P` of Gymnasium's toy texts, `P[state][action] = [(probability,
+    next state, reward, whether the episode ends), ...]` with the current state in `s`; or one that
+    `teachers.planning.known` computes from the rules, averaged over what the student cannot see, such as a hidden card.
+    Without a table all states that can be reached are explored by copies, at the start of each episode whose states
+    are new; then nothing may be left to chance.
+
+    Args:
+        gamma: discount, from 0 to below 1. None: the sum of rewards within the turns of an episode counts.
+        state: the key of an environment's current state, hashable, for exploration: all that decides what happens but
+            time. None: `teachers.planning.known` has it.
+        states: the most states to explore.
+        seconds: the longest time to explore in.
+    """
+
+    gamma: float | None = None
+    state: State | None = None
+    states: int = 5_000
+    seconds: float = 30.0
+
+    def __post_init__(self) -> None:
+        if self.gamma is not None and not 0 <= self.gamma < 1:
+            raise ValueError(f"gamma must be None or a number from 0 to below 1, got {self.gamma!r}")
+
+    def plan(self, env: _Env, turns: int) -> Planned:
+        """Find all transitions, and compute what every action is worth."""
+        own = known(env) or Known()
+        try:
+            transitions, look, source = table_of(env)
+        except PlanningError as error:
+            model, look, source = self._explored(env, turns, own, str(error))
+        else:
+            model = Atlas(transitions, partial(self._values, turns, None))
+        return Planned(
+            tier="exact",
+            why=source,
+            oracle=CertainOracle if model.certain else ExactOracle,
+            phrases=Path(__file__).with_name("phrases.toml"),
+            look=look,
+            model=model,
+            action_words=own.action_words or words_of(env),
+            describe=own.describe,
+            privileged=own.hides,
+        )
+
+    def _explored(self, env: _Env, turns: int, own: Known, why: str) -> tuple[Atlas, State, str]:
+        """What exploration finds, with the function that reads a state and the source in words.
+
+        Raises:
+            PlanningError: it finds too much, or nothing sure.
+        """
+        state = self.state or own.state
+        if state is None:
+            raise PlanningError(f"{why}; to explore it, give exact's state=..., a function of the environment")
+        if not faithful(env):
+            raise PlanningError(f"{why}; and its copies do not continue like the original")
+        fading = None if own.fading is None else own.fading(env)
+        if fading is not None and self.gamma is not None:
+            raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
+        search = partial(_explore, state, fading, self.states, self.seconds)
+        env.reset(seed=0)
+        transitions = search(env, 0)
+        source = f"all {len(transitions):,} states that can be reached by copies of the environment (in one episode)"
+        return Atlas(transitions, partial(self._values, turns, fading), search), state, source
+
+    def _values(self, turns: int, fading: Callable[[int], float] | None, transitions: Transitions) -> Worths:
+        if self.gamma is None and turns * len(transitions) > _MOST:
+            raise PlanningError(
+                f"{turns:,} turns of {len(transitions):,} states are over {_MOST:,} values; give max_turns or gamma"
+            )
+        return Worths(transitions, turns if self.gamma is None else None, self.gamma, fading)
+
+
+def _explore(
+    state: State, fading: Callable[[int], float] | None, states: int, seconds: float, env: _Env, turn: int
+) -> Transitions:
+    return explore(env, state, turn, fading or _whole, states=states, seconds=seconds)
+
+
+def _whole(turn: int) -> float:
+    return 1.0
+
+
+class _Told(NamedTuple):
+    """What can be told of a state in which actions differ."""
+
+    verdicts: tuple[WellChosen | PoorlyChosen | Slower, ...]
+    """By action."""
+    advice: Choose
+    warning: Avoid
+
+
+class ExactOracle(Oracle[Position, GymWorld]):
+    """Knows what every action can be expected to earn, and judges by that: luck is neither praised nor blamed."""
+
+    tier = "exact"
+    instruction_types: ClassVar[tuple[str, ...]] = ("b", "p")
+
+    def __init__(self, scratch: Callable[[], GymWorld]) -> None:
+        super().__init__(scratch)
+        self._told: dict[tuple[Worth, ...], _Told | None] = {}
+
+    @cached_property
+    def model(self) -> Atlas:
+        """What is known."""
+        model: Atlas = self.lab.model
+        return model
+
+    @property
+    def max_importance(self) -> float:  # type: ignore[override]  # of this environment
+        """The greatest difference between two actions."""
+        return self.model.spread
+
+    def start(self, truth: Position) -> None:
+        """Find out what can happen in the episode, if that is not known."""
+        self.model.at(truth, self.lab)
+
+    def values(self, truth: Position) -> tuple[float, ...]:
+        """The expected sum of rewards after each action, less a price of time that decides between equal sums."""
+        values = self.model.at(truth, self.lab)
+        return values.ranked(values.worths(truth.seen, truth.turn))
+
+    def _basics(self, truth: Position) -> tuple[Claim, ...]:
+        model, values = self.model, self.model.at(truth, self.lab)
+        aim = Discounted(gamma=model.gamma) if model.horizon is None else Total(turns=model.horizon)  # type: ignore[arg-type]  # one is None
+        fading = 0.0 if model.horizon is None else values.share(0) - values.share(1)
+        return (aim, *([Fading(part=fading)] if fading else []), Syntax(expected=self.lab.action_syntax))
+
+    def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
+        told, pairs = self._telling(truth), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
+        drawn = [told.verdicts[action] for action in rng.permutation(self.model.actions)] if told else []
+        known = [(pairs[type(each)], each) for each in drawn if type(each) in pairs]
+        return tuple(cls(action=each.action, answer=each.answer, lost=each.lost) for cls, each in known[:_TRIES])
+
+    def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
+        told = self._telling(moment.past)
+        if told is not None:
+            verdict = told.verdicts[moment.action]
+            if verdict.kind in kinds:
+                claims.append(verdict)
+
+    def _advice(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
+        told = self._telling(moment.after)
+        if told is not None:
+            if FP in kinds:
+                claims.append(told.advice)
+            if FN in kinds:
+                claims.append(told.warning)
+
+    def _telling(self, truth: Position) -> _Told | None:
+        """What can be told of a state; None if no action loses anything."""
+        values = self.model.at(truth, self.lab)
+        worths = values.worths(truth.seen, truth.turn)
+        if worths not in self._told:  # all that is told follows from these
+            self._told[worths] = self._tell(worths, values)
+        return self._told[worths]
+
+    def _tell(self, worths: tuple[Worth, ...], values: Worths) -> _Told | None:
+        lost = [values.lost(worths, action) for action in range(len(worths))]
+        if not any(map(any, lost)):
+            return None
+        names = [answer_of(action, self.lab) for action in range(len(worths))]
+        verdicts = tuple(
+            (PoorlyChosen if earned else Slower if later else WellChosen)(
+                action=action, answer=name, lost=rounded(earned or later)
+            )
+            for action, (name, (earned, later)) in enumerate(zip(names, lost, strict=True))
+        )
+        ranks = values.ranked(worths)
+        best, worst = ranks.index(max(ranks)), ranks.index(min(ranks))
+        warns = Avoid if lost[worst].earned else Dawdle
+        warning = warns(action=worst, answer=names[worst], lost=verdicts[worst].lost)
+        return _Told(verdicts, Choose(action=best, answer=names[best]), warning)
+
+
+class CertainOracle(ExactOracle):
+    """The same where nothing is left to chance: it can tell the whole way."""
+
+    instruction_types = ("b", "p", "c")
+
+    def plan(self, truth: Position, n: int) -> tuple[int, ...]:
+        """Best actions, until the episode is over or all actions are worth the same."""
+        values, state = self.model.at(truth, self.lab), truth.seen
+        actions: list[int] = []
+        while len(actions) < n and state is not None:
+            ranks = values.ranked(values.worths(state, truth.turn + len(actions)))
+            if max(ranks) == min(ranks):
+                break
+            actions.append(ranks.index(max(ranks)))
+            ((_, state, _),) = values.transitions[state][actions[-1]]
+        return tuple(actions)
+
+    def _solution(self, truth: Position) -> tuple[Claim, ...]:
+        actions = self.plan(truth, self.model.horizon or len(self.model.at(truth, self.lab).transitions))
+        return (route(actions, self.lab),) if actions else ()

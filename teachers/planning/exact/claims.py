@@ -1,0 +1,274 @@
+"""What the oracle of the exact tier says; everything is checked by Bellman's equation or by playing."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
+from teachers.planning.exact.worths import Worth
+from worlds.wrapped.gym_world import GymWorld, Position
+
+_DIGITS = 3  # of what is lost
+
+
+@claim
+class Total(Claim[Position, GymWorld]):
+    """True if the sum of the rewards of an episode counts, and an episode has at most `turns` actions."""
+
+    turns: int
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Compare with what the values are of."""
+        return lab.model.gamma is None and bool(lab.model.horizon == self.turns)
+
+
+@claim
+class Discounted(Claim[Position, GymWorld]):
+    """True if the sum of rewards counts, each of them worth `gamma` times what it would be one action earlier."""
+
+    gamma: float
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Compare with what the values are of."""
+        return bool(lab.model.gamma == self.gamma)
+
+
+@claim
+class Fading(Claim[Position, GymWorld]):
+    """True if each action before a reward takes this part of the whole reward away."""
+
+    part: float
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Compare what is left after no action and after others with a straight line."""
+        values = lab.model.at(moment.after, lab)
+        left = [values.share(turn) for turn in (0, 1, 10)]
+        return all(abs(left[0] - turn * self.part - share) < 1e-9 for turn, share in zip((0, 1, 10), left, strict=True))
+
+
+@claim
+class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
+    """An action, judged by what could be expected of it before it was taken; luck does not count."""
+
+    action_slot = "answer"
+    action: int
+    answer: str
+    """The action as a student writes it."""
+    lost: float
+    """What it loses: of the sum, or actions; to three digits."""
+
+    def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Whether this was the action, in a state in which actions differ."""
+        acted = moment.before is not None and moment.action == self.action
+        return acted and loss(self.action, moment.past, lab) is not None
+
+    def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """By Bellman's equation."""
+        return loss(self.action, moment.past, lab) == _NOTHING
+
+    def worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
+        """By Bellman's equation."""
+        values, past = lab.model.at(moment.past, lab), moment.past
+        return values.ranked(values.expected(past.seen, past.turn))[action]  # type: ignore[no-any-return]
+
+
+@claim
+class WellChosen(_Chosen):
+    """True if no action could be expected to earn more, nor as much in fewer actions, and another one could not."""
+
+    kind = HP
+
+    def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Nothing is lost by it."""
+        return self.lost == 0 and _Chosen.applies(self, moment, lab)
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """Blame."""
+        lost = rounded(lab.model.spread)
+        return self.opposing(lost=lost), Slower(action=self.action, answer=self.answer, lost=2.0)
+
+
+@claim
+class _Blame(_Chosen):
+    """Base of blame that says how much is lost."""
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """By Bellman's equation."""
+        return self.applies(moment, lab) and self.tells(loss(self.action, moment.past, lab))
+
+    def tells(self, lost: Worth | None) -> bool:
+        """Whether this is what is lost."""
+        return lost is not None and _near(self.lost, lost.earned)
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """Praise."""
+        return (self.opposing(lost=0.0),)
+
+
+@claim
+class PoorlyChosen(_Blame):
+    """True if another action could be expected to earn `lost` more."""
+
+    kind = HN
+
+
+@claim
+class Slower(_Blame):
+    """True if another action could be expected to earn as much, and the episode to be over `lost` actions sooner."""
+
+    kind = HN
+
+    def tells(self, lost: Worth | None) -> bool:
+        """Whether so many actions are lost."""
+        return lost is not None and _near(self.lost, lost.length)
+
+
+@claim
+class _Tried(_Chosen):
+    """Base of verdicts on an action that was tried at the start."""
+
+    tried = True
+
+    def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Whether actions differ at the start, and this is what the action loses."""
+        lost = loss(self.action, moment.after, lab)
+        return lost is not None and (_near(self.lost, lost.earned) or lost.earned == self.lost == 0)
+
+    def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """By Bellman's equation."""
+        return self.lost == 0
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """The opposite, with another number."""
+        return (self.opposing(lost=0.0 if self.lost else rounded(lab.model.spread)),)
+
+
+@claim
+class TriedWell(_Tried):
+    """True if at the start no action can be expected to earn more."""
+
+    kind = HP
+
+
+@claim
+class TriedPoorly(_Tried):
+    """True if at the start another action can be expected to earn `lost` more."""
+
+    kind = HN
+
+
+opposed(WellChosen, PoorlyChosen)
+opposed(TriedWell, TriedPoorly)
+Slower.opposite = WellChosen
+
+
+@claim
+class Choose(ActionClaim[Position, GymWorld]):
+    """True if no action can be expected to earn more now, nor as much in fewer actions, and another one can not."""
+
+    kind = FP
+    action_slot = "answer"
+    action: int
+    answer: str
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """By Bellman's equation."""
+        return loss(self.action, moment.after, lab) == _NOTHING
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """Advise another action."""
+        return tuple(Choose(action=action, answer=answer_of(action, lab)) for action in _others(self.action, lab))
+
+
+@claim
+class Avoid(ActionClaim[Position, GymWorld]):
+    """True if another action can be expected to earn `lost` more than `action` now."""
+
+    kind = FN
+    action_slot = "answer"
+    action: int
+    answer: str
+    lost: float
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """By Bellman's equation."""
+        lost = loss(self.action, moment.after, lab)
+        return lost is not None and _near(self.lost, lost.earned)
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """Warn of another action."""
+        others = _others(self.action, lab)
+        return tuple(replace(self, action=action, answer=answer_of(action, lab)) for action in others)
+
+
+@claim
+class Dawdle(Avoid):
+    """True if another action can be expected to earn as much, and the episode to be over `lost` actions sooner."""
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """By Bellman's equation."""
+        lost = loss(self.action, moment.after, lab)
+        return lost is not None and _near(self.lost, lost.length)
+
+
+@claim
+class Route(PlanClaim[Position, GymWorld]):
+    """True if these actions from the start earn as much as can be earned, in the fewest actions."""
+
+    actions: tuple[int, ...]
+    listing: str
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Take the actions, and add up what they earn."""
+        start, earned = moment.after, 0.0
+        lab.restore(start)
+        for turn, action in enumerate(self.actions):
+            _, reward, terminated, truncated, _ = lab.advance(action)
+            earned += reward * (1.0 if lab.model.gamma is None else lab.model.gamma**turn)
+            if (terminated or truncated) and turn + 1 < len(self.actions):
+                return False
+        values = lab.model.at(start, lab)
+        best = values.best(values.expected(start.seen, start.turn))
+        short = lab.model.gamma is not None or len(self.actions) <= best.length
+        return short and bool(abs(earned - best.earned) <= values.margin)
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """The same actions backwards."""
+        return (route(self.actions[::-1], lab),)
+
+
+def route(actions: Sequence[int], lab: GymWorld) -> Route:
+    """A claim of these actions."""
+    return Route(actions=tuple(actions), listing=", ".join(answer_of(action, lab) for action in actions))
+
+
+def answer_of(action: int, lab: GymWorld) -> str:
+    """An action as a student writes it."""
+    return lab.names.get(action, str(action))
+
+
+def rounded(value: float) -> float:
+    """To three digits."""
+    return float(f"{value:.{_DIGITS}g}")
+
+
+def loss(action: int, truth: Position, lab: GymWorld) -> Worth | None:
+    """What an action loses against the best, by Bellman's equation; None where no action loses anything."""
+    values = lab.model.at(truth, lab)
+    worths = values.expected(truth.seen, truth.turn)
+    if all(values.lost(worths, each) == _NOTHING for each in range(len(worths))):
+        return None
+    lost: Worth = values.lost(worths, action)
+    return lost
+
+
+def _near(said: float, lost: float) -> bool:
+    """Whether something is lost, and this is said of it to three digits."""
+    return lost > 0 and abs(said - lost) <= 0.51 * 10 ** (1 - _DIGITS) * lost
+
+
+def _others(action: int, lab: GymWorld) -> list[int]:
+    return [other for other in range(lab.model.actions) if other != action]
+
+
+_NOTHING = Worth(0.0, 0.0)

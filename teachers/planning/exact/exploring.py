@@ -1,0 +1,97 @@
+"""Transitions by exploration: all states that can be reached, by copies of the environment."""
+
+import copy
+import time
+from collections import deque
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from teachers.planning.exact.tables import action_count
+from teachers.planning.known import State
+from teachers.planning.planner import PlanningError
+from teachers.planning.transitions import Transition, Transitions
+
+_Env = gymnasium.Env[Any, Any]
+_SAMPLED = 50  # states in which a step is repeated, with other random numbers and from another way there
+_CLOSE = 1e-9  # rewards that differ by less are equal
+
+
+def explore(
+    env: _Env,
+    state: State,
+    turn: int,
+    share: Callable[[int], float],
+    *,
+    states: int,
+    seconds: float,
+) -> Transitions:
+    """The transitions of all actions in all states that can be reached, breadth first.
+
+    Args:
+        env: an environment in a state of its own; it is not changed.
+        state: reads the key of an environment's state.
+        turn: number of actions before that state.
+        share: what is paid of a reward after so many actions.
+        states, seconds: the most states, and the most time.
+
+    Raises:
+        PlanningError: a bound is reached, chance decides what happens, or states of the same key differ.
+    """
+    count, begun = action_count(env), time.monotonic()
+    found: dict[Hashable, list[list[Transition]]] = {}
+    ended: set[Hashable] = set()
+    queue = deque([(copy.deepcopy(env), state(env), turn)])
+    seen = {queue[0][1]}
+    again: list[tuple[_Env, Hashable, int]] = []  # states that were reached by another way
+    while queue:
+        here, key, now = queue.popleft()
+        rows = found[key] = []
+        for action in range(count):
+            there = copy.deepcopy(here)
+            transition, after = _step(there, action, state, share(now))
+            if len(found) <= _SAMPLED:
+                _check_certain(here, action, state, share(now), transition)
+            rows.append([transition])
+            if transition.state is None:
+                ended.add(after)
+            elif after not in seen:
+                seen.add(after)
+                queue.append((there, after, now + 1))
+            elif len(again) < _SAMPLED:
+                again.append((there, after, now + 1))
+        if len(seen) > states or time.monotonic() - begun > seconds:
+            raise PlanningError(
+                f"more than {len(seen) - 1:,} states can be reached, {len(found):,} of which were explored in "
+                f"{time.monotonic() - begun:.0f} s; the bounds are states={states:,} and seconds={seconds:g}"
+            )
+    for there, key, now in again:
+        for action in range(count):
+            transition, _ = _step(copy.deepcopy(there), action, state, share(now))
+            if not _same(transition, found[key][action][0]):
+                raise PlanningError(
+                    f"two states have the same key and differ: action {action} led to {transition} and to "
+                    f"{found[key][action][0]}; give state=..., a function of the environment that tells them apart"
+                )
+    return found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
+
+
+def _step(env: _Env, action: int, state: State, share: float) -> tuple[Transition, Hashable]:
+    """Take an action: its transition with the reward before it fades, and the key of the state after it."""
+    _, reward, terminated, _, _ = env.step(action)
+    after = state(env)
+    return Transition(1.0, None if terminated else after, float(reward) / share), after
+
+
+def _check_certain(env: _Env, action: int, state: State, share: float, transition: Transition) -> None:
+    """Take an action once more, with other random numbers."""
+    other = copy.deepcopy(env)
+    other.unwrapped.np_random = np.random.default_rng(action)
+    if not _same(_step(other, action, state, share)[0], transition):
+        raise PlanningError("chance decides what actions do, and there is no table that says how")
+
+
+def _same(one: Transition, other: Transition) -> bool:
+    return one.state == other.state and abs(one.reward - other.reward) <= _CLOSE

@@ -1,0 +1,97 @@
+"""Transitions from an environment's own table, or from the rules that `teachers.planning.known` has."""
+
+from typing import Any
+
+import gymnasium
+from gymnasium import spaces
+
+from teachers.planning.known import State, known
+from teachers.planning.planner import PlanningError
+from teachers.planning.transitions import Transition, Transitions
+
+_Env = gymnasium.Env[Any, Any]
+_EPISODES, _STEPS = 20, 100  # of random play, by which a table is tried
+_SURE = 1e-9  # by which chances may miss 1
+
+
+def state_number(env: _Env) -> int:
+    """The state of Gymnasium's toy texts."""
+    return int(env.unwrapped.s)  # type: ignore[attr-defined]  # of toy texts
+
+
+def table_of(env: _Env) -> tuple[Transitions, State, str]:
+    """The transitions in an environment's table, a function that reads its state, and where they are from, in words.
+
+    Raises:
+        PlanningError: there is no table, it is not whole, or it does not say what happens.
+    """
+    own = known(env)
+    if own is not None and own.table is not None:
+        transitions, state, source = own.table(env)
+    else:
+        transitions, state, source = _read(env), state_number, "the environment's table of transitions"
+        _check_whole(transitions)
+    _try_out(env, transitions, state)
+    return transitions, state, source
+
+
+def _read(env: _Env) -> Transitions:
+    table: Any = getattr(env.unwrapped, "P", None)
+    if not hasattr(table, "items"):
+        raise PlanningError("the environment has no table of transitions `P`")
+    count = action_count(env)
+    try:
+        return {
+            int(state): [
+                [
+                    Transition(float(chance), None if over else int(after), float(reward))
+                    for chance, after, reward, over in row[action]
+                    if chance > 0
+                ]
+                for action in range(count)
+            ]
+            for state, row in table.items()
+        }
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise PlanningError(f"the table `P` of the environment cannot be read: {error!r}") from None
+
+
+def action_count(env: _Env) -> int:
+    """The number of actions.
+
+    Raises:
+        PlanningError: they are not numbered from 0.
+    """
+    actions = env.action_space
+    if not isinstance(actions, spaces.Discrete) or actions.start != 0:
+        raise PlanningError(f"actions must be numbered from 0, got {actions}")
+    return int(actions.n)
+
+
+def _check_whole(transitions: Transitions) -> None:
+    for state, row in transitions.items():
+        for action, each in enumerate(row):
+            where = f"`P[{state}][{action}]`"
+            if gone := [after for _, after, _ in each if after is not None and after not in transitions]:
+                raise PlanningError(f"{where} leads to the state {gone[0]}, which `P` lacks")
+            if abs(sum(chance for chance, _, _ in each) - 1) > _SURE:
+                raise PlanningError(f"the chances of {where} do not add up to 1")
+
+
+def _try_out(env: _Env, transitions: Transitions, state: State) -> None:
+    """Play at random, to see whether all that happens is in the table."""
+    env.action_space.seed(0)
+    for seed in range(_EPISODES):
+        env.reset(seed=seed)
+        for _ in range(_STEPS):
+            before, action = state(env), int(env.action_space.sample())
+            _, reward, terminated, truncated, _ = env.step(action)
+            after = None if terminated else state(env)
+            rows = transitions.get(before)
+            if rows is None or not any((there, paid) == (after, reward) for _, there, paid in rows[action]):
+                raise PlanningError(
+                    f"the table of transitions does not say what happens: action {action} in state {before} led to "
+                    f"{after} for {reward}; the state has parts that the table lacks, or a wrapper changes the reward"
+                )
+            if terminated or truncated:
+                break

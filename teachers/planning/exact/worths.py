@@ -1,0 +1,167 @@
+"""Values of the states of a small Markov decision process."""
+
+from collections.abc import Callable, Hashable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import sparse
+
+from teachers.planning.transitions import Transitions
+
+_Floats = npt.NDArray[np.float64]
+
+_CLOSE = 1e-12  # of discounted values, relative to what is still to come
+_EQUAL = 1e-9  # of the greatest reward: sums that differ by less are equal
+_SILENT = 1e-3  # of the greatest difference between actions
+_NOTED = 0.05  # actions sooner or later that are worth a word
+
+
+class Worth(NamedTuple):
+    """What can be expected after an action, if the best ones follow."""
+
+    earned: float
+    """The sum of rewards."""
+    length: float
+    """The number of actions until the episode is over, this one included; 0 with a discount."""
+
+
+class Worths:
+    """What each action is worth in each state: the greatest sum of rewards, and the fewest actions for it.
+
+    By backward induction over the actions that are left, or, with a discount, by value iteration until nothing changes
+    (Puterman 1994, Markov Decision Processes, sections 4.5 and 6.3).
+
+    Args:
+        transitions: the environment's transitions; each state has the same number of actions.
+        horizon: most actions of an episode; the sum counts no reward after these. None with `gamma`.
+        gamma: discount for each action, below 1, without a horizon. None: rewards count alike.
+        fading: by what a reward of the transitions is multiplied that is paid after so many actions, where an
+            environment pays less with time; only with a horizon. None: by 1.
+    """
+
+    def __init__(
+        self,
+        transitions: Transitions,
+        horizon: int | None,
+        gamma: float | None = None,
+        fading: Callable[[int], float] | None = None,
+    ) -> None:
+        self.transitions, self.horizon, self.gamma, self._fading = transitions, horizon, gamma, fading
+        self._index = {state: i for i, state in enumerate(transitions)}
+        self.actions = len(next(iter(transitions.values())))
+        """Number of actions."""
+        moves, paid = self._arrays()
+        self._equal = _EQUAL * max(1e-300, np.abs(paid).max())
+        self._earned, self._lengths = self._solve(moves, paid)
+        self.spread = float(max((earned.max(axis=1) - earned.min(axis=1)).max() for earned in self._earned))
+        """The greatest difference between the sums of two actions in any state."""
+        self.margin = _SILENT * self.spread
+        """Differences of sums up to this one count as none."""
+        self.price = 0.0 if horizon is None else (self.margin or 1.0) / (2 * horizon)
+        """What an action costs in `ranked`, so that time decides between equal sums."""
+        self._listed: dict[tuple[int, int], tuple[Worth, ...]] = {}
+
+    def _arrays(self) -> tuple[list[Any], _Floats]:
+        """Per action the chances of the next states, and per state and action the expected reward."""
+        count = len(self._index)
+        paid = np.zeros((count, self.actions))
+        moves = []
+        for action in range(self.actions):
+            rows, columns, chances = [], [], []
+            for state, row in self._index.items():
+                for chance, after, reward in self.transitions[state][action]:
+                    paid[row, action] += chance * reward
+                    if after is not None:
+                        rows.append(row)
+                        columns.append(self._index[after])
+                        chances.append(chance)
+            moves.append(sparse.csr_array((chances, (rows, columns)), shape=(count, count)))
+        return moves, paid
+
+    def _solve(self, moves: list[Any], paid: _Floats) -> tuple[list[_Floats], list[_Floats]]:
+        """Sums and lengths with one action left, two, and so on, until they change no more."""
+        if self.gamma is not None:
+            return [self._discounted(moves, paid, self.gamma)], [np.zeros_like(paid)]
+        sums: list[_Floats] = []
+        lengths: list[_Floats] = []
+        best, fewest = np.zeros(len(paid)), np.zeros(len(paid))
+        for turn in range(self.horizon - 1, -1, -1):  # type: ignore[operator]  # without a discount there is one
+            earned = self.share(turn) * paid + np.stack([move @ best for move in moves], axis=1)
+            length = 1.0 + np.stack([move @ fewest for move in moves], axis=1)
+            if sums and self._fading is None and (earned == sums[-1]).all() and (length == lengths[-1]).all():
+                break
+            sums.append(earned)
+            lengths.append(length)
+            best = earned.max(axis=1)
+            fewest = np.where(earned >= best[:, None] - self._equal, length, np.inf).min(axis=1)
+        return sums, lengths
+
+    def _discounted(self, moves: list[Any], paid: _Floats, gamma: float) -> _Floats:
+        earned = paid
+        while True:
+            best = earned.max(axis=1)
+            new = paid + gamma * np.stack([move @ best for move in moves], axis=1)
+            change, earned = np.abs(new - earned).max(), new
+            if change <= _CLOSE * (1 - gamma) * max(1.0, np.abs(new).max()):
+                return earned
+
+    def share(self, turn: int) -> float:
+        """What is left of a reward after so many actions."""
+        return 1.0 if self._fading is None else self._fading(turn)
+
+    def __contains__(self, state: Hashable) -> bool:
+        return state in self._index
+
+    def worths(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
+        """What each action is worth in a state after `turn` actions; zeros if no action is left or none is known."""
+        at = self._stage(turn)
+        if at < 0 or state not in self._index:
+            return (Worth(0.0, 0.0),) * self.actions
+        key = at, self._index[state]
+        if key not in self._listed:
+            pairs = zip(self._earned[at][key[1]].tolist(), self._lengths[at][key[1]].tolist(), strict=True)
+            self._listed[key] = tuple(Worth(*pair) for pair in pairs)
+        return self._listed[key]
+
+    def _stage(self, turn: int) -> int:
+        """The index of the worths after so many actions; -1 if no action is left."""
+        left = len(self._earned) if self.horizon is None else self.horizon - turn
+        return min(max(left, 0), len(self._earned)) - 1
+
+    def expected(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
+        """The same by Bellman's equation for this one state, from the worths of the states that may follow."""
+        if self._stage(turn) < 0 or state not in self._index:
+            return (Worth(0.0, 0.0),) * self.actions
+        share, discount, found = self.share(turn), 1.0 if self.gamma is None else self.gamma, []
+        for transitions in self.transitions[state]:
+            earned, length = 0.0, 0.0 if self.horizon is None else 1.0
+            for chance, after, reward in transitions:
+                then = Worth(0.0, 0.0) if after is None else self.best(self.worths(after, turn + 1))
+                earned += chance * (share * reward + discount * then.earned)
+                length += chance * then.length
+            found.append(Worth(earned, length))
+        return tuple(found)
+
+    def best(self, worths: tuple[Worth, ...]) -> Worth:
+        """The greatest sum, with the fewest actions that earn it."""
+        most = max(worth.earned for worth in worths)
+        return Worth(most, min(worth.length for worth in worths if worth.earned >= most - self._equal))
+
+    def ranked(self, worths: tuple[Worth, ...]) -> tuple[float, ...]:
+        """One number for each action: its sum, less a price of time that decides between equal sums."""
+        return tuple(worth.earned - self.price * worth.length for worth in worths)
+
+    def lost(self, worths: tuple[Worth, ...], action: int) -> Worth:
+        """How much less than the best an action earns, 0 up to the margin; else how much later it earns as much."""
+        best, mine = self.best(worths), worths[action]
+        earned = best.earned - mine.earned
+        if earned > self.margin:
+            return Worth(earned, 0.0)
+        later = mine.length - best.length
+        return Worth(0.0, later if earned <= self._equal and later > _NOTED else 0.0)
+
+    @property
+    def certain(self) -> bool:
+        """Whether nothing is left to chance."""
+        return all(len(transitions) <= 1 for row in self.transitions.values() for transitions in row)

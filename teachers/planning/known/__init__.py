@@ -1,0 +1,64 @@
+"""What is known of single environments: words of actions and observations, and tables that they do not bring.
+
+One module for each, with what it knows as `KNOWN`.
+"""
+
+import enum
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any
+
+import gymnasium
+
+from teachers.planning.transitions import Transitions
+
+_Env = gymnasium.Env[Any, Any]
+State = Callable[[_Env], Hashable]
+"""Reads the key of an environment's current state."""
+
+_MODULES = {
+    "gymnasium.envs.toy_text.blackjack:BlackjackEnv": "blackjack",
+    "gymnasium.envs.toy_text.cliffwalking:CliffWalkingEnv": "cliff_walking",
+    "gymnasium.envs.toy_text.frozen_lake:FrozenLakeEnv": "frozen_lake",
+    "gymnasium.envs.toy_text.taxi:TaxiEnv": "taxi",
+    "minigrid.minigrid_env:MiniGridEnv": "minigrid",
+}
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a module knows of its environment."""
+
+    action_words: Mapping[str, Any] = field(default_factory=dict)
+    describe: Callable[[Any], str] | None = None
+    """An observation in words."""
+    table: Callable[[_Env], tuple[Transitions, State, str]] | None = None
+    """All transitions, a function that reads the state of an environment, and the source in words; None: there is none,
+    or the environment has one of its own.
+    """
+    state: State | None = None
+    """All that decides what happens but time, to explore an environment without a table."""
+    fading: Callable[[_Env], Callable[[int], float]] | None = None
+    """By what a reward is multiplied after so many actions; None: by 1."""
+    hides: bool = False
+    """Whether the student does not see all of the state."""
+
+
+def known(env: _Env) -> Known | None:
+    """What is known of an environment, by its class or a base of it; None if it is nothing."""
+    for cls in type(env.unwrapped).__mro__:
+        if name := _MODULES.get(f"{cls.__module__}:{cls.__qualname__}"):
+            found: Known = import_module(f"{__name__}.{name}").KNOWN
+            return found
+    return None
+
+
+def words_of(env: _Env) -> dict[str, int]:
+    """Words for actions that an environment names itself: by an enumeration `actions`, or by `get_action_meanings`."""
+    bare: Any = env.unwrapped
+    named = getattr(bare, "actions", None)
+    if isinstance(named, enum.EnumMeta):
+        return {each.name.lower().replace("_", " "): int(each.value) for each in named}  # type: ignore[var-annotated]
+    meanings = getattr(bare, "get_action_meanings", None)
+    return {str(word).lower(): action for action, word in enumerate(meanings())} if callable(meanings) else {}

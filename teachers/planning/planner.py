@@ -1,0 +1,56 @@
+"""The interface of planners, and what they find out about an environment."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+
+from teachers.oracle import Oracle
+
+_Env = gymnasium.Env[Any, Any]
+
+
+class PlanningError(ValueError):
+    """Raised by a planner that cannot serve an environment; it says why, and what would help."""
+
+
+@dataclass(frozen=True)
+class Planned:
+    """What makes an environment a lesson."""
+
+    tier: str
+    """How much is known: `exact`."""
+    why: str
+    """What the tier rests on, for people."""
+    oracle: type[Oracle[Any, Any]]
+    phrases: Path
+    """The file of the oracle's phrases."""
+    look: Callable[[_Env], Any]
+    """Reads the key of the current state, hashable, which truths show as `seen`."""
+    model: Any
+    """What oracle and claims know of the environment; see `worlds.wrapped.gym_world.GymWorld.model`."""
+    action_words: Mapping[str, Any] = field(default_factory=dict)
+    """Words that name actions; empty: none are known."""
+    describe: Callable[[Any], str] | None = None
+    """An observation as text; None: plain numbers."""
+    privileged: bool = False
+    """Whether the teacher knows more of a state than the student sees."""
+
+
+class Planner(ABC):
+    """Makes a `Planned` of an environment."""
+
+    @abstractmethod
+    def plan(self, env: _Env, turns: int) -> Planned:
+        """Find out what can be known.
+
+        Args:
+            env: an environment, which may be reset and stepped.
+            turns: most actions of an episode.
+
+        Raises:
+            PlanningError: the environment is none that it can serve.
+        """

@@ -1,0 +1,172 @@
+"""Planned oracles: what they say of environments that bring none, and which environments they refuse."""
+
+import gymnasium
+import minigrid  # noqa: F401 (its environments are registered by this)
+import numpy as np
+import pytest
+from gymnasium.envs.toy_text.taxi import TaxiEnv
+
+import llf_teacher
+from llf_teacher.tools.audit import audit
+from pz_envs.lesson import Lesson
+from teachers.atoms import FP, HN, HP, Label, Moment
+from teachers.planning import Exact, PlanningError
+from teachers.testing import Pupil, check_oracle
+
+
+def taxi():
+    return gymnasium.wrappers.TimeLimit(TaxiEnv(), 200)
+
+
+def lake(**options):
+    return gymnasium.make("FrozenLake-v1", map_name="8x8", **options)
+
+
+ENVIRONMENTS = {
+    "lake": lake,
+    "taxi": taxi,
+    "cliff": lambda: gymnasium.make("CliffWalking-v1"),
+    "blackjack": lambda: gymnasium.make("Blackjack-v1"),
+    "door": lambda: gymnasium.make("MiniGrid-DoorKey-5x5-v0"),
+}
+on_every_environment = pytest.mark.parametrize("name", ENVIRONMENTS)
+
+
+def lesson(name, **options):
+    return Lesson(ENVIRONMENTS[name], Exact(**options))
+
+
+@on_every_environment
+def test_a_planned_oracle_passes_the_kit(name):
+    subject = lesson(name)
+    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=60))
+
+
+def test_with_a_discount_it_passes_the_kit():
+    subject = lesson("lake", gamma=0.95)
+    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=60))
+    env = llf_teacher.StudentEnv(subject, text=True)
+    assert "0.95" in env.reset(seed=0)[0]["instruction"]
+
+
+@on_every_environment
+def test_no_claim_is_false_and_lies_are_caught(name):
+    subject = lesson(name)
+    honest = audit(subject, turns=120, students=("random", "obedient"))
+    assert honest.count(Label.DISTORTED) == honest.contradictions == honest.leaks == 0 < honest.checked
+    liar = audit(lesson(name), "mistake(eps=1)", turns=120, students=("random",))
+    assert liar.count(Label.TRUTHFUL) == sum(n for (kind, _), n in liar.claims.items() if kind is None)
+
+
+@pytest.mark.parametrize(
+    ("name", "episodes"), [("lake", 400), ("blackjack", 3000), ("cliff", 20), ("taxi", 50), ("door", 3)]
+)
+def test_values_are_what_the_best_actions_earn(name, episodes):
+    """In the environment itself, each time from another state that random actions reach."""
+    subject = lesson(name)
+    world, rng, missed = subject.make_world(), np.random.default_rng(1), []
+    oracle = subject.make_teacher(world).oracle
+    for seed in range(episodes):
+        world.reset(seed=seed)
+        oracle.start(world.truth)
+        over, worth, earned, lead = False, None, 0.0, rng.integers(8)
+        while not over:
+            values = oracle.values(world.truth)
+            if lead <= 0 and worth is None:
+                known = oracle.model.at(world.truth, oracle.lab)
+                worth = known.best(known.worths(world.truth.seen, world.truth.turn)).earned
+            action = world.sample_action(rng) if worth is None else values.index(max(values))
+            _, reward, terminated, truncated, _ = world.step(action)
+            over, lead = terminated or truncated or world.truth.turn >= subject.max_turns, lead - 1
+            earned += 0.0 if worth is None else reward
+        if worth is not None:
+            missed.append(earned - worth)
+    assert len(missed) > episodes / 8
+    assert np.mean(missed) == pytest.approx(0, abs=max(1e-9, 4 * np.std(missed) / len(missed) ** 0.5))
+
+
+def test_the_teacher_knows_nothing_of_the_luck_to_come():
+    """Whatever the coming draws are, the same state and turn get the same words, and a slip is not blamed."""
+    subject = lesson("lake")
+    world = subject.make_world()
+    oracle = subject.make_teacher(world).oracle
+    said, slips = {}, 0
+    for seed in range(300):
+        world.reset(seed=seed)
+        oracle.start(world.truth)
+        for turn in range(6):
+            before = world.truth
+            advice = oracle.judge(Moment.opening(before, turn))
+            assert said.setdefault((before.seen, turn), advice) == advice
+            action = next(each.action for each in advice if each.kind is FP) if advice else 0
+            _, reward, terminated, truncated, _ = world.step(action)
+            verdict = oracle.judge(Moment(before, action, reward, world.truth, False, turn + 1, False), {HP, HN})
+            assert [each.kind for each in verdict] == [HP] * bool(advice)
+            slips += max(oracle.values(world.truth)) < max(oracle.values(before)) - oracle.model.spread / 1000
+            if terminated or truncated:
+                break
+    assert slips > 50
+
+
+def test_advice_arrives():
+    """With a sum of rewards without discount the end of the turns counts, so that no detour is as good as the way."""
+    env = llf_teacher.teach(lake(is_slippery=False), oracle="auto", success=lambda *step: step[1] > 0)
+    info, turns = env.reset(seed=0)[1], 0
+    while not info.get("success"):
+        (advice,) = [atom.claim for atom in info["atoms"] if atom.kind is FP]
+        _, _, _, truncated, info = env.step(advice.action)
+        turns += 1
+        assert not truncated
+    assert turns == 14
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda: gymnasium.make("CartPole-v1"), "no table of transitions `P`; to explore it, give exact's state="),
+        (
+            lambda: gymnasium.wrappers.TransformReward(lake(), lambda reward: 2 * reward - 1),
+            "does not say what happens",
+        ),
+        (lambda: gymnasium.make("MiniGrid-Dynamic-Obstacles-5x5-v0"), "chance decides what actions do"),
+        (lambda: gymnasium.make("Pendulum-v1"), "no table of transitions"),
+    ],
+)
+def test_what_is_not_known_is_refused_with_the_reason(make, match):
+    with pytest.raises(PlanningError, match=match):
+        llf_teacher.teach(make, oracle="auto")
+
+
+def test_bounds_are_met():
+    with pytest.raises(PlanningError, match=r"more than \d+ states can be reached, .* the bounds are states=100"):
+        lesson("door", states=100)
+    with pytest.raises(PlanningError, match="give max_turns or gamma"):
+        Lesson(lake(max_episode_steps=100_000), "exact")
+
+
+def test_states_that_look_alike_are_found_out():
+    with pytest.raises(PlanningError, match="two states have the same key and differ"):
+        lesson("door", state=lambda env: (tuple(env.unwrapped.agent_pos), int(env.unwrapped.agent_dir)))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"oracle": "best"}, "oracle must be a subclass .* name of one .auto, exact., got 'best'"),
+        ({"oracle": "auto", "look": len}, "leave out look"),
+        ({"oracle": "auto", "phrases": {}}, "leave out look"),
+    ],
+)
+def test_bad_arguments_are_named(options, match):
+    with pytest.raises(ValueError, match=match):
+        llf_teacher.teach(lake(), **options)
+    with pytest.raises(ValueError, match="gamma must be None or a number from 0 to below 1, got 1"):
+        Exact(gamma=1)
+
+
+def test_a_lesson_says_what_it_rests_on():
+    plan = lesson("door").planned
+    assert plan.tier == "exact"
+    assert plan.privileged
+    assert "states that can be reached" in plan.why
+    assert llf_teacher.teach(lake(), oracle="auto").teacher.oracle.tier == "exact"
