@@ -53,6 +53,7 @@ def add_to(app: typer.Typer) -> None:
     group.command("run")(run)
     group.command("report")(report)
     group.command("check")(check)
+    group.command("archive")(archive)
     group.command("migrate")(migrate)
     group.command("export")(export)
     group.command("power")(power)
@@ -142,30 +143,39 @@ def report(
     report: Report_ = REPORT,
 ) -> None:
     """Write the report of a study from the episodes in its store, also while the study runs or after it was stopped."""
-    from llf_teacher.studies.definition.study import Study, load_study
+    from llf_teacher.studies import load
+    from llf_teacher.studies.definition.study import load_study
     from llf_teacher.studies.report import write_report
-    from llf_teacher.studies.store import Store, StoreError
+    from llf_teacher.studies.store import Store
 
-    if not store.is_file():
-        raise StoreError(f"there is no file {store}; `llf study run` makes stores, and --store names one")
-    with Store(store) as opened:
-        if file is None and "study" not in opened.manifest():
-            raise StoreError(f"the store {store} does not name its study; give the study's file, too")
-        write_report(opened, Study(**opened.manifest()["study"]) if file is None else load_study(file), report)
+    with load(store) as results, Store(store, read_only=True) as opened:
+        write_report(opened, results.study if file is None else load_study(file), report)
     Console(stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
-    """Check that no episode of a store is damaged; damaged ones are printed, and the exit status is 1."""
+    """Check that a store is whole and as it was written. What is damaged is printed, and the exit status is 1."""
     from llf_teacher.studies.store import Store
 
-    with Store(file) as store:
-        found = [f"{file}, row {number}: {problem}" for number, problem in store.damage(thorough=True)]
+    with Store(file, read_only=True) as store:
+        found = [f"{file}, {table}, row {row}: {problem}" for table, row, problem in store.damage()]
         for line in found:
             errors.print(escape_control_chars(line))
         if found:
             raise typer.Exit(1)
-        typer.echo(f"{store.count} episodes, none of them damaged.")
+        typer.echo(f"{store.count} episodes, all as they were written.")
+
+
+def archive(
+    store: Annotated[Path, typer.Argument(help="Store of a study, which may be running.", exists=True, dir_okay=False)],
+    file: Annotated[Path, typer.Argument(help="Zip file to write.")],
+) -> None:
+    """Copy a store whole, with the study's file, its manifest, the versions of its software and its report."""
+    from llf_teacher.studies import load
+
+    with load(store) as results:
+        results.archive(file)
+    typer.echo(f"Archive: {file.resolve()}")
 
 
 def migrate(

@@ -61,7 +61,7 @@ def diff(
     from llf_teacher.studies.store import Store
 
     console = Console(record=html is not None, markup=False, highlight=False, soft_wrap=html is not None)
-    with Store(first) as one, Store(second) as other:
+    with Store(first, read_only=True) as one, Store(second, read_only=True) as other:
         _show(compare(one, other), (f"{first}", f"{second}"), console)
     if html is not None:
         console.save_html(f"{html}")

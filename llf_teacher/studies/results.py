@@ -36,9 +36,7 @@ class Results:
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        if not self.path.is_file():
-            raise StoreError(f"there is no file {path}; give a store that `llf study run` made")
-        self._store = Store(self.path)
+        self._store = Store(self.path, read_only=True)
 
     def close(self) -> None:
         """Close the file."""
@@ -54,7 +52,7 @@ class Results:
     def episodes(self) -> Any:
         """One row per episode, as a data frame of pandas, of polars, or, without both, as a list of dicts.
 
-        The columns are `key` and the fields of `EpisodeSpec` and `EpisodeRow`.
+        The columns are `key`, the fields of `EpisodeSpec` and `EpisodeRow`, and `revision`, a key of `definitions`.
         """
         rows = list(self.rows())
         try:
@@ -114,15 +112,20 @@ class Results:
         return self._store.manifest()
 
     @property
+    def definitions(self) -> dict[int, dict[str, Any]]:
+        """Every definition that episodes were played under, by `revision`: the study, and its software's versions."""
+        return self._store.definitions()
+
+    @property
     def study(self) -> Study:
-        """The last study that was run with the store.
+        """The last study that was run with the store. Modules of your own are not imported before it is run again.
 
         Raises:
             StoreError: the store names none.
         """
         if "study" not in self.manifest:
             raise StoreError(f"{self.path} does not name its study; give the study, too")
-        return Study(**self.manifest["study"])
+        return Study.recalled(self.manifest["study"])
 
     def report(self, study: Study | None = None) -> "Report":
         """The report of a study, by default `study`; a notebook shows it.
@@ -143,6 +146,16 @@ class Results:
         from llf_teacher.studies.report import write_figures  # as above
 
         return write_figures(self._store, study or self.study, Path(folder))
+
+    def archive(self, path: Path | str) -> None:
+        """Write a zip file of all that is known of the study; the store may be written to at the same time.
+
+        It has `study.db`, a whole copy of the store; `study.toml`; `manifest.json`; `requirements.txt`, the versions of
+        the software; and `report.html`, if an episode was played.
+        """
+        from llf_teacher.studies.archive import write_archive  # imports Matplotlib
+
+        write_archive(self.path, Path(path))
 
     def export(self, path: Path | str, table: str = "episodes") -> int:
         """Write a table, in constant memory.
@@ -261,7 +274,10 @@ def _write_parquet(path: Path, rows: Rows, columns: Columns) -> int:
 
 
 _TABLES: dict[str, tuple[Callable[[Results], Rows], Columns]] = {
-    "episodes": (Results.rows, {"key": str} | EpisodeSpec.__annotations__ | EpisodeRow.__annotations__),
+    "episodes": (
+        Results.rows,
+        {"key": str} | EpisodeSpec.__annotations__ | EpisodeRow.__annotations__ | {"revision": int},
+    ),
     "turns": (Results.all_turns, {"key": str} | TurnRow.__annotations__),
 }
 _WRITERS = {".csv": _write_csv, ".jsonl": _write_jsonl, ".parquet": _write_parquet}

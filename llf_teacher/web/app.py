@@ -78,7 +78,7 @@ class _Pages:
 
     def __init__(self, terms: Terms, stores: Sequence[Path]) -> None:
         self.lessons = OpenLessons(terms)
-        self._stores = [Store(path) for path in stores]
+        self._stores = [Store(path, read_only=True) for path in stores]
         self._thread = ThreadPoolExecutor(1, "lessons")
         self._waiting, self._idle, self._draw_lock = 0, asyncio.Event(), asyncio.Lock()
         self._idle.set()

@@ -133,8 +133,8 @@ def test_a_mistake_is_one_line_and_status_2(tmp_path, arguments, said):
 @pytest.mark.parametrize(
     ("harm", "said"),
     [
-        ("DROP TABLE story", "the table story lacks number, packed"),
-        ("DROP VIEW episode; ALTER TABLE result DROP COLUMN regret", "the table result lacks regret"),
+        ("DROP TABLE story", "its story is missing"),
+        ("DROP VIEW episode; ALTER TABLE result DROP COLUMN regret", "its result is defined otherwise"),
         ("DELETE FROM story WHERE number = 1", "an episode is incomplete"),
         ("DELETE FROM result", "an episode is incomplete"),
     ],
@@ -162,12 +162,12 @@ def test_a_store_is_checked(tmp_path):
     assert llf("study", "run", "study.toml", "--executor", "here", cwd=tmp_path).returncode == 0
     result = llf("study", "check", "llf-study.db", cwd=tmp_path)
     assert result.returncode == 0
-    assert result.stdout.endswith(" episodes, none of them damaged.\n")
+    assert result.stdout.endswith(" episodes, all as they were written.\n")
     with contextlib.closing(sqlite3.connect(tmp_path / "llf-study.db")) as store, store:
         store.execute("UPDATE result SET regret = regret + 1e-9 WHERE number = 2")
     result = llf("study", "check", "llf-study.db", cwd=tmp_path)
     assert result.returncode == 1
-    assert result.stderr.startswith("llf-study.db, row 2: the episode ")
+    assert result.stderr.startswith("llf-study.db, result, row 2: the episode ")
 
 
 def test_a_study_without_any_episode_played_has_no_report(tmp_path):

@@ -74,9 +74,9 @@ def test_each_fault_fails_its_episode_and_no_other(folder, monkeypatch):
             assert re.search(error, row["error"]), row
             assert reason in REASONS
             assert ("faulty.py" in row["trace"]) == (fault not in ("deaf", "exits"))
-        undisturbed = sorted((spec.key, *spec, *play(spec).episode) for spec in study(*sound).episodes())
+        undisturbed = sorted((spec.key, *spec, *play(spec).episode, 1) for spec in study(*sound).episodes())
         assert rows(store) == undisturbed
-        assert not list(store.damage(thorough=True))
+        assert not list(store.damage())
 
 
 def test_of_a_batch_only_that_task_is_lost_that_ends_its_process(folder):
@@ -122,11 +122,11 @@ def test_a_failure_is_covered_by_a_digest(folder):
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError):
             run(study("faulty:Agent(fault='raises')"), store, options=RunOptions("here"))
-        assert not list(store.damage(thorough=True))
+        assert not list(store.damage())
         for change in ("seed = 1", "reason = 'died'", "error = ''", "trace = 'x'", "key = x'00'"):
             store._db.execute("SAVEPOINT before")
             store._db.execute(f"UPDATE failure SET {change}")
-            assert [problem for _, problem in store.damage(thorough=True) if "the failure of" in problem], change
+            assert [problem for *_, problem in store.damage() if "the failure of" in problem], change
             store._db.execute("ROLLBACK TO before")
             store._db.execute("RELEASE before")
 

@@ -41,7 +41,7 @@ def test_a_turn_has_what_the_model_said_and_what_it_cost(tmp_path):
     with Store(tmp_path / "s.db") as store:
         store.add(record)
         assert store.turns(record.spec.key)[1]["thought"] == "is it far?"
-        assert not list(store.damage(thorough=True))
+        assert not list(store.damage())
     results = load(tmp_path / "s.db")
     (row,) = results.rows()
     assert {name: row[name] for name in COSTS} == {name: getattr(episode, name) for name in COSTS}

@@ -89,7 +89,7 @@ def test_a_full_disk_is_said_and_what_was_written_stays(tmp_path):
         before = store.count
         assert before > 0
         store._db.execute("PRAGMA max_page_count = 100000")
-        assert not list(store.damage(thorough=True))
+        assert not list(store.damage())
         assert run(study(seeds=50), store, options=HERE) == 200 - before
 
 
@@ -137,7 +137,7 @@ def test_shards_put_together_are_the_study(tmp_path):
     assert result.stdout == f"16 episodes, stored in {merged}.\n", result.stderr
     assert content(merged) == content(whole)
     with Store(merged) as store, Store(whole) as undisturbed:
-        assert not list(store.damage(thorough=True))
+        assert not list(store.damage())
         assert store.manifest() == undisturbed.manifest()
         assert run(study(), store, options=HERE) == 0
 
@@ -167,7 +167,7 @@ def test_a_damaged_part_is_not_taken(tmp_path):
         store.add(play(next(study().episodes())))
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
         db.execute("UPDATE result SET words = words + 1")
-    with pytest.raises(StoreError, match=r"a\.db, row 1: the episode .* differs from its digest"):
+    with pytest.raises(StoreError, match=r"a\.db, result, row 1: the episode .* differs from its digest"):
         merge(tmp_path / "b.db", [path])
     assert not (tmp_path / "b.db").exists()
     with pytest.raises(StoreError, match="there is no file"):

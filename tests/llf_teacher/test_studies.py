@@ -143,7 +143,7 @@ def test_what_is_stored_is_what_was_played(tmp_path):
         for spec in study.episodes():
             record = play(spec)
             (row,) = store.episodes({spec.key})
-            assert tuple(row)[1:] == (*spec, *record.episode)
+            assert tuple(row)[1:] == (*spec, *record.episode, 1)
             turns = list(store.turns(spec.key))
             assert [turn["turn"] for turn in turns] == list(range(record.episode.turns + 1))
             assert [turn["feedback"] for turn in turns] == [turn.feedback for turn in record.turns]

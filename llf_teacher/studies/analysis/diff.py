@@ -11,7 +11,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.analysis.resampling import bootstrap_means
 from llf_teacher.studies.analysis.statistics import LEVEL, Estimate, mean_intervals
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.store.database import read_only
+from llf_teacher.studies.store.files import reading
 
 _RESAMPLES = 9999
 FIELDS = tuple(name for name in EpisodeSpec._fields if name not in ("seed", "version", "rules"))
@@ -80,7 +80,7 @@ def _cells(store: Store) -> dict[Setting, Episodes]:
     names = ", ".join(FIELDS)
     query = f"SELECT {names}, rules, seed, regret, success FROM result JOIN setting USING (setting) ORDER BY rules"  # noqa: S608
     found: dict[Setting, tuple[str, array[float]]] = {}
-    with read_only(store.path) as db:
+    with reading(store.path) as db:
         for *setting, rules, seed, regret, success in db.execute(query):
             if found.get(tuple(setting), ("",))[0] != rules:
                 found[tuple(setting)] = rules, array("d")

@@ -246,6 +246,22 @@ class Study:
         values: dict[str, Any] = json.loads(json.dumps(asdict(self)))
         return values
 
+    @classmethod
+    def recalled(cls, values: Mapping[str, Any]) -> "Study":
+        """The study whose `as_dict` these values are. Nothing is checked, so that nobody's own code is imported."""
+        study = object.__new__(cls)
+        for each in fields(cls):
+            default = each.default_factory() if callable(each.default_factory) else each.default
+            object.__setattr__(study, each.name, _frozen(values.get(each.name, default)))
+        return study
+
+
+def _frozen(value: Any) -> Any:
+    """A JSON value with tuples for lists."""
+    if isinstance(value, list):
+        return tuple(map(_frozen, value))
+    return {name: _frozen(each) for name, each in value.items()} if isinstance(value, dict) else value
+
 
 def _seed(value: Any) -> int:
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:

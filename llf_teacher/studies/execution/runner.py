@@ -191,7 +191,7 @@ class _Run:
         if tally.todo and executor not in executors.HERE:
             check_portable((*self._study.teachers, *self._study.transfer.get("teachers", ()), *tally.students))
         self._progress(tally.done, tally.total)
-        store.write_manifest(manifest(self._study))
+        store.define(manifest(self._study))
         if tally.todo and not self._ends(0):
             call = partial(run_episode, limits=options.limits)
             work = Work(partial(set_up, self._environment), call, tally.todo, options.limits.hard_seconds(tally.turns))

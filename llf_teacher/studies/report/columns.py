@@ -18,7 +18,7 @@ from llf_teacher.registry import entry
 from llf_teacher.studies.analysis.outcomes import SETTING, Column, Outcomes, gathered
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.store import Store
-from llf_teacher.studies.store.database import read_only
+from llf_teacher.studies.store.files import reading
 from teachers.atoms import KINDS, Label
 
 CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
@@ -210,6 +210,6 @@ def _curves(spec: EpisodeSpec, rows: list[tuple[int, int, int, bytes]]) -> Curve
 @contextmanager
 def columns(store: Store, planned: Plan) -> Iterator[Columns]:
     """Read a store's columns through a connection of their own, in one transaction."""
-    with read_only(store.path) as db:
+    with reading(store.path) as db:
         db.execute("BEGIN")
         yield Columns(db, planned)

@@ -2,25 +2,28 @@
 
 The table `result` has the columns for tables and curves, `story` the turns as one compressed value, and `setting` what
 many episodes share. The view `episode` joins `result` and `setting`. A failed episode is a row of `failure` until it is
-played successfully.
+played successfully. `definition` has every definition that the study has had, by the `revision` that its episodes name,
+and `manifest` the newest facts. Each row has a digest of its values, and `seal` the number of rows and all digests of a
+table in one, so that a changed value and a missing row are noticed.
 """
 
 import contextlib
 import hashlib
 import json
-import os
 import sqlite3
 import weakref
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from llf_teacher.episodes.failure import Failure
 from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, Record, pack_turns, unpack_regrets, unpack_turns
+from llf_teacher.studies.store import files
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 _APPLICATION_ID = 0x4C4C4654  # "LLFT"
 _TYPES = {
     str: "TEXT NOT NULL",
@@ -43,29 +46,29 @@ def _columns(names: Iterable[str]) -> str:
     return ", ".join(f"{name} {_TYPES[_KINDS[name]]}" for name in names)
 
 
-_TABLES = {
-    "manifest": ("name", "value"),
-    "setting": ("setting", *_SHARED),
-    "result": ("number", "key", "setting", *_OWN, "digest"),
-    "story": ("number", "packed"),
-    "failure": ("number", "key", *EpisodeSpec._fields, *Failure._fields, "digest"),
-    "episode": ("key", *_FIELDS),
-}
 _FAILED = ", ".join((*EpisodeSpec._fields, *Failure._fields))
 _EPISODE = f"lower(hex(key)) AS key, {', '.join(_FIELDS)}"
 _JOINED = "result JOIN setting USING (setting)"
+_SEALED = {"result": "number", "failure": "number", "definition": "revision", "manifest": "name"}
+"""The tables of the seal, and what names their rows."""
 _SCHEMA = f"""
-CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE manifest (name TEXT PRIMARY KEY, value TEXT NOT NULL, digest BLOB NOT NULL) WITHOUT ROWID;
+CREATE TABLE definition (revision INTEGER PRIMARY KEY, facts TEXT NOT NULL UNIQUE, digest BLOB NOT NULL);
 CREATE TABLE setting (setting INTEGER PRIMARY KEY, {_columns(_SHARED)}, UNIQUE ({", ".join(_SHARED)}));
 CREATE TABLE result (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE,
-setting INTEGER NOT NULL REFERENCES setting (setting), {_columns(_OWN)}, digest BLOB NOT NULL);
+setting INTEGER NOT NULL REFERENCES setting (setting), {_columns(_OWN)}, revision INTEGER NOT NULL,
+digest BLOB NOT NULL);
 CREATE TABLE story (number INTEGER PRIMARY KEY REFERENCES result (number), packed BLOB NOT NULL);
 CREATE TABLE failure (number INTEGER PRIMARY KEY, key BLOB NOT NULL UNIQUE, {_columns(EpisodeSpec._fields)},
 {_columns(Failure._fields)}, digest BLOB NOT NULL);
-CREATE VIEW episode AS SELECT {_EPISODE} FROM {_JOINED};
+CREATE TABLE seal (sealed TEXT PRIMARY KEY, rows INTEGER NOT NULL, digest BLOB NOT NULL) WITHOUT ROWID;
+CREATE VIEW episode AS SELECT {_EPISODE}, revision FROM {_JOINED};
+{"".join(f"INSERT INTO seal VALUES ('{table}', 0, zeroblob(8));" for table in _SEALED)}
 PRAGMA application_id = {_APPLICATION_ID};
 PRAGMA user_version = {SCHEMA_VERSION};
 """  # noqa: S608
+_BYTES = 8  # of a digest
+_HALF = "an episode is incomplete"
 _PAGE = 16_384  # bytes; smaller pages would be partly empty
 _ORDER = "id, instruction_type, feedback_type, teacher, student, seed, max_turns, version, rules"
 
@@ -80,53 +83,59 @@ class Store:
     As a context, it deletes a file that it has created if an error leaves it empty.
 
     Args:
-        path: the file; it is created if it does not exist.
+        path: the file; it is created if it does not exist, unless it is only read.
+        read_only: whether nothing is written, so that the file's folder may be read-only.
 
     Raises:
-        StoreError: the file has another schema version, is incomplete or no store, or cannot be written.
+        StoreError: the file has another schema version, is damaged or no store, or cannot be written; or it does not
+            exist and is only read.
     """
 
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, *, read_only: bool = False) -> None:
         self.path = path = Path(path)
+        if read_only and not path.is_file():
+            raise StoreError(f"there is no file {path}; give a store that `llf study run` made")
         self._made = not path.exists()
         try:
-            # An unused store may be collected, and closed, in any thread.
-            self._db = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
-            weakref.finalize(self, self._db.close)
+            self._db = files.connect(path, read_only=read_only)
+            weakref.finalize(self, files.close, self._db)  # in any thread
             self._db.row_factory = sqlite3.Row
+            self._logs = False
             self._settings: dict[tuple[Any, ...], int] = {}
+            self._changes: dict[str, tuple[int, int]] = {}
+            """What the current transaction changes in the seal: the number of rows, and the digests, by table."""
             with contextlib.ExitStack() as on_error:
                 on_error.callback(self.close)
-                self._prepare()
-                self._identity = file_identity(path)
+                self._prepare(read_only)
+                self.revision = self._last_revision()
+                """The revision of episodes that are added; 0: of no definition."""
+                self._identity = files.file_identity(path)
                 on_error.pop_all()
         except sqlite3.DatabaseError as error:
             raise StoreError(f"cannot use {path} as a store: {error}; give another file by --store") from None
 
-    def _prepare(self) -> None:
+    def _prepare(self, read_only: bool) -> None:
         application, version = (
             self._db.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")
         )
-        empty = not self._db.execute("SELECT 1 FROM sqlite_schema LIMIT 1").fetchone()
-        if not empty and application != _APPLICATION_ID:
+        schema = _schema(self._db)
+        if schema and application != _APPLICATION_ID:
             raise StoreError(f"{self.path} is another kind of database; give another file by --store")
-        if not empty and version != SCHEMA_VERSION:
+        if schema and version != SCHEMA_VERSION:
             raise StoreError(
                 f"{self.path} has schema version {version}, this release reads version {SCHEMA_VERSION}; give another "
                 "file by --store, convert it by `llf study migrate`, or use the release that wrote it"
             )
-        for table, columns in () if empty else _TABLES.items():
-            there = {row["name"] for row in self._db.execute(f"PRAGMA table_info({table})")}
-            if lacking := [name for name in columns if name not in there]:
-                raise self._incomplete(f"the table {table} lacks {', '.join(lacking)}")
-        if empty:
+        if not schema and read_only:
+            raise StoreError(f"{self.path} is empty; give a store that `llf study run` made")
+        for name, sql in _schema_of_a_store().items() if schema else ():
+            if schema.get(name) != sql:
+                raise self._damaged(f"its {name} {'is defined otherwise' if name in schema else 'is missing'}")
+        if not schema:
             self._db.execute(f"PRAGMA page_size = {_PAGE}")
-        self._db.execute("PRAGMA journal_mode = WAL")
-        self._db.execute("PRAGMA synchronous = NORMAL")
-        if empty:
             self._db.executescript(f"BEGIN IMMEDIATE; {_SCHEMA} COMMIT;")
 
-    def _incomplete(self, what: str) -> StoreError:
+    def _damaged(self, what: str) -> StoreError:
         return StoreError(f"{self.path} is incomplete or damaged: {what}; give another file by --store")
 
     def check(self) -> None:
@@ -135,31 +144,90 @@ class Store:
         Raises:
             StoreError: an episode is not.
         """
-        for number, problem in self.damage():
-            raise self._incomplete(f"{problem} (row {number})")
+        for table, number in self._halves():
+            raise self._damaged(f"{_HALF} ({table}, row {number})")
 
-    def damage(self, *, thorough: bool = False) -> Iterator[tuple[int, str]]:
-        """Damage: the number of a row of `result`, `story` or `failure` (0: of the file), and what is wrong with it.
-
-        Args:
-            thorough: whether to compare everything with its digest; else only missing rows are found.
-        """
+    def _halves(self) -> Iterator[tuple[str, int]]:
+        """Rows of `result` without turns, and the other way round."""
         for here, there in (("result", "story"), ("story", "result")):
             query = f"SELECT number FROM {here} WHERE number NOT IN (SELECT number FROM {there})"  # noqa: S608
             for (number,) in self._db.execute(query):
-                yield number, "an episode is incomplete"
-        if thorough:
-            for (message,) in self._db.execute("PRAGMA integrity_check"):
-                if message != "ok":
-                    yield 0, message
-            query = f"SELECT number, digest, {_EPISODE}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
-            for number, digest, key, *values, packed in self._db.execute(query):
-                if _digest(key, values, packed) != digest:
-                    yield number, f"the episode {key} differs from its digest"
-            query = f"SELECT number, digest, lower(hex(key)), {_FAILED} FROM failure"  # noqa: S608
-            for number, digest, key, *values in self._db.execute(query):
-                if _digest(key, values) != digest:
-                    yield number, f"the failure of the episode {key} differs from its digest"
+                yield here, number
+
+    def damage(self) -> Iterator[tuple[str, int | str, str]]:
+        """What is wrong with the store: a table or `file`, the row that is damaged or the last one before, the problem.
+
+        Every value is compared with the digest of its row, and the rows with the seal of their table. Others may write
+        at the same time.
+        """
+        if files.has_lost_its_log(self.path):
+            yield (
+                "file",
+                0,
+                f"episodes may be missing: it was copied without its log, {files.log_of(self.path).name}, in which the "
+                "newest are; copy both, or let `llf study archive` copy it",
+            )
+        self._db.execute("SAVEPOINT damage")  # all queries see the same state
+        self._db.text_factory = lambda text: text.decode("utf-8", "backslashreplace")  # then it differs from its digest
+        try:
+            for table, read in (
+                ("file", self._broken_pages),
+                ("result", self._broken_episodes),
+                ("failure", self._broken_failures),
+                ("definition", lambda: self._broken_facts("definition", "revision, facts")),
+                ("manifest", lambda: self._broken_facts("manifest", "name, value")),
+                ("seal", self._broken_seals),
+            ):
+                row: int | str = 0
+                try:
+                    for table, row, problem in read():
+                        if problem:
+                            yield table, row, problem
+                except (sqlite3.Error, UnicodeError, OverflowError) as error:
+                    yield table, row, f"what follows this row cannot be read: {error}"
+        finally:
+            self._db.text_factory = str
+            with contextlib.suppress(sqlite3.Error):
+                self._db.execute("RELEASE damage")
+
+    def _broken_pages(self) -> Iterator[tuple[str, int | str, str]]:
+        for (message,) in self._db.execute("PRAGMA integrity_check"):
+            yield "file", 0, "" if message == "ok" else message
+
+    def _broken_episodes(self) -> Iterator[tuple[str, int | str, str]]:
+        for table, number in self._halves():
+            yield table, number, _HALF
+        query = (
+            f"SELECT number, digest, lower(hex(key)), revision, {', '.join(_FIELDS)}, packed "  # noqa: S608
+            "FROM result LEFT JOIN setting USING (setting) JOIN story USING (number) ORDER BY number"
+        )
+        for number, digest, key, *values, packed in self._db.execute(query):
+            differs = _digest((key, *values), packed) != digest
+            yield "result", number, f"the episode {key} differs from its digest" if differs else ""
+
+    def _broken_failures(self) -> Iterator[tuple[str, int | str, str]]:
+        query = f"SELECT number, digest, lower(hex(key)), {_FAILED} FROM failure ORDER BY number"  # noqa: S608
+        for number, digest, key, *values in self._db.execute(query):
+            differs = _digest((key, *values)) != digest
+            yield "failure", number, f"the failure of the episode {key} differs from its digest" if differs else ""
+
+    def _broken_facts(self, table: str, columns: str) -> Iterator[tuple[str, int | str, str]]:
+        for digest, *values in self._db.execute(f"SELECT digest, {columns} FROM {table}"):  # noqa: S608
+            yield table, values[0], "" if _digest(values) == digest else "it differs from its digest"
+
+    def _broken_seals(self) -> Iterator[tuple[str, int | str, str]]:
+        seals = {name: (rows, digest) for name, rows, digest in self._db.execute("SELECT * FROM seal")}
+        for table in _SEALED:
+            rows, total = 0, 0
+            for (digest,) in self._db.execute(f"SELECT digest FROM {table}"):  # noqa: S608
+                rows, total = rows + 1, total ^ _number(digest)
+            sealed, all_digests = seals.get(table, (None, b""))
+            problem = ""
+            if rows != sealed:
+                problem = f"the table {table} has {rows} rows instead of {sealed}"
+            elif total != _number(all_digests):
+                problem = f"the table {table} has other rows than those that were written"
+            yield "seal", table, problem
 
     def add(self, record: Record) -> None:
         """Write an episode and its turns, all or nothing; an episode that is there stays unchanged."""
@@ -173,24 +241,48 @@ class Store:
         key = spec.key
         with self._writing() as db:
             setting = self._setting(_of_shared(values))
-            row = (bytes.fromhex(key), setting, *_of_own(values), _digest(key, values, turns))
+            digest = _digest((key, self.revision, *values), turns)
+            row = (bytes.fromhex(key), setting, *_of_own(values), self.revision, digest)
             added = db.execute(f"INSERT OR IGNORE INTO result VALUES (NULL, {_marks(row)})", row)  # noqa: S608
             if added.rowcount:
                 db.execute("INSERT INTO story VALUES (?, ?)", (added.lastrowid, turns))
-                db.execute("DELETE FROM failure WHERE key = ?", row[:1])
+                self._count("result", digest)
+                self._delete("failure", "key", row[0])
 
     def add_failure(self, spec: EpisodeSpec, failure: Failure) -> None:
         """Write why an episode failed; an earlier failure is replaced."""
-        row = (bytes.fromhex(spec.key), *spec, *failure, _digest(spec.key, (*spec, *failure)))
+        digest = _digest((spec.key, *spec, *failure))
+        row = (bytes.fromhex(spec.key), *spec, *failure, digest)
         with self._writing() as db:
-            db.execute(f"INSERT OR REPLACE INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
+            self._delete("failure", "key", row[0])
+            db.execute(f"INSERT INTO failure VALUES (NULL, {_marks(row)})", row)  # noqa: S608
+            self._count("failure", digest)
 
-    def packed(self) -> Iterator[tuple[EpisodeSpec, EpisodeRow, bytes]]:
-        """All episodes, as `add_packed` takes them."""
-        query = f"SELECT {', '.join(_FIELDS)}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
+    def _delete(self, table: str, column: str, value: Any) -> None:
+        """Delete a row, if it is there."""
+        for (digest,) in self._db.execute(f"DELETE FROM {table} WHERE {column} = ? RETURNING digest", (value,)):  # noqa: S608
+            self._count(table, digest, -1)
+
+    def _count(self, table: str, digest: bytes, added: int = 1) -> None:
+        """Note a row that the current transaction adds or deletes, for the seal."""
+        rows, digests = self._changes.get(table, (0, 0))
+        self._changes[table] = rows + added, digests ^ _number(digest)
+
+    def _seal(self) -> None:
+        for table, (added, digests) in self._changes.items():
+            sealed = self._db.execute("SELECT digest FROM seal WHERE sealed = ?", (table,)).fetchone()
+            if sealed is None or not isinstance(sealed[0], bytes):
+                raise self._damaged(f"the table {table} has no seal")
+            now = (_number(sealed[0]) ^ digests).to_bytes(_BYTES)
+            self._db.execute("UPDATE seal SET rows = rows + ?, digest = ? WHERE sealed = ?", (added, now, table))
+        self._changes.clear()
+
+    def packed(self) -> Iterator[tuple[int, EpisodeSpec, EpisodeRow, bytes]]:
+        """All episodes: the revision of each, and what `add_packed` takes."""
+        query = f"SELECT revision, {', '.join(_FIELDS)}, packed FROM {_JOINED} JOIN story USING (number)"  # noqa: S608
         size = len(EpisodeSpec._fields)
-        for *values, turns in self._db.execute(query):
-            yield EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
+        for revision, *values, turns in self._db.execute(query):
+            yield revision, EpisodeSpec(*values[:size]), EpisodeRow(*values[size:]), turns
 
     def failed(self) -> Iterator[tuple[EpisodeSpec, Failure]]:
         """All failed episodes, as `add_failure` takes them."""
@@ -222,11 +314,16 @@ class Store:
             return
         self.check_file()
         try:
+            if not self._logs:
+                files.begin_writing(db)
+                self._logs = True
             db.execute("BEGIN IMMEDIATE")
             yield db
+            self._seal()
             db.execute("COMMIT")
         except BaseException as error:
             self._settings.clear()
+            self._changes.clear()
             with contextlib.suppress(sqlite3.Error):
                 if db.in_transaction:  # SQLite may have ended it
                     db.execute("ROLLBACK")
@@ -243,7 +340,7 @@ class Store:
         Raises:
             StoreError: the file was deleted, moved or replaced.
         """
-        if file_identity(self.path) != self._identity:
+        if files.file_identity(self.path) != self._identity:
             raise StoreError(
                 f"{self.path} was deleted, moved or replaced while it was in use, so that nothing more can be stored; "
                 "if it was moved, put it back, and run the same command to go on"
@@ -316,7 +413,7 @@ class Store:
         try:
             return unpack_turns(row["packed"]) if row else []
         except (zlib.error, ValueError) as error:
-            raise self._incomplete(
+            raise self._damaged(
                 f"the turns of the episode {key} (row {row['number']}) cannot be read: {error}"
             ) from None
 
@@ -337,36 +434,71 @@ class Store:
             "GROUP BY student ORDER BY student"
         ).fetchall()
 
-    def write_manifest(self, values: dict[str, Any]) -> None:
-        """Write facts about the study and its software."""
-        rows = [(name, json.dumps(value, ensure_ascii=False)) for name, value in values.items()]
+    def define(self, facts: Mapping[str, Any]) -> int:
+        """Set the definition that the next episodes are played under: a new revision, unless the store has it already.
+
+        Args:
+            facts: JSON values: the study, and the versions of its software. They go into the manifest, too.
+
+        Returns:
+            The revision.
+        """
+        text = _json(facts)
         with self._writing() as db:
-            db.executemany("INSERT OR REPLACE INTO manifest VALUES (?, ?)", rows)
+            self.write_manifest(facts)
+            found = db.execute("SELECT revision FROM definition WHERE facts = ?", (text,)).fetchone()
+            self.revision = found[0] if found else 1 + self._last_revision()
+            if not found:
+                row = (self.revision, text)
+                db.execute("INSERT INTO definition VALUES (?, ?, ?)", (*row, _digest(row)))
+                self._count("definition", _digest(row))
+        return self.revision
+
+    def definitions(self) -> dict[int, dict[str, Any]]:
+        """What `define` was given, by revision. Revision 0 stands for none."""
+        return self._facts("SELECT revision, facts FROM definition ORDER BY revision")
+
+    def _last_revision(self) -> int:
+        (revision,) = self._db.execute("SELECT coalesce(max(revision), 0) FROM definition").fetchone()
+        return int(revision)
+
+    def _facts(self, query: str) -> dict[Any, Any]:
+        try:
+            return {name: json.loads(value) for name, value in self._db.execute(query)}
+        except (ValueError, sqlite3.DatabaseError) as error:
+            raise self._damaged(f"its definition cannot be read, {error}; `llf study check` names the rows") from None
+
+    def write_manifest(self, values: Mapping[str, Any]) -> None:
+        """Write facts about the study and its software; earlier ones of the same names are replaced."""
+        with self._writing() as db:
+            for name, value in values.items():
+                row = (name, _json(value))
+                self._delete("manifest", "name", name)
+                db.execute("INSERT INTO manifest VALUES (?, ?, ?)", (*row, _digest(row)))
+                self._count("manifest", _digest(row))
 
     def manifest(self) -> dict[str, Any]:
         """All that `write_manifest` has written."""
-        rows = self._db.execute("SELECT name, value FROM manifest ORDER BY name")
-        return {row["name"]: json.loads(row["value"]) for row in rows}
+        return self._facts("SELECT name, value FROM manifest ORDER BY name")
+
+    def back_up(self, path: Path) -> None:
+        """Write a whole copy of the store, as it is at one moment; others may write to the store at the same time."""
+        with contextlib.closing(files.connect(path)) as copy:
+            self._db.backup(copy)
+            files.close(copy)
 
     def close(self) -> None:
         """Close the file."""
-        self._db.close()
+        files.close(self._db)
 
     def __enter__(self) -> "Store":
         return self
 
     def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
-        useless = error is not None and self._made and self.empty and file_identity(self.path) == self._identity
+        useless = error is not None and self._made and self.empty and files.file_identity(self.path) == self._identity
         self.close()
         if useless:
             self.path.unlink(missing_ok=True)
-
-
-@contextlib.contextmanager
-def read_only(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection to a store of any schema version, which is closed at the end and cannot write."""
-    with contextlib.closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as db:
-        yield db
 
 
 def _marks(values: tuple[Any, ...]) -> str:
@@ -381,17 +513,29 @@ def _key(key: str) -> bytes:
         return b""
 
 
-def file_identity(path: Path | int) -> tuple[int, int] | None:
-    """Device and inode of the file at a path, or of an open file by its number; None if there is none."""
-    try:
-        found = os.stat(path)
-    except OSError:
-        return None
-    return found.st_dev, found.st_ino
+def _json(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)
 
 
-def _digest(key: str, values: Iterable[Any], turns: bytes = b"") -> bytes:
-    """A digest of everything that is stored of an episode."""
-    digest = hashlib.blake2b(repr((key, *values)).encode(), digest_size=8)
+def _digest(values: Iterable[Any], turns: bytes = b"") -> bytes:
+    """A digest of everything that is stored in a row, and of the turns of an episode."""
+    digest = hashlib.blake2b(repr(tuple(values)).encode(), digest_size=_BYTES)
     digest.update(turns)
     return digest.digest()
+
+
+def _number(digest: Any) -> int:
+    """A digest as a number; -1 if it is none."""
+    return int.from_bytes(digest) if isinstance(digest, bytes) else -1
+
+
+def _schema(db: sqlite3.Connection) -> dict[str, str]:
+    """What a database consists of: the text that defines each table and view, by name."""
+    return {name: f"{sql}" for name, sql in db.execute("SELECT name, sql FROM sqlite_schema")}
+
+
+@cache
+def _schema_of_a_store() -> dict[str, str]:
+    with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
+        db.executescript(_SCHEMA)
+        return _schema(db)

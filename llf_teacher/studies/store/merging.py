@@ -1,6 +1,7 @@
 """Merging of the stores of a study's shards."""
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ from llf_teacher.studies.store.store_lock import lock_store
 
 
 def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], object] | None = None) -> int:
-    """Copy several stores into one. If several stores have an episode, that of the first one counts.
+    """Copy several stores of one study into one. If several stores have an episode, that of the first one counts.
 
     Args:
         into: the target; it is created, or completed after an interrupted merge.
@@ -20,37 +21,66 @@ def merge(into: Path, parts: Sequence[Path], progress: Callable[[int, int], obje
         The number of episodes in the target.
 
     Raises:
-        StoreError: a part is no store, is damaged, or is the target; nothing of it is copied.
+        StoreError: a part is no store, is damaged, of another study, or the target; nothing is copied.
     """
     for path in parts:
         if not path.is_file():
             raise StoreError(f"there is no file {path}; give stores that `llf study run` made")
         if into.exists() and into.samefile(path):
             raise StoreError(f"the target {into} cannot be a part; give it as the first file only")
-    with lock_store(into), Store(into) as whole:
-        done, total = 0, 0
-        spent: dict[str, dict[str, Any]] = {}
-        for path in parts:
-            with Store(path) as part:
-                for number, problem in part.damage(thorough=True):
-                    raise StoreError(
-                        f"{path}, row {number}: {problem}; play the episode again, or leave this store out"
-                    )
-                total += part.count
-                for spec, episode, turns in part.packed():
-                    whole.add_packed(spec, episode, turns)
+    with contextlib.ExitStack() as opened:
+        opened.enter_context(lock_store(into))
+        stores = [opened.enter_context(Store(path, read_only=True)) for path in parts]
+        for store in stores:
+            for table, row, problem in store.damage():
+                raise StoreError(
+                    f"{store.path}, {table}, row {row}: {problem}; play the episode again, or leave this store out"
+                )
+        with Store(into, read_only=True) if into.exists() else contextlib.nullcontext() as target:
+            _check_same_study([target, *stores] if target else stores)
+        with Store(into) as whole:
+            total, done = sum(store.count for store in stores), 0
+            for store in stores:
+                for _ in _copied(store, whole):
                     done += 1
                     if progress:
                         progress(done, total)
-                for spec, failure in part.failed():
-                    if not whole.has(spec.key):
-                        whole.add_failure(spec, failure)
-                manifest = part.manifest()
-                for row in manifest.get("llm", ()):
-                    known = spent.setdefault(row["model"], {"model": row["model"]})
-                    known |= {name: known.get(name, 0) + value for name, value in row.items() if name != "model"}
-            if not whole.manifest():
-                whole.write_manifest(manifest)
-        if spent:
-            whole.write_manifest({"llm": list(spent.values())})
-        return whole.count
+            if spent := _spent(stores):
+                whole.write_manifest({"llm": spent})
+            return whole.count
+
+
+def _check_same_study(stores: Sequence[Store]) -> None:
+    """Check that the newest definitions of stores are of the same study."""
+    stores = [store for store in stores if "study" in store.manifest()]
+    studies = [store.manifest()["study"] for store in stores]
+    for store, study in zip(stores, studies, strict=True):
+        if differing := [name for name in {**studies[0], **study} if study.get(name) != studies[0].get(name)]:
+            raise StoreError(
+                f"{store.path} is of another study than {stores[0].path}: they differ in {', '.join(differing)}; merge "
+                "the shards of one study only"
+            )
+
+
+def _copied(part: Store, whole: Store) -> Iterator[None]:
+    """Copy a store; stops after each episode."""
+    revisions = {revision: whole.define(facts) for revision, facts in part.definitions().items()}
+    for revision, spec, episode, turns in part.packed():
+        whole.revision = revisions.get(revision, 0)
+        whole.add_packed(spec, episode, turns)
+        yield
+    for spec, failure in part.failed():
+        if not whole.has(spec.key):
+            whole.add_failure(spec, failure)
+    known = whole.manifest()
+    whole.write_manifest({name: value for name, value in part.manifest().items() if name not in known})
+
+
+def _spent(stores: Sequence[Store]) -> list[dict[str, Any]]:
+    """What the models of all stores cost, by model."""
+    spent: dict[str, dict[str, Any]] = {}
+    for store in stores:
+        for row in store.manifest().get("llm", ()):
+            known = spent.setdefault(row["model"], {"model": row["model"]})
+            known |= {name: known.get(name, 0) + value for name, value in row.items() if name != "model"}
+    return list(spent.values())

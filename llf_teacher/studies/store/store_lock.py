@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from llf_teacher.studies.store import StoreError
-from llf_teacher.studies.store.database import file_identity
+from llf_teacher.studies.store.files import file_identity
 
 try:
     import fcntl
