@@ -118,14 +118,14 @@ class Results:
 
     @property
     def study(self) -> Study:
-        """The last study that was run with the store. Modules of your own are not imported before it is run again.
+        """The last study that was run with the store. The modules of your own agents need not be here.
 
         Raises:
             StoreError: the store names none.
         """
         if "study" not in self.manifest:
             raise StoreError(f"{self.path} does not name its study; give the study, too")
-        return Study.recalled(self.manifest["study"])
+        return Study.recalled(self.manifest)
 
     def report(self, study: Study | None = None) -> "Report":
         """The report of a study, by default `study`; a notebook shows it.

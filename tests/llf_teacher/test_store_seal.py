@@ -11,7 +11,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from commands import llf
+from commands import llf, llf_apart
 from studying import rows, small, stored
 
 from llf_teacher.studies import load
@@ -229,7 +229,7 @@ def test_merged_rows_keep_their_definitions(tmp_path):
     ],
 )
 def test_a_recalled_study_is_the_study(study):
-    recalled = Study.recalled(study.as_dict())
+    recalled = Study.recalled({"study": study.as_dict()})
     assert recalled == study
     assert list(recalled.episodes()) == list(study.episodes())
 
@@ -249,3 +249,54 @@ def test_a_store_of_the_schema_before_is_migrated(tmp_path):
     assert llf("study", "check", tmp_path / "newer.db").returncode == 0
     with load(tmp_path / "newer.db") as results:
         assert results.manifest == {"platform": "here"}
+
+
+OWN = """
+from teachers.personality import personality
+
+
+class Blind:
+    reads = "nothing"
+
+    def act(self, observation):
+        return "north"
+
+
+class Reader:
+    def act(self, observation):
+        return "south"
+
+
+@personality(mute=True)
+def shy(claims, view):
+    return ()
+"""
+
+
+def test_a_report_needs_nobody_s_own_code(tmp_path):
+    home, away = tmp_path / "home", tmp_path / "away"
+    home.mkdir()
+    away.mkdir()
+    (home / "study.toml").write_text(
+        'ids = ["llf-gridworld-v0"]\nteachers = ["oracle", "mine:shy", "silent"]\n'
+        'students = ["mine:Blind", "mine:Reader"]\nseeds = 5\nmax_turns = 3\n'
+    )
+    (home / "mine.py").write_text(OWN)
+    played = llf_apart("study", "run", "study.toml", "--workers", "1", "--store", "s.db", cwd=home)
+    assert played.returncode == 0, played.stderr
+    pages = []
+    for folder, store in ((home, "s.db"), (away, "../home/s.db")):
+        for command in (
+            ("report", "--store", store, "--report", "r.html"),
+            ("check", store),
+            ("export", store, "e.csv"),
+            ("figures", "figures", "--store", store),
+            ("archive", store, "a.zip"),
+            ("diff", store, store),
+        ):
+            result = llf_apart("study", *command, cwd=folder)
+            assert result.returncode == 0, (command, result.stderr)
+        pages.append((folder / "r.html").read_text(encoding="utf-8"))
+        (home / "mine.py").unlink(missing_ok=True)
+    assert pages[0] == pages[1]
+    assert "reads nothing" in pages[1]

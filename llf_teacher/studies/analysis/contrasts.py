@@ -3,12 +3,11 @@
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, cast
 
-from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.analysis.sequential import ALPHA, levels_of
 from llf_teacher.studies.analysis.statistics import RESAMPLES
-from llf_teacher.studies.definition.custom_specs import parse_teacher
 from llf_teacher.studies.definition.design import InterimAnalyses
+from llf_teacher.studies.definition.recalled import student_of, teacher_of
 from llf_teacher.studies.definition.study import Study
 from teachers.feedback import parse_kinds
 
@@ -48,9 +47,9 @@ def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) ->
     It cannot if it hears neither: it ignores teachers, there is no feedback, or both teachers are mute. Such a pair is
     no comparison, and p-values are not adjusted for it.
     """
-    if teacher == baseline or parse_student(student).reads not in TAUGHT or not parse_kinds(feedback_type):
+    if teacher == baseline or student_of(student).reads not in TAUGHT or not parse_kinds(feedback_type):
         return False
-    return not (parse_teacher(teacher).mute and parse_teacher(baseline).mute)
+    return not (teacher_of(teacher).mute and teacher_of(baseline).mute)
 
 
 def least_p(seeds: int) -> float:

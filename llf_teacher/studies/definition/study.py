@@ -14,11 +14,11 @@ import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, supported_types
 from llf_teacher.speakers.parsing import needed_of
-from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
 from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
+from llf_teacher.studies.definition.recalled import recall, student_of, teacher_of
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
 from teachers.feedback import format_kinds
@@ -138,8 +138,8 @@ class Study:
     @property
     def named(self) -> dict[str, str]:
         """The name of each teacher and student in the report, by spec."""
-        asks = {spec: parse_teacher(spec) for spec in self._specs("teachers")}
-        return short_names(asks | {spec: parse_student(spec) for spec in self._specs("students")}, self.names)
+        asks: dict[str, Any] = {spec: teacher_of(spec) for spec in self._specs("teachers")}
+        return short_names(asks | {spec: student_of(spec) for spec in self._specs("students")}, self.names)
 
     def _specs(self, name: str) -> tuple[str, ...]:
         """All `teachers` or all `students`, those of tests included."""
@@ -247,8 +247,10 @@ class Study:
         return values
 
     @classmethod
-    def recalled(cls, values: Mapping[str, Any]) -> "Study":
-        """The study whose `as_dict` these values are. Nothing is checked, so that nobody's own code is imported."""
+    def recalled(cls, manifest: Mapping[str, Any]) -> "Study":
+        """The study of a store, by its manifest. Nothing is checked; modules of the user's own need not be here."""
+        recall(manifest.get("own", {}))
+        values = manifest["study"]
         study = object.__new__(cls)
         for each in fields(cls):
             default = each.default_factory() if callable(each.default_factory) else each.default

@@ -18,6 +18,7 @@ from llf_teacher.models.settings import CACHE
 from llf_teacher.speakers.speaker import Speaker
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.custom_specs import check_portable, parse_teacher
+from llf_teacher.studies.definition.recalled import facts_of
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import executors
 from llf_teacher.studies.execution.executors import Executor, Lost, Work
@@ -324,6 +325,7 @@ def manifest(study: Study) -> dict[str, Any]:
         "study": study.as_dict(),
         "students": {spec: facts for spec in study.students if (facts := parse_student(spec).facts())},
         "teachers": {f"{teacher}": facts for teacher in speakers(study) if (facts := teacher.facts())},
+        "own": facts_of(*((*getattr(study, name), *study.transfer.get(name, ())) for name in ("students", "teachers"))),
         "versions": _versions(),
         "python": platform.python_version(),
         "platform": platform.platform(),

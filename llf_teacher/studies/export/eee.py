@@ -10,7 +10,7 @@ from typing import Any
 
 from llf_teacher import __version__
 from llf_teacher.registry import entry
-from llf_teacher.students.parsing import parse_student
+from llf_teacher.studies.definition.recalled import student_of
 from llf_teacher.studies.results import Results
 
 SCHEMA = "0.3.0"
@@ -106,7 +106,7 @@ def write(
 
 
 def _model(student: str) -> dict[str, Any]:
-    model = getattr(parse_student(student), "model", "")
+    model = getattr(student_of(student), "model", "")
     name = model or student
     id = name if "/" in name else f"{'unknown' if model else 'llf-teacher'}/{name}"
     return {"name": name, "id": id, "developer": id.partition("/")[0], "additional_details": {"student": student}}

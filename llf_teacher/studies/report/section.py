@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.analysis import statistics
 from llf_teacher.studies.analysis.contrasts import Test, can_differ, least_p
 from llf_teacher.studies.analysis.estimators import curve_areas
 from llf_teacher.studies.analysis.statistics import Band, Difference, Estimate, Split, variance_split
+from llf_teacher.studies.definition.recalled import student_of
 from llf_teacher.studies.definition.study import Grid
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot
@@ -276,4 +276,4 @@ def share(all_sums: Sequence[Sums], part: str, whole: str) -> float | None:
 
 def reads(student: str) -> str:
     """What a student reads, one of `llf_teacher.students.student.READS`."""
-    return parse_student(student).reads
+    return student_of(student).reads

@@ -3,10 +3,10 @@
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.analysis.outcomes import Group
 from llf_teacher.studies.analysis.time_to_success import CONTROL, Attempts, attempts
+from llf_teacher.studies.definition.recalled import student_of
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.parts.part import Part
 
@@ -21,7 +21,7 @@ class Tries(NamedTuple):
 
 def _tries(data: Data) -> Iterator[Tries]:
     for group, cells in data.taught.items():
-        reached = {pair: cell for pair, cell in cells.items() if parse_student(pair[1]).reads in TAUGHT}
+        reached = {pair: cell for pair, cell in cells.items() if student_of(pair[1]).reads in TAUGHT}
         if found := attempts(reached, group.max_turns):
             yield Tries(group, next(iter(found.values())).tries, found)
 

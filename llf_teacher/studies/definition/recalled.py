@@ -1,0 +1,59 @@
+"""Teachers and students of a stored study, as its report needs them: the modules of the user's own need not be here."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+from llf_teacher.speakers.speaker import Speaker
+from llf_teacher.students.parsing import parse_student
+from llf_teacher.students.student import Student
+from llf_teacher.studies.definition.custom_specs import parse_teacher
+from teachers.personality import Personality
+from teachers.spec import parse_calls
+
+
+class Recalled(NamedTuple):
+    """What a store knows of a teacher or a student whose module cannot be imported here."""
+
+    reads: str = "words"
+    """What the student reads."""
+    mute: bool = False
+    """Whether the teacher says nothing but the instruction."""
+
+
+_recalled: dict[str, Recalled] = {}
+
+
+def facts_of(students: Iterable[str], teachers: Iterable[str]) -> dict[str, dict[str, Any]]:
+    """What a store keeps of the user's own, by spec, as JSON values."""
+    reads = {spec: Recalled(reads=parse_student(spec).reads) for spec in students if _is_own(spec)}
+    mute = {spec: Recalled(mute=parse_teacher(spec).mute) for spec in teachers if _is_own(spec)}
+    return {spec: each._asdict() for spec, each in (reads | mute).items()}
+
+
+def recall(facts: Mapping[str, Mapping[str, Any]]) -> None:
+    """Describe specs by what `facts_of` gave, where their modules cannot be imported."""
+    _recalled.update({spec: Recalled(**each) for spec, each in facts.items()})
+
+
+def student_of(spec: str) -> Student | Recalled:
+    """The student of a spec; errors as of `parse_student`, but for modules that are not here."""
+    try:
+        return parse_student(spec)
+    except ValueError:
+        if not _is_own(spec):
+            raise
+        return _recalled.get(spec, Recalled())
+
+
+def teacher_of(spec: str) -> Personality | Speaker | Recalled:
+    """The teacher of a spec; errors as of `parse_teacher`, but for modules that are not here."""
+    try:
+        return parse_teacher(spec)
+    except ValueError:
+        if not _is_own(spec):
+            raise
+        return _recalled.get(spec, Recalled())
+
+
+def _is_own(spec: str) -> bool:
+    return any(call.prefix for call in parse_calls("teacher or student", spec, "a spec", prefixes=2))
