@@ -149,7 +149,7 @@ def report(
     from llf_teacher.studies.store import Store
 
     with load(store) as results, Store(store, read_only=True) as opened:
-        write_report(opened, results.study if file is None else load_study(file), report)
+        write_report(opened, results.played_study if file is None else load_study(file), report)
     Console(stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 

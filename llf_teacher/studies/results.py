@@ -123,9 +123,21 @@ class Results:
         Raises:
             StoreError: the store names none.
         """
-        if "study" not in self.manifest:
+        return self._recalled(as_played=False)
+
+    @property
+    def played_study(self) -> Study:
+        """The same study with the versions that have played it: its episodes are those in the store.
+
+        Raises:
+            StoreError: the store names none.
+        """
+        return self._recalled(as_played=True)
+
+    def _recalled(self, *, as_played: bool) -> Study:
+        if "study" not in (manifest := self.manifest):
             raise StoreError(f"{self.path} does not name its study; give the study, too")
-        return Study.recalled(self.manifest)
+        return Study.recalled(manifest, as_played=as_played)
 
     def report(self, study: Study | None = None) -> "Report":
         """The report of a study, by default `study`; a notebook shows it.
@@ -135,7 +147,7 @@ class Results:
         """
         from llf_teacher.studies.report import Report, render  # imports Matplotlib
 
-        return Report(render(self._store, study or self.study))
+        return Report(render(self._store, study or self.played_study))
 
     def figures(self, folder: Path | str, study: Study | None = None) -> list[Path]:
         """Write each figure of the report as SVG and PDF that stand alone, with its data as CSV.
@@ -145,7 +157,7 @@ class Results:
         """
         from llf_teacher.studies.report import write_figures  # as above
 
-        return write_figures(self._store, study or self.study, Path(folder))
+        return write_figures(self._store, study or self.played_study, Path(folder))
 
     def archive(self, path: Path | str) -> None:
         """Write a zip file of all that is known of the study; the store may be written to at the same time.

@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import re
 import shutil
 import signal
 import sqlite3
@@ -300,3 +301,32 @@ def test_a_report_needs_nobody_s_own_code(tmp_path):
         (home / "mine.py").unlink(missing_ok=True)
     assert pages[0] == pages[1]
     assert "reads nothing" in pages[1]
+
+
+def test_a_store_of_another_release_has_its_report(tmp_path, monkeypatch):
+    """The versions are part of what identifies an episode."""
+    path = tmp_path / "s.db"
+    with monkeypatch.context() as patched:
+        patched.setattr("llf_teacher.__version__", "0.0.9")
+        played(path, small())
+    result = llf("study", "report", "--store", path, "--report", tmp_path / "r.html")
+    assert result.returncode == 0, result.stderr
+    with load(path) as results:
+        assert {spec.version.partition("+")[0] for spec in results.played_study.episodes()} == {"0.0.9"}
+        assert "16 of 16 episodes played" in results.report().html
+        with pytest.raises(ValueError, match=r"holds no episode of this study; run it first. The store has 16 others"):
+            results.report(results.study)
+
+
+def test_a_report_names_episodes_of_other_definitions(tmp_path):
+    path = tmp_path / "s.db"
+    for study in (small(seeds=[5, 6]), small(seeds=[6, 7], teachers=["oracle"])):
+        played(path, study)
+    with load(path) as results:
+        table = (
+            results.report().html.partition("Definitions with which this store was run.")[2].partition("</table>")[0]
+        )
+    cells = re.findall(r"<t[dh][^>]*>([^<]*)</t[dh]>", table.partition("<tbody>")[2])
+    assert cells == ["1", "teachers, seeds", "4", "12", "2", "nothing", "4", "0"]
+    with load(played(tmp_path / "one.db", small())) as results:
+        assert "Definitions with which this store was run" not in results.report().html

@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
@@ -212,10 +213,8 @@ class Study:
         """The episodes of an environment."""
         family = entry(id).family
         max_turns = self.max_turns or family.max_turns
-        version, rules = llf_teacher.__version__, f"{TREE}.{family.rules}"
+        version, rules = self.versions[family.name]
         options = options_of(self.options, id)
-        if family.version:
-            version = f"{version}+{family.distribution}-{family.version}"
         for sample, feedback_type, teacher, student, seed in itertools.product(
             range(self.samples), self.feedback_types, *grid
         ):
@@ -241,20 +240,37 @@ class Study:
                 options=options,
             )
 
+    @cached_property
+    def versions(self) -> Mapping[str, tuple[str, str]]:
+        """`version` and `rules` of the episodes of each family."""
+        found = {}
+        for family in {entry(id).family.name: entry(id).family for id in self.ids}.values():
+            of_world = f"+{family.distribution}-{family.version}" if family.version else ""
+            found[family.name] = (f"{llf_teacher.__version__}{of_world}", f"{TREE}.{family.rules}")
+        return found
+
     def as_dict(self) -> dict[str, Any]:
         """The study as JSON values."""
         values: dict[str, Any] = json.loads(json.dumps(asdict(self)))
         return values
 
     @classmethod
-    def recalled(cls, manifest: Mapping[str, Any]) -> "Study":
-        """The study of a store, by its manifest. Nothing is checked; modules of the user's own need not be here."""
+    def recalled(cls, manifest: Mapping[str, Any], *, as_played: bool = False) -> "Study":
+        """The study of a store. Nothing is checked; modules of the user's own need not be here.
+
+        Args:
+            manifest: of the store.
+            as_played: whether its episodes have the versions of those in the store, for a report, and not those of this
+                release, which would play it again.
+        """
         recall(manifest.get("own", {}))
         values = manifest["study"]
         study = object.__new__(cls)
         for each in fields(cls):
             default = each.default_factory() if callable(each.default_factory) else each.default
             object.__setattr__(study, each.name, _frozen(values.get(each.name, default)))
+        if as_played:
+            vars(study)["versions"] = {**study.versions, **_frozen(manifest.get("played", {}))}
         return study
 
 

@@ -323,6 +323,7 @@ def manifest(study: Study) -> dict[str, Any]:
     """What is needed to repeat a study: its definition, and the versions of its software."""
     return {
         "study": study.as_dict(),
+        "played": {family: list(each) for family, each in study.versions.items()},
         "students": {spec: facts for spec in study.students if (facts := parse_student(spec).facts())},
         "teachers": {f"{teacher}": facts for teacher in speakers(study) if (facts := teacher.facts())},
         "own": facts_of(*((*getattr(study, name), *study.transfer.get(name, ())) for name in ("students", "teachers"))),

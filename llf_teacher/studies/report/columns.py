@@ -47,6 +47,15 @@ class Sums(NamedTuple):
     """Sums of the columns that count something, and of the regret."""
 
 
+class Revision(NamedTuple):
+    """Numbers of the episodes that were played under one definition."""
+
+    shown: int
+    """Those that the study asks for."""
+    there: int
+    """All in the store."""
+
+
 class Answers(NamedTuple):
     """Answers of a student's model, over all its episodes."""
 
@@ -155,6 +164,15 @@ class Columns:
         rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
         for setting, seed, first in rows:
             yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}
+
+    def revisions(self) -> dict[int, Revision]:
+        """How many episodes each revision has in the store, those of other definitions included."""
+        counts = (
+            dict(self._db.execute(f"SELECT revision, count(*) FROM {rows} GROUP BY revision"))  # noqa: S608
+            for rows in ("result", _WANTED)
+        )
+        there, wanted = counts
+        return {number: Revision(wanted.get(number, 0), count) for number, count in sorted(there.items())}
 
     def failures(self) -> dict[tuple[str, str], int]:
         """Number of episodes that failed and were not played since, by student and reason."""

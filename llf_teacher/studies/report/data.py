@@ -14,7 +14,7 @@ from llf_teacher.studies.analysis.outcomes import Outcomes
 from llf_teacher.studies.definition.design import main_types
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.definition.transcript_filter import PATTERNS
-from llf_teacher.studies.report.columns import Columns, Curves, Plan, Sums, columns, plan
+from llf_teacher.studies.report.columns import Columns, Curves, Plan, Revision, Sums, columns, plan
 from llf_teacher.studies.report.section import Cell, Section, cell
 from llf_teacher.studies.store import Store
 from pz_envs.family import all_families
@@ -30,6 +30,8 @@ class Data:
     planned: Plan
     sums: Mapping[EpisodeSpec, Sums]
     """Sums over the played episodes, by setting."""
+    revisions: Mapping[int, Revision]
+    """Numbers of episodes by the revision of the definition that they were played under."""
     failures: Mapping[tuple[str, str], int]
     """Number of episodes that failed and were not played since, by student and reason."""
     sections: tuple[Section, ...]
@@ -120,13 +122,24 @@ def read(store: Store, study: Study) -> Data:
     with columns(store, planned) as there:
         sums = there.sums()
         if not sums:
-            raise ValueError(f"{store.path} holds no episode of this study; run it first")
+            raise ValueError(
+                f"{store.path} holds no episode of this study; run it first. The store has {store.count} others; name "
+                "no study to report on the one that was run with it"
+            )
         test = test_of(
             study,
             lambda seeds: there.count(seeds) == sum(len(seeds.intersection(each)) for each in planned.values()),
         )
-        found, failures = tuple(_sections(study, there, sums, test)), there.failures()
-    return Data(study=study, store=store, planned=planned, sums=sums, failures=failures, sections=found, test=test)
+        return Data(
+            study=study,
+            store=store,
+            planned=planned,
+            sums=sums,
+            revisions=there.revisions(),
+            failures=there.failures(),
+            sections=tuple(_sections(study, there, sums, test)),
+            test=test,
+        )
 
 
 def _sections(study: Study, there: Columns, sums: Mapping[EpisodeSpec, Sums], test: Test | None) -> Iterator[Section]:

@@ -44,6 +44,9 @@ def migrate(old: Path, new: Path, progress: Callable[[int, int], object] | None 
             facts = {name: json.loads(value) for name, value in db.execute("SELECT * FROM manifest")}
             spent = {name: facts.pop(name) for name in ("llm",) if name in facts}
             if "study" in facts:
+                table = "episode" if version == 3 else "setting"
+                rows = db.execute(f"SELECT family, version, rules FROM {table} ORDER BY version, rules")  # noqa: S608
+                facts["played"] = {family: played for family, *played in rows}
                 store.define(facts)
             store.write_manifest(facts | spent)
             total = db.execute("SELECT count(*) FROM episode").fetchone()[0]
