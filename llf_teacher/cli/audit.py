@@ -233,7 +233,7 @@ def _share_elsewhere(audits: list["Audit"]) -> str:
 
 
 def _print(found: list["Audit"]) -> None:
-    from teachers.atoms import KINDS, Label
+    from teachers.atoms import KINDS
 
     console = Console(highlight=False)
     columns = [
@@ -292,10 +292,18 @@ def _print(found: list["Audit"]) -> None:
             console.print(f"\n{each.id}, {each.teacher}: changed by the voice", style="yellow", markup=False)
             lost, new = (", ".join(names) or "nothing" for names in (change.vanished, change.appeared))
             console.print(f"  {change.before}\n  {change.after}\n  vanished: {lost}; appeared: {new}", markup=False)
-    false = sum(each.count(Label.DISTORTED) for each in found if each.honest)
-    checked = sum(each.checked for each in found)
-    honest = sum(each.honest for each in found)
-    console.print(
-        f"\n{checked} claims checked; {false} false claims by teachers that promise honesty ({honest} of {len(found)} "
-        "audits)."
+    console.print(f"\n{summary(found)}", markup=False)
+
+
+def summary(found: list["Audit"]) -> str:
+    """What the audits found, with all that makes the exit status 1."""
+    from teachers.atoms import Label
+
+    honest = [each for each in found if each.honest]
+    false = sum(each.count(Label.DISTORTED) for each in honest)
+    contradictions = sum(each.contradictions for each in honest)
+    return (
+        f"{sum(each.checked for each in found)} claims checked. By teachers that promise honesty ({len(honest)} of "
+        f"{len(found)} audits): {false} false claims, {contradictions} contradictions. By all: "
+        f"{sum(each.leaks for each in found)} leaks."
     )

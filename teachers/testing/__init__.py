@@ -3,6 +3,7 @@
 from teachers.testing.oracles import (
     CHECKS,
     check_claims,
+    check_contradictions,
     check_determinism,
     check_distortion,
     check_hints,
@@ -36,6 +37,7 @@ __all__ = [
     "Pupil",
     "Taught",
     "check_claims",
+    "check_contradictions",
     "check_copies",
     "check_determinism",
     "check_distortion",

@@ -7,6 +7,7 @@ what is wrong.
 import dataclasses
 from collections.abc import Callable
 from enum import Enum
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -60,6 +61,14 @@ def check_honesty(pupil: Pupil) -> None:
                 require(claim.holds(moment, lab), f"{claim} does not hold of {moment} ({habit or 'random'} play)")
 
 
+def check_contradictions(pupil: Pupil) -> None:
+    """No two claims about a moment exclude each other."""
+    for oracle, moment in pupil.judged():
+        for one, other in combinations(oracle.judge(moment), 2):
+            clash = one.excludes(other) or other.excludes(one)
+            require(not clash, f"{one} and {other} contradict each other (`Claim.excludes`), and are said of {moment}")
+
+
 def check_distortion(pupil: Pupil) -> None:
     """A distorted claim is false, and there is one for every kind of feedback that the oracle gives."""
     rng = np.random.default_rng(0)
@@ -71,8 +80,12 @@ def check_distortion(pupil: Pupil) -> None:
             if false is not None:
                 require(not false.holds(moment, lab), f"{false}, distorted from {claim}, holds of {moment}")
                 distorted.add(claim.kind)
-    missing = set(_teaching(pupil).feedback_types) - distorted
-    require(not missing, f"no false counterpart was found for {missing}")
+    for kind in _teaching(pupil).feedback_types:
+        require(
+            kind in distorted,
+            f"no claim of the kind {kind} had a false counterpart in {pupil.turns} random turns; the `counterparts` of "
+            "some claim of this kind must have one that does not hold",
+        )
 
 
 def check_hints(pupil: Pupil) -> None:
@@ -309,9 +322,10 @@ def _teaching(pupil: Pupil) -> Oracle:
 
 CHECKS: tuple[Callable[[Pupil], None], ...] = (
     check_honesty,
+    check_kinds,
+    check_contradictions,
     check_distortion,
     check_hints,
-    check_kinds,
     check_judging_changes_nothing,
     check_claims,
     check_instructions,

@@ -20,9 +20,12 @@ from teachers.teacher import Teacher
 def pupil(oracle):
     def make_teacher(world, personality="oracle", **settings):
         voice = BANDITS.make_teacher(world).voice | Phrasebook(
-            {cls.__name__: [f"{cls.__name__} {i}: {{action}}." for i in range(4)] for cls in (Strange, Hinted)}
+            {
+                cls.__name__: [f"{cls.__name__} {i}: {{action}}." for i in range(4)]
+                for cls in (Strange, Hinted, Recanted, Kindless)
+            }
             | {"Plan": [f"Plan {i}." for i in range(4)], "Twofold": [f"No {i} {{action}}." for i in range(4)]},
-            [Strange, Hinted, Plan, Twofold],
+            [Strange, Hinted, Recanted, Kindless, Plan, Twofold],
             "test",
         )
         return Teacher(oracle(world.scratch), voice, personality, **settings)
@@ -175,8 +178,33 @@ class Mumbler(BanditOracle):
         self._avoid = tuple(Twofold(action=arm) for arm in self._poor)
 
 
+@claim
+class Recanted(Avoid):
+    """True if some arm pays more, but meant to take another warning back."""
+
+    def excludes(self, other):
+        return type(other) is Avoid
+
+
+class Wavering(BanditOracle):
+    """Takes back what it says."""
+
+    def _advice(self, claims, moment, kinds):
+        super()._advice(claims, moment, kinds)
+        if FN in kinds:
+            claims.append(Recanted(action=self._poor[0]))
+
+
+class Shameless(BanditOracle):
+    """Knows nothing false to warn of."""
+
+    def distort(self, claim, moment, rng):
+        return None if claim.kind is FN else super().distort(claim, moment, rng)
+
+
 LIARS = {
     kit.check_honesty: Misleader,
+    kit.check_contradictions: Wavering,
     kit.check_distortion: Incorrigible,
     kit.check_hints: Misguided,
     kit.check_kinds: Unordered,
@@ -404,6 +432,13 @@ class Overrating(BanditOracle):
             Vague,
             r"test_teacher_kit\.Kindless is feedback, but has no kind; set `kind` of the class to R, HP, HN, FP or FN",
         ),
+        (kit.check_oracle, Vague, r"test_teacher_kit\.Kindless is feedback, but has no kind"),
+        (
+            kit.check_contradictions,
+            Wavering,
+            r"Avoid\(action=\d\) and Recanted\(action=\d\) contradict each other .*, and are",
+        ),
+        (kit.check_distortion, Shameless, "no claim of the kind fn had a false counterpart in 200 random turns"),
         (kit.check_values, Flipped, r"the plan is \(\d,\), but the values are"),
         (kit.check_values, FlippedAdvice, r"Pull\(action=\d\) \(fp\) contradicts the values"),
         (kit.check_values, FlippedWarning, r"Avoid\(action=\d\) \(fn\) contradicts the values"),

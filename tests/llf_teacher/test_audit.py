@@ -5,6 +5,7 @@ from design import sampled
 from shelf import FAMILIES, pairs
 
 import llf_teacher
+from llf_teacher.cli.audit import summary
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.testing import check_teacher
@@ -58,6 +59,11 @@ def test_contradictions_are_counted_and_shown():
     assert found.caught
     assert "contradiction" in {each.what for each in found.examples}
     assert found.as_dict()["contradictions"] == 60
+    liar = audit(GRID, "mistake(eps=1)", turns=10)
+    assert summary([found, liar]) == (
+        f"{found.checked + liar.checked} claims checked. By teachers that promise honesty (1 of 2 audits): "
+        f"{found.count(Label.DISTORTED)} false claims, 60 contradictions. By all: 0 leaks."
+    )
 
 
 @pytest.mark.parametrize("teacher", ["oracle", "vague(q=1)", "placebo"])

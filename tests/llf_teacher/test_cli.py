@@ -238,7 +238,8 @@ def test_audit(tmp_path):
         "llf-poem-Haiku-v0",
         "llf-poem-Tanka-v0",
     ]
-    assert "; 0 false claims by teachers that promise honesty (3 of 6 audits)." in " ".join(result.stdout.split())
+    summary = "By teachers that promise honesty (3 of 6 audits): 0 false claims, 0 contradictions. By all: 0 leaks."
+    assert summary in " ".join(result.stdout.split())
     assert max(map(len, result.stdout.splitlines())) <= 80
 
 
