@@ -146,7 +146,7 @@ def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
     if not callable(oracle) or (isinstance(oracle, type) and not issubclass(oracle, Oracle)):
         raise ValueError(
             "oracle must be a subclass of teachers.oracle.Oracle, or a function that makes an oracle, given a function "
-            f"that makes scratch worlds, or 'auto' for a planner, got {oracle!r}"
+            f"that makes scratch worlds, or a planner such as 'auto' or Exact(), got {oracle!r}"
         )
     made: Callable[[Callable[[], World[Any]]], Oracle] = oracle
     return made

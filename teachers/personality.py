@@ -103,6 +103,8 @@ class Personality(Spec):
         `harsh | mistake(eps=1)` errs about blame, and so praises what was wrong; `mistake(eps=1) | harsh` errs about
         everything and keeps what then is blame: of what was right.
         """
+        if not isinstance(after, Personality):
+            raise TypeError(f"what stands behind | must be a personality, such as harsh(), got {after!r}")
         return Pipeline((*stages_of(self), *stages_of(after)))
 
 
@@ -165,7 +167,10 @@ def personality(
         hints = get_type_hints(function, include_extras=True)
 
         def says(claims: Claims, view: View, rng: np.random.Generator, **parameters: Any) -> Claims:
-            return function(claims, view, rng, **parameters) if draws else function(claims, view, **parameters)
+            said = function(claims, view, rng, **parameters) if draws else function(claims, view, **parameters)
+            if said is None:
+                raise TypeError(f"{function.__name__} must return claims, or () to say nothing, got None")
+            return said
 
         members = {
             "__module__": function.__module__,

@@ -30,15 +30,22 @@ def test_example_runs(code, tmp_path):
     runpy.run_path(str(tmp_path / "example.py"))
 
 
-def test_the_readme_shows_what_its_snippets_print(tmp_path, capsys):
-    """Behind each snippet stands a block with its output."""
-    blocks = BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
-    snippets = [number for number, (language, _) in enumerate(blocks) if language == "python"]
-    assert snippets
-    for number in snippets:
-        (tmp_path / "snippet.py").write_text(blocks[number][1], encoding="utf-8")
+@pytest.mark.parametrize("path", [path for path in DOCUMENTS if "\n```output\n" in path.read_text(encoding="utf-8")])
+def test_shown_output_is_what_the_snippet_before_it_prints(path, tmp_path, capsys):
+    blocks = BLOCK.findall(path.read_text(encoding="utf-8"))
+    shown = [number for number, (language, _) in enumerate(blocks) if language == "output"]
+    for number in shown:
+        language, code = blocks[number - 1]
+        assert language == "python"
+        (tmp_path / "snippet.py").write_text(code, encoding="utf-8")
         runpy.run_path(str(tmp_path / "snippet.py"))
-        assert blocks[number + 1 :][:1] == [("output", capsys.readouterr().out)]
+        assert capsys.readouterr().out == blocks[number][1]
+
+
+def test_the_readme_shows_what_each_snippet_prints():
+    blocks = BLOCK.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    languages = [language for language, _ in blocks if language in ("python", "output")]
+    assert languages == ["python", "output"] * (len(languages) // 2) != []
 
 
 def test_the_two_commands():

@@ -338,7 +338,7 @@ def _run(
             raise typer.Exit(status) from None
         for line in costs.cost_lines(store):
             console.print(line)
-        console.print(f"Played {played} episodes, stored in {path}.")
+        console.print(f"Played {played} episodes; {path} now has {store.count}.")
         if store.count:
             console.print("Writing the report ...")
             for student in write_report(store, study, report).unreadable:

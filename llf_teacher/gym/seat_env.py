@@ -63,9 +63,10 @@ class SeatEnv(gymnasium.Env):
         if policies and not isinstance(lesson.teacher, str | Personality | Teacher):
             self._policy, lesson = lesson.teacher, lesson.with_teacher("oracle")
             if not (hasattr(self._policy, "reset") and hasattr(self._policy, "act")):
+                remedy = f"; call it, as in {self._policy.__name__}()" if isinstance(self._policy, type) else ""
                 raise ValueError(
                     "teacher must be a spec string, a Personality, or a policy with reset(rng) and "
-                    f"act(observation, info), got {self._policy!r}"
+                    f"act(observation, info), got {self._policy!r}{remedy}"
                 )
         self.session, self.student_view, (self.teacher_view,) = assemble(self.family, lesson)
         self.render_mode = lesson.render_mode

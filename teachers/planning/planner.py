@@ -36,8 +36,8 @@ class Planned:
     """Words that name actions; empty: none are known."""
     describe: Callable[[Any], str] | None = None
     """An observation as text; None: plain numbers."""
-    privileged: bool = False
-    """Whether the teacher knows more of a state than the student sees."""
+    privileged: bool | None = None
+    """Whether the teacher knows more of a state than the student sees; None: that is not known."""
 
 
 class Planner(ABC):

@@ -350,7 +350,7 @@ def test_the_command_line(tmp_path):
     assert 'my_agent.py", line' in failed.stderr
     assert "llf: episode {'id': 'llf-gridworld-v0'" in failed.stderr
     assert "The same command with --retry-failed plays the failed episodes again" in failed.stderr
-    assert "Played 1 episodes, stored in s.db" in failed.stderr
+    assert "Played 1 episodes; s.db now has 1." in failed.stderr
     assert "runner.py" not in failed.stderr.partition("llf: episode")[2]
     played = run_with("my_agent:Scripted(answer='west')")
     assert played.returncode == 0, played.stderr

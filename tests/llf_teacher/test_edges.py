@@ -111,7 +111,7 @@ def test_names_that_look_like_markup(tmp_path):
     command = ("study", "run", "study.toml", "--store", "x[.]y[b].db", "--report", "r[i].html", "--workers", "1")
     result = llf(*command, cwd=tmp_path)
     assert result.returncode == 0, result.stderr
-    assert "Played 1 episodes, stored in x[.]y[b].db." in result.stderr
+    assert "Played 1 episodes; x[.]y[b].db now has 1." in result.stderr
     assert "r[i].html" in "".join(result.stderr.split())
     page = (tmp_path / "r[i].html").read_text(encoding="utf-8")
     assert OVERRIDE not in page

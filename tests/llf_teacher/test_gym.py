@@ -20,6 +20,7 @@ import llf_teacher
 from llf_teacher.registry import PREFIX, entry
 from pz_envs.family import all_families
 from teachers.atoms import Atom, ParseFailure, Utterance
+from teachers.personalities.delayed import Delayed
 from worlds.testing import plain, some_actions
 
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -117,6 +118,7 @@ def test_supported_types():
         ({"feedback_type": "hq"}, "names 'hq'; allowed: 'a'"),
         ({"teacher": "mistak"}, "unknown personality 'mistak'; did you mean mistake"),
         ({"teacher": 5}, "teacher must be a spec string"),
+        ({"teacher": Delayed}, r"teacher must be a spec string, .*Delayed'>; call it, as in Delayed\(\)"),
         ({"voice": "loud"}, "unknown voice 'loud'; allowed: plain"),
         ({"paraphrase": 1.5}, "paraphrase must be"),
         ({"visual": True}, "visual=True is not supported"),

@@ -1,5 +1,7 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
+from typing import ClassVar
+
 import gymnasium
 import minigrid  # noqa: F401 (its environments are registered by this)
 import numpy as np
@@ -11,6 +13,7 @@ from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from teachers.atoms import FP, HN, HP, Label, Moment
 from teachers.planning import Exact, PlanningError
+from teachers.planning.exact.claims import Dawdle, Slower
 from teachers.testing import Pupil, check_oracle
 
 
@@ -123,7 +126,7 @@ def test_advice_arrives():
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: gymnasium.make("CartPole-v1"), "no table of transitions `P`; to explore it, give exact's state="),
+        (lambda: gymnasium.make("CartPole-v1"), r"no table of transitions `P`; .* pass oracle=Exact\(state=f\)"),
         (
             lambda: gymnasium.wrappers.TransformReward(lake(), lambda reward: 2 * reward - 1),
             "does not say what happens",
@@ -135,6 +138,42 @@ def test_advice_arrives():
 def test_what_is_not_known_is_refused_with_the_reason(make, match):
     with pytest.raises(PlanningError, match=match):
         llf_teacher.teach(make, oracle="auto")
+
+
+class Tables(gymnasium.Env):
+    """Has a table of transitions that begin and end in its one state, and does not tell that it is in it."""
+
+    P: ClassVar = {0: {0: [(1.0, 0, 0.0, False)]}}
+    observation_space = action_space = gymnasium.spaces.Discrete(1)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        return 0, {}
+
+    def step(self, action):
+        return 0, 0.0, False, False, {}
+
+
+def test_a_table_needs_the_state():
+    with pytest.raises(PlanningError, match="has a table `P`, but no attribute `s`"):
+        Lesson(Tables, "auto")
+
+
+def test_the_state_must_be_hashable():
+    with pytest.raises(
+        TypeError, match=r"state must give something hashable, such as a tuple or bytes, got \(0, \[\]\)"
+    ):
+        Lesson(Tables, Exact(state=lambda env: (0, [])))
+
+
+def test_what_the_student_sees_of_an_unknown_environment_is_not_claimed():
+    assert Lesson(Tables, Exact(state=lambda env: 0)).planned.privileged is None
+    assert Lesson(lake(), "auto").planned.privileged is False
+
+
+@pytest.mark.parametrize(("lost", "time"), [(1.0, "1 action"), (2.0, "2 actions"), (0.5, "0.5 actions")])
+def test_time_is_counted_in_actions(lost, time):
+    assert Slower(action=0, answer="left", lost=lost).time == Dawdle(action=0, answer="left", lost=lost).time == time
 
 
 def test_bounds_are_met():

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import llf_teacher
 from teachers.common import Solved
 from teachers.personalities.delayed import Delayed
 from teachers.personalities.drifting import Drifting
@@ -210,6 +211,23 @@ def test_a_function_of_another_signature_is_no_personality(function):
         TypeError, match=rf"^{function.__name__}{given} is not a personality: it must take \(claims, view\)"
     ):
         personality()(function)
+
+
+def test_what_stands_behind_a_bar_must_be_a_personality():
+    with pytest.raises(
+        TypeError, match=r"^what stands behind \| must be a personality, such as harsh\(\), got 'harsh'$"
+    ):
+        mistake() | "harsh"
+
+
+def test_a_personality_that_returns_nothing_is_refused_by_name():
+    @personality()
+    def forgetful(claims, view):
+        """Forgets to return."""
+
+    env = llf_teacher.make("llf-gridworld-v0", teacher=forgetful())
+    with pytest.raises(TypeError, match=r"^forgetful must return claims, or \(\) to say nothing, got None$"):
+        env.reset(seed=0)
 
 
 def test_a_default_out_of_range_and_an_unknown_need_are_refused_at_once():

@@ -71,7 +71,8 @@ class Exact(Planner):
 
     def plan(self, env: _Env, turns: int) -> Planned:
         """Find all transitions, and compute what every action is worth."""
-        own = known(env) or Known()
+        listed = known(env)
+        own = listed or Known()
         try:
             transitions, look, source = table_of(env)
         except PlanningError as error:
@@ -87,7 +88,7 @@ class Exact(Planner):
             model=model,
             action_words=own.action_words or words_of(env),
             describe=own.describe,
-            privileged=own.hides,
+            privileged=None if listed is None else listed.hides,
         )
 
     def _explored(self, env: _Env, turns: int, own: Known, why: str) -> tuple[Atlas, State, str]:
@@ -98,7 +99,10 @@ class Exact(Planner):
         """
         state = self.state or own.state
         if state is None:
-            raise PlanningError(f"{why}; to explore it, give exact's state=..., a function of the environment")
+            raise PlanningError(
+                f"{why}; to have its states explored, pass oracle=Exact(state=f) of teachers.planning, where f(env) is "
+                "all that decides what happens next, hashable"
+            )
         if not faithful(env):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)
@@ -106,6 +110,11 @@ class Exact(Planner):
             raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
         search = partial(_explore, state, fading, self.states, self.seconds)
         env.reset(seed=0)
+        key = state(env)
+        try:
+            hash(key)
+        except TypeError:
+            raise TypeError(f"state must give something hashable, such as a tuple or bytes, got {key!r}") from None
         transitions = search(env, 0)
         source = f"all {len(transitions):,} states that can be reached by copies of the environment (in one episode)"
         return Atlas(transitions, partial(self._values, turns, fading), search), state, source

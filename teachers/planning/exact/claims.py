@@ -4,11 +4,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.planning.exact.worths import Worth
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _DIGITS = 3  # of what is lost
+
+
+def in_actions(number: float) -> str:
+    """A time as a number of actions."""
+    return f"{number:.{_DIGITS}g} action{'s' * (number != 1)}"
 
 
 @claim
@@ -117,6 +122,7 @@ class Slower(_Blame):
     """True if another action could be expected to earn as much, and the episode to be over `lost` actions sooner."""
 
     kind = HN
+    time = slot(in_actions, "lost")
 
     def tells(self, lost: Worth | None) -> bool:
         """Whether so many actions are lost."""
@@ -204,6 +210,8 @@ class Avoid(ActionClaim[Position, GymWorld]):
 @claim
 class Dawdle(Avoid):
     """True if another action can be expected to earn as much, and the episode to be over `lost` actions sooner."""
+
+    time = slot(in_actions, "lost")
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""

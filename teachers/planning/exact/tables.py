@@ -15,8 +15,11 @@ _SURE = 1e-9  # by which chances may miss 1
 
 
 def state_number(env: _Env) -> int:
-    """The state of Gymnasium's toy texts."""
-    return int(env.unwrapped.s)  # type: ignore[attr-defined]  # of toy texts
+    """The state of Gymnasium's toy texts, and of what has a table like theirs."""
+    try:
+        return int(env.unwrapped.s)  # type: ignore[attr-defined]  # of toy texts
+    except AttributeError:
+        raise PlanningError("the environment has a table `P`, but no attribute `s` with its current state") from None
 
 
 def table_of(env: _Env) -> tuple[Transitions, State, str]:
