@@ -119,8 +119,12 @@ def check_kinds(pupil: Pupil) -> None:
             got = oracle.judge(moment, frozenset((kind,)))
             require(got == wanted, f"judge with the kind {kind} gives {got} instead of {wanted}")
     given = set(_teaching(pupil).feedback_types)
-    require(not given - seen, f"{given - seen} never occur in {pupil.turns} random turns")
-    require(not seen - given, f"{seen - given} occur, but are not among the oracle's feedback_types")
+    unsaid = ", ".join(kind for kind in KINDS if kind in given - seen)
+    more = ", ".join(kind for kind in KINDS if kind in seen - given)
+    require(
+        not unsaid, f"the oracle's feedback_types have {unsaid}, of which it says nothing in {pupil.turns} random turns"
+    )
+    require(not more, f"the oracle says {more}, which its feedback_types lack")
 
 
 def check_judging_changes_nothing(pupil: Pupil) -> None:
@@ -329,8 +333,8 @@ CHECKS: tuple[Callable[[Pupil], None], ...] = (
     check_judging_changes_nothing,
     check_claims,
     check_instructions,
-    check_plans,
     check_values,
+    check_plans,
     check_returns,
     check_determinism,
     check_wording,

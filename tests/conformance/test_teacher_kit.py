@@ -195,6 +195,19 @@ class Wavering(BanditOracle):
             claims.append(Recanted(action=self._poor[0]))
 
 
+class Trusting(BanditOracle):
+    """Announces warnings, and gives none."""
+
+    def judge(self, moment, kinds=frozenset(KINDS)):
+        return super().judge(moment, kinds - {FN})
+
+
+class Unannounced(BanditOracle):
+    """Warns without announcing it."""
+
+    feedback_types = tuple(kind for kind in KINDS if kind is not FN)
+
+
 class Shameless(BanditOracle):
     """Knows nothing false to warn of."""
 
@@ -432,6 +445,13 @@ class Overrating(BanditOracle):
             Vague,
             r"test_teacher_kit\.Kindless is feedback, but has no kind; set `kind` of the class to R, HP, HN, FP or FN",
         ),
+        (
+            kit.check_kinds,
+            Trusting,
+            "the oracle's feedback_types have fn, of which it says nothing in 200 random turns",
+        ),
+        (kit.check_kinds, Unannounced, "the oracle says fn, which its feedback_types lack"),
+        (kit.check_oracle, Wordy, r"there are \d+ values for Discrete\(\d+\)"),
         (kit.check_oracle, Vague, r"test_teacher_kit\.Kindless is feedback, but has no kind"),
         (
             kit.check_contradictions,

@@ -100,7 +100,10 @@ def test_the_trace_is_the_environments_own():
         ({"teacher": "orakle"}, "unknown personality"),
         ({"phrases": {"Nothing": ["a", "b", "c", "d"]}}, "Nothing: there is no claim of this name"),
         ({"phrases": "none.toml"}, "cannot read phrases from none.toml"),
-        ({"action_words": {"left": 7}}, "action 7 is not in the action space; allowed: an integer from 0 to 1"),
+        (
+            {"action_words": {"left": 7}},
+            "the action_words name 'left' an action that is none: action 7 is not in .*; allowed: an integer from 0 to 1",
+        ),
     ],
 )
 def test_what_is_not_supported_is_a_value_error(settings, match):

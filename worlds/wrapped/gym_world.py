@@ -102,7 +102,12 @@ class GymWorld(World[Position, Any, Any]):
         self._sampler = copy.deepcopy(self.action_space)
         self.reward_range = _reward_range(given, reward_range)
         self.action_syntax = syntax(self.action_space)
-        self.action_words = {str(word).lower(): self.legal(action) for word, action in (action_words or {}).items()}
+        self.action_words = {}
+        for word, action in (action_words or {}).items():
+            try:
+                self.action_words[str(word).lower()] = self.legal(action)
+            except ValueError as error:
+                raise ValueError(f"the action_words name {word!r} an action that is none: {error}") from None
         if self.action_words:
             self.action_syntax = f"one of {', '.join(self.action_words)}, or {self.action_syntax}"
         self.names: dict[Any, str] = {action: word for word, action in reversed(self.action_words.items())}
