@@ -11,16 +11,19 @@ from rich.text import Text
 from llf_teacher.cli import complete_id, complete_student, complete_teacher
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import KINDS
+from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from llf_teacher.episodes.live import LiveLesson
     from teachers.atoms import Claim
     from teachers.session import Offer
 
-UNDO = "undo"
-"""What one types to take a turn back."""
+UNDO, HELP, QUIT = "undo", ("?", "help"), ("quit", "exit")
+"""What one types to take a turn back, to read the rules again, and to leave. The world's own actions come first."""
+_COMMANDS = f"Type {UNDO} to take a turn back, {HELP[0]} for the rules, {QUIT[0]} or Ctrl-D to leave."
 _STYLES = {
     "here": "bold blue",
     "goal": "bold yellow",
@@ -69,8 +72,8 @@ def play(
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
-    `undo` takes a turn back, Ctrl-D leaves. An empty line ends a text of several lines and is ignored elsewhere.
-    Set NO_COLOR to switch colours off.
+    `undo` takes a turn back, `?` shows the rules, `quit` or Ctrl-D leaves; what is no action costs no turn. An empty
+    line ends a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
@@ -125,14 +128,37 @@ def _learn(console: Console, lesson: "LiveLesson") -> None:
         _say(console, lesson)
         if lesson.over:
             break
-        action = ""
-        while not action.strip():
-            action = _ask(console, f"Turn {session.moment.turn + 1}{hint}> ", several_lines)
-        if action.strip().lower() == UNDO:
+        action = None
+        while action is None:
+            action = _answer(console, lesson, f"Turn {session.moment.turn + 1}{hint}> ")
+        if action == UNDO:
             _take_back(console, lesson, STUDENT)
         else:
             lesson.move(STUDENT, action)
     _sum_up(console, lesson, 0.0)
+
+
+def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
+    """What a person answers: an action or `UNDO`; None if it is neither, and a message says so."""
+    session = lesson.session
+    several_lines = session.world.several_lines
+    text = _ask(console, prompt, several_lines)
+    words = text.strip().lower()
+    if not words or words == UNDO:
+        return words or None
+    read = session.read(text)
+    unread = isinstance(read, ParseFailure)
+    if words in HELP and (unread or several_lines or words == "?"):
+        _put(console, Text(escape_control_chars(session.instruction), "bold"))
+        _put(console, Text(_COMMANDS, "dim"))
+        return None
+    if words in QUIT and (unread or several_lines):
+        raise EOFError
+    if isinstance(read, ParseFailure):
+        why = f"No turn is lost: {read.why}. Expected: {read.expected}."
+        _put(console, Text(escape_control_chars(why)))
+        return None
+    return text
 
 
 def _teach(console: Console, lesson: "LiveLesson") -> None:
@@ -152,7 +178,7 @@ def _teach(console: Console, lesson: "LiveLesson") -> None:
 
 
 def _greet(console: Console, lesson: "LiveLesson") -> None:
-    _put(console, Text(f"Seed {lesson.seed}. Type {UNDO} to take a turn back, Ctrl-D to leave.", "dim"))
+    _put(console, Text(f"Seed {lesson.seed}. {_COMMANDS}", "dim"))
 
 
 def _put(console: Console, text: Text, **settings: Any) -> None:
@@ -163,11 +189,26 @@ def _put(console: Console, text: Text, **settings: Any) -> None:
 
 def _show(console: Console, lesson: "LiveLesson") -> None:
     """The turn, what the student did, and the world."""
-    shown = Text()
-    for piece, role in lesson.view.pieces():
-        shown.append(escape_control_chars(piece), _STYLES.get(role, ""))
+    status, did, *world = lesson.view.pieces()
+    shown = Text("").join((_styled([status, did]), _fitted(_styled(world[:-1]), console.width), _styled(world[-1:])))
     shown.rstrip()
     _put(console, shown, soft_wrap=True)
+
+
+def _styled(pieces: "Iterable[tuple[str, str]]") -> Text:
+    return Text.assemble(*((escape_control_chars(piece), _STYLES.get(role, "")) for piece, role in pieces))
+
+
+def _fitted(drawn: Text, width: int) -> Text:
+    """A map as it is, or, if it is wider than the terminal, the part around where the student is."""
+    lines = drawn.split("\n", allow_blank=True)
+    here = next((span for span in drawn.spans if span.style == _STYLES["here"]), None)
+    widest = max(map(len, lines))
+    if here is None or widest <= width:
+        return drawn
+    middle = (here.start + here.end) // 2 - drawn.plain.rfind("\n", 0, here.start) - 1
+    left = min(max(middle - width // 2, 0), widest - width)
+    return Text("\n").join(line[left : left + width] for line in lines)
 
 
 def _say(console: Console, lesson: "LiveLesson") -> None:
@@ -211,6 +252,8 @@ def _choose(console: Console, offer: "Offer") -> int | None:
         words = console.input(prompt).lower().replace("+", " ").replace(",", " ").split()
         if words == [UNDO]:
             return None
+        if words and words[0] in QUIT:
+            raise EOFError
         try:
             kinds = parse_kinds("a" if words == ["a"] else words)
         except ValueError:
@@ -230,8 +273,8 @@ def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:
     lines = [console.input(prompt)]
-    if lines[0].strip().lower() == UNDO:
-        return UNDO
+    if lines[0].strip().lower() in (UNDO, *HELP, *QUIT):
+        return lines[0]
     while several_lines and lines[-1].strip():
         lines.append(input())
     return "\n".join(lines)

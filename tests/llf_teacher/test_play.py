@@ -76,3 +76,44 @@ def test_a_seed_that_is_drawn_is_told():
     first = play(GRID, "--max-turns", "1", text="west\n")
     seed = re.match(r"Seed (\d+)\. ", first)[1]
     assert play(GRID, "--max-turns", "1", "--seed", seed, text="west\n") == first
+
+
+@pytest.mark.parametrize("word", ["help", "?", "norht", "west or east", "Help", "quit"])
+def test_what_is_no_action_costs_no_turn(word):
+    out = play(GRID, "--seed", "7", "--max-turns", "2", text=f"{word}\nwest\nsouth\n")
+    assert "not understood" not in out
+    if word == "quit":
+        assert out.endswith("Turn 1> \nYou left the episode.\n")
+        return
+    assert out.count("Turn 1> ") == 2
+    assert "Over after 2 turns" in out
+    said = out.partition("Turn 1> ")[2].partition("Turn 1> ")[0]
+    assert ("treasure" in said) == (word.lower() in ("help", "?"))
+    assert ("No turn is lost: it " in said and "Expected: " in said) == (word in ("norht", "west or east"))
+
+
+def test_help_of_a_world_is_its_own():
+    """ALFWorld's engine knows it, too."""
+    out = play("llf-alfworld-v0", "--seed", "7", "--max-turns", "1", text="help\n")
+    assert "Over after 1 turns" in out
+
+
+def test_a_poem_may_be_left_and_explained():
+    out = play("llf-poem-Haiku-v0", "--seed", "7", text="?\nquit\n")
+    assert out.count("Turn 1 (an empty line ends it)> ") == 2
+    assert "You left the episode." in out
+
+
+def test_a_wide_map_fits_the_terminal():
+    """It shows the rooms around where the student is."""
+    settings = (GRID, "--seat", "teacher", "--seed", "4", "--max-turns", "1")
+    wide, narrow = (play(*settings, text="a\n", COLUMNS=columns) for columns in ("200", "50"))
+
+    def rows(out):
+        return out.partition("left; reward 0 in all\n")[2].partition("Room: ")[0].splitlines()
+
+    assert max(map(len, rows(wide))) > 80
+    assert max(map(len, rows(narrow))) <= 50
+    assert len(rows(narrow)) == len(rows(wide))
+    assert any("[" in row and "]" in row for row in rows(narrow))
+    assert all(row.strip() in line for row, line in zip(rows(narrow), rows(wide), strict=True))
