@@ -18,6 +18,7 @@ from pettingzoo import register
 
 from pz_envs.learning import Learning, check_learning
 from pz_envs.subject import TUTORING, Subject, seating_names
+from teachers.spec import signature_of
 
 if TYPE_CHECKING:
     from teachers.batches import OracleBatch
@@ -136,7 +137,7 @@ class Family(Subject):
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options; errors as in `make_world`."""
-        return tuple(inspect.signature(self._load(self.world, "worlds")).parameters)
+        return tuple(signature_of(self._load(self.world, "worlds")).parameters)
 
     def oracle_class(self) -> "type[Oracle[Any, Any]]":
         """The class of the family's oracles; errors as in `make_world`."""

@@ -12,7 +12,7 @@ import reprlib
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Mapping
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from numbers import Integral, Real
 from pathlib import Path
 from types import ModuleType
@@ -82,6 +82,16 @@ class Spec:
 S = TypeVar("S", bound=Spec)
 
 
+@lru_cache(maxsize=1024)
+def signature_of(function: Callable[..., Any]) -> inspect.Signature:
+    """The signature of a class or a function; it is found once, since each environment that is made asks for some.
+
+    Raises:
+        ValueError: it has none.
+    """
+    return inspect.signature(function)
+
+
 class SpecCall(NamedTuple):
     """One part of a spec string: `name(key=value)` or `module:name(key=value)`; `str` gives it back."""
 
@@ -123,7 +133,7 @@ class SpecCall(NamedTuple):
             ValueError: a parameter is unknown or missing.
         """
         try:
-            signature = inspect.signature(function)
+            signature = signature_of(function) if isinstance(function, type) else inspect.signature(function)
         except ValueError:  # a builtin without a signature
             return
         parameters = signature.parameters.values()

@@ -1,16 +1,83 @@
-"""Playing one episode of a study, and the lessons before it if it is a test."""
+"""Playing one episode of a study, and the lessons before it if it is a test.
 
-from collections.abc import Callable
+Episodes of one setting share their environment and its recorder, which `reset` begins anew: to make them takes as long
+as a short episode. Students are made anew for each episode, and so are teachers that are not personalities.
+"""
+
+import contextlib
+import threading
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 from llf_teacher.episodes.loop import play_remaining_turns, play_turns
 from llf_teacher.episodes.record import EpisodeSpec, Record
 from llf_teacher.episodes.recorder import Recorder
-from llf_teacher.gym import make
+from llf_teacher.gym import StudentEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy, Student
 from llf_teacher.studies.definition.custom_specs import arguments_of, parse_teacher
 from llf_teacher.studies.definition.design import SAME, TEST_TYPE, TESTER
 from llf_teacher.studies.definition.options import read_options
+from teachers.personality import Personality
+
+
+class _Lesson(NamedTuple):
+    """What the episodes of a setting share."""
+
+    setting: tuple[object, ...]
+    env: StudentEnv
+    recorder: Recorder
+
+
+class _Idle(threading.local):
+    """The lessons that ended last in a thread; those that are being played are not among them."""
+
+    def __init__(self) -> None:
+        self.lessons: list[_Lesson] = []
+
+    def take(self, setting: tuple[object, ...]) -> _Lesson | None:
+        """The lesson of a setting, which is then not among them."""
+        for i, lesson in enumerate(self.lessons):
+            if lesson.setting == setting:
+                return self.lessons.pop(i)
+        return None
+
+
+_idle = _Idle()
+_KEPT = 2  # a test and the lessons before it
+
+
+def close_lessons() -> None:
+    """Close what the episodes of this thread share."""
+    while _idle.lessons:
+        _idle.lessons.pop().env.close()
+
+
+@contextlib.contextmanager
+def _lesson(spec: EpisodeSpec, player: Student, id: str, teacher: str, feedback_type: str) -> Iterator[_Lesson]:
+    """The lesson of an episode's setting; one in which an error is raised is not used again."""
+    taught = parse_teacher(teacher)
+    setting = id, taught, spec.instruction_type, feedback_type, spec.max_turns, player.text, spec.options
+    lesson = _idle.take(setting)
+    if lesson is None:
+        env = StudentEnv(
+            id,
+            **arguments_of(taught, feedback_type),
+            instruction_type=spec.instruction_type,
+            feedback_type=feedback_type,
+            max_turns=spec.max_turns,
+            text=player.text,
+            **read_options(spec.options, id, player.text),
+        )
+        lesson = _Lesson(setting, env, Recorder(env.family.name, env.student_view, env.teacher))
+    yield lesson
+    lesson.recorder.forget()
+    if not isinstance(taught, Personality):
+        lesson.env.close()
+        return
+    _idle.lessons.append(lesson)
+    if len(_idle.lessons) > _KEPT:
+        _idle.lessons.pop(0).env.close()
 
 
 def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Record:
@@ -22,25 +89,15 @@ def play(spec: EpisodeSpec, begins: Callable[[int], object] | None = None) -> Re
     """
     player = parse_student(spec.student)
     teacher, feedback_type = (TESTER, TEST_TYPE) if spec.lessons else (spec.teacher, spec.feedback_type)
-    env = make(
-        spec.id,
-        **arguments_of(parse_teacher(teacher), feedback_type),
-        instruction_type=spec.instruction_type,
-        feedback_type=feedback_type,
-        max_turns=spec.max_turns,
-        text=player.text,
-        **read_options(spec.options, spec.id, player.text),
-    )
-    student = player.seat(env.family, env.session.world)
-    if spec.lessons:
-        attend(spec, player, student)
-    recorder = Recorder(env.family.name, env.student_view, env.teacher)
-    for turn in play_turns(env, student, spec.seed, sample=spec.sample):
-        recorder.note(**(student.record() if turn.moment.turn else {}))
-        if begins:
-            begins(turn.moment.turn + 1)
-    env.close()
-    return Record(spec, recorder.episode(student.reads), tuple(recorder.rows))
+    with _lesson(spec, player, spec.id, teacher, feedback_type) as (_, env, recorder):
+        student = player.seat(env.family, env.session.world)
+        if spec.lessons:
+            attend(spec, player, student)
+        for turn in play_turns(env, student, spec.seed, sample=spec.sample):
+            recorder.note(**(student.record() if turn.moment.turn else {}))
+            if begins:
+                begins(turn.moment.turn + 1)
+        return Record(spec, recorder.episode(student.reads), tuple(recorder.rows))
 
 
 def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
@@ -49,24 +106,15 @@ def attend(spec: EpisodeSpec, player: Student, policy: Policy[Student]) -> None:
     The seed's streams continue from lesson to lesson; the test has their first episode. Lessons end as episodes of
     studies do, each with a call of the policy's `finish`.
     """
-    env = make(
-        spec.taught,
-        **arguments_of(parse_teacher(spec.teacher), spec.feedback_type),
-        instruction_type=spec.instruction_type,
-        feedback_type=spec.feedback_type,
-        max_turns=spec.max_turns,
-        text=player.text,
-        **read_options(spec.options, spec.taught, player.text),
-    )
-    env.reset(seed=spec.seed)
-    session, view = env.session, env.student_view
-    opening = session.moment
-    for _ in range(spec.lessons):
-        env.reset()
-        if spec.worlds == SAME:
-            env.resume_from(opening)
-        policy.reset(session.seeds.stream("student"))
-        for _ in play_remaining_turns(env, policy):
-            pass
-        policy.finish(view.observe(), view.info_for(policy), session.terminated)
-    env.close()
+    with _lesson(spec, player, spec.taught, spec.teacher, spec.feedback_type) as (_, env, _):
+        env.reset(seed=spec.seed)
+        session, view = env.session, env.student_view
+        opening = session.moment
+        for _ in range(spec.lessons):
+            env.reset()
+            if spec.worlds == SAME:
+                env.resume_from(opening)
+            policy.reset(session.seeds.stream("student"))
+            for _ in play_remaining_turns(env, policy):
+                pass
+            policy.finish(view.observe(), view.info_for(policy), session.terminated)

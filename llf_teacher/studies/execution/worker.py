@@ -13,7 +13,7 @@ from llf_teacher.episodes.record import EpisodeRow, EpisodeSpec, pack_turns
 from llf_teacher.models import LLMError, NoAnswerError, SpendingLimitError
 from llf_teacher.studies.execution.executors import Process
 from llf_teacher.studies.execution.limits import Clock, Limits, TimeIsUp, within_memory
-from llf_teacher.studies.execution.play import play
+from llf_teacher.studies.execution.play import close_lessons, play
 
 
 class Stop(NamedTuple):
@@ -30,8 +30,9 @@ class Packed(NamedTuple):
 
 
 def set_up(environment: Mapping[str, str]) -> None:
-    """Set up a process that plays."""
+    """Set up a process that plays; definitions of a notebook may have changed since an earlier run in it."""
     os.environ.update(environment)
+    close_lessons()
 
 
 def run_episode(spec: EpisodeSpec, limits: Limits = Limits()) -> Packed | Failure | Stop:  # noqa: B008 (immutable)
