@@ -8,6 +8,7 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import Enum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,8 +74,8 @@ class TurnRow(NamedTuple):
     """The text that was no action."""
     instruction: str | None
     feedback: str
-    atoms: str
-    """JSON: the claims that were said, a list of objects from `as_dict`."""
+    atoms: list[dict[str, Any]]
+    """The claims that were said, each by `as_dict`."""
     answer: str | None = None
     """The answer of a model, without thoughts; this and the rest are null for students that ask none."""
     thought: str | None = None
@@ -178,22 +179,29 @@ def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
     `claim` is as in `claim_name`; `action` is the action that it is about, the first one of a plan, null without one.
     """
     claim = atom.claim
-    fields = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+    fields = {field.name: _plain(getattr(claim, field.name)) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
     return {
-        "kind": atom.kind,
+        "kind": _plain(atom.kind),
         "claim": claim_name(claim, family),
         "fields": fields,
-        "action": action_of(claim),
-        "text": atom.text,
+        "action": _plain(action_of(claim)),
+        "text": str(atom.text),
         "about_turn": atom.about_turn,
         "holds": label is not Label.DISTORTED,
-        "label": label,
+        "label": label.value,
     }
+
+
+def _plain(value: Any) -> Any:
+    """A value of a claim as JSON's."""
+    if isinstance(value, Enum):
+        return value.value
+    return list(map(_plain, value)) if isinstance(value, tuple) else value
 
 
 def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
     """The sums of an episode's turns."""
-    heard = [[atom for atom in json.loads(row.atoms) if atom["kind"] is not None] for row in rows]
+    heard = [[atom for atom in row.atoms if atom["kind"] is not None] for row in rows]
     said = [atom for atoms in heard for atom in atoms]
     kinds, labels = (Counter(atom[name] for atom in said) for name in ("kind", "label"))
     advice = [
@@ -262,10 +270,7 @@ def unpack_regrets(packed: bytes) -> NDArray[np.float64]:
 
 def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:
     """Turns as JSON values, without null fields."""
-    turns = [{name: value for name, value in row._asdict().items() if value is not None} for row in rows]
-    for turn in turns:
-        turn["atoms"] = json.loads(turn["atoms"])
-    return turns
+    return [{name: value for name, value in row._asdict().items() if value is not None} for row in rows]
 
 
 def pack_turns(rows: Iterable[TurnRow]) -> bytes:

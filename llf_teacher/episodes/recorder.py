@@ -55,7 +55,7 @@ class Recorder:
             parse_failure=failed and failed.got,
             instruction=str(turn.instruction) or None,
             feedback=feedback,
-            atoms=to_json([as_dict(atom, label, self.family) for atom, label in atoms]),
+            atoms=[as_dict(atom, label, self.family) for atom, label in atoms],
             unchecked=unchecked(feedback, [atom.text for atom, _ in atoms]) or None,
             changes=len(getattr(self._speaker, "changes", ())) or None,
         )._replace(**answer)

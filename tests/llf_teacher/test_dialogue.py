@@ -81,7 +81,7 @@ def test_the_teacher_may_be_another():
     dialogue.answer("Response: north")
     dialogue.speak("Well done!")
     assert "The teacher says: Well done!" in dialogue.messages[-1]["content"]
-    assert dialogue.turns[1].atoms == "[]"
+    assert dialogue.turns[1].atoms == []
     assert tuple(dialogue.scores()) == tuple(SCORES)
     assert dialogue.scores()["turns"] == 1
 

@@ -173,7 +173,7 @@ def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monk
 
 
 def test_sums_do_not_depend_on_the_order_or_the_python():
-    rows = [TurnRow(n, "", None, None, 0.1, 0.1, False, None, None, "", "[]") for n in range(10)]
+    rows = [TurnRow(n, "", None, None, 0.1, 0.1, False, None, None, "", []) for n in range(10)]
     found = summary("family", "words", rows)
     assert (found.total_reward, found.regret) == (1.0, 1.0)
 

@@ -179,7 +179,7 @@ def test_text_of_others_is_escaped(store, records):
 
 def edited(record):
     first, second, *rest = record.turns
-    second = second._replace(action=None, parse_failure=EVIL, feedback=EVIL, observation=EVIL, atoms="[]")
+    second = second._replace(action=None, parse_failure=EVIL, feedback=EVIL, observation=EVIL, atoms=[])
     return Record(record.spec, record.episode, (first._replace(instruction=EVIL), second, *rest))
 
 

@@ -88,8 +88,8 @@ def test_own_words_are_heard_and_not_counted_as_true():
     live.move(TEACHER, "Try <b>west</b>.")
     assert live.rows[0].instruction == "Try <b>west</b>."
     live.move(TEACHER, "Good!")
-    assert (live.rows[1].feedback, live.rows[1].atoms) == ("Good!", "[]")
-    assert live.rows[0].atoms == "[]"
+    assert (live.rows[1].feedback, live.rows[1].atoms) == ("Good!", [])
+    assert live.rows[0].atoms == []
     with pytest.raises(ValueError, match="speaks in its own words; give a text"):
         live.move(TEACHER, (0,))
 

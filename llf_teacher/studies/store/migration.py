@@ -12,7 +12,7 @@ from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.database import SCHEMA_VERSION
 from llf_teacher.studies.store.files import reading
 
-_SUCCESS = TurnRow._fields.index("success")
+_SUCCESS, _ATOMS = map(TurnRow._fields.index, ("success", "atoms"))
 _CHECKED = ("turns", "success", "first_success", "parse_failures", "claims", "claims_held", "words")
 
 
@@ -84,7 +84,9 @@ def _copy_4(db: sqlite3.Connection, store: Store) -> Iterator[None]:
 def _record(db: sqlite3.Connection, row: sqlite3.Row) -> Record:
     spec = EpisodeSpec(**{name: row[name] for name in EpisodeSpec._fields if name in row.keys()})  # noqa: SIM118
     found = db.execute("SELECT * FROM turn WHERE episode = ? ORDER BY turn", (row["key"],))
-    turns = tuple(TurnRow(*turn)._replace(success=bool(turn[_SUCCESS])) for _, *turn in found)
+    turns = tuple(
+        TurnRow(*turn)._replace(success=bool(turn[_SUCCESS]), atoms=json.loads(turn[_ATOMS])) for _, *turn in found
+    )
     if spec.key != row["key"] or len(turns) != row["turns"] + 1:
         raise StoreError(f"the episode {row['key']} is incomplete, or its key is not that of {spec}")
     sums = summary(row["family"], row["reads"], turns)
