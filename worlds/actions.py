@@ -65,6 +65,8 @@ def _(space: spaces.Discrete) -> str:
 @canonical.register(spaces.MultiBinary)
 @canonical.register(spaces.MultiDiscrete)
 def _(space: Any, action: Any) -> Any:
+    if isinstance(action, bytes | bytearray | memoryview):  # which NumPy takes for arrays
+        raise TypeError(f"{action!r} is not made of numbers")
     given = np.asarray(action)
     if given.dtype.kind not in "iuf":
         raise ValueError(f"{action!r} is not made of numbers")

@@ -15,7 +15,7 @@ from llf_teacher.compat.llf_env import Forwarding, LLFWrapper
 from llf_teacher.gym import StudentEnv
 from llf_teacher.gym.make import make as make_student_env
 from llf_teacher.registry import entry, supported_types
-from llf_teacher.students.agents import as_text
+from llf_teacher.students.agents import as_answer
 from teachers.feedback import parse_kinds
 from teachers.phrasebook import Paraphrase
 
@@ -166,7 +166,7 @@ class LLFEnv(LLFWrapper):
 
         A text that is no action costs a turn, and the feedback says what was expected.
         """
-        observation, reward, terminated, truncated, info = self.env.step(as_text(action))
+        observation, reward, terminated, truncated, info = self.env.step(as_answer(action, self._student.session.world))
         if "parse_failure" in info and self._student.session.failure_reward is None:
             reward = self.failure_reward
         seen = self._observe(observation["observation"])

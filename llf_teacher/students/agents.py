@@ -14,7 +14,7 @@ world's own observations and actions; an attribute `text` of the agent overrides
 import importlib
 import inspect
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Generator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -22,7 +22,9 @@ from typing import Any
 from llf_teacher.students.chat import can_answer
 from llf_teacher.students.student import READS, ModelReply, Policy, Student, state_of
 from pz_envs.text_mode import failure
+from teachers.atoms import ParseFailure
 from teachers.spec import SpecCall, call_string, unknown
+from worlds.world import World
 
 LLF, GYMNASIUM, POLICY = "LLF-Bench", "Gymnasium", "policy"
 _EXPECTED = (
@@ -64,16 +66,18 @@ class _Policy(Policy["Agent"]):
             action = agent.act({"observation": state, "instruction": given, "feedback": feedback})
         else:
             action = agent.act(observation | {"instruction": instruction, "feedback": feedback}, info)
-        if inspect.isawaitable(action) or inspect.isgenerator(action):
+        if issubclass(type(action), Awaitable | Generator):  # `isinstance` would ask the object itself
             raise TypeError(f"student {self.spec}: act must return an action, got a {type(action).__name__}")
-        return as_text(action) if self.spec.text else self._native(action)
+        return as_answer(action, self.world) if self.spec.text else self._native(action)
 
     def _native(self, action: Any) -> Any:
         """The action; a `ParseFailure` if it is outside the action space."""
-        action = as_text(action) if isinstance(action, str) else action
+        action = as_text(action) if issubclass(type(action), str) else action
         try:
             self.world.legal(action)
-        except Exception:  # the user's own values may raise anything
+        except KeyboardInterrupt:
+            raise
+        except BaseException:  # the user's own values may raise anything
             return failure(as_text(action), self.world)
         return action
 
@@ -204,17 +208,27 @@ def _check_calls(agent: Any, name: str) -> None:
                 )
 
 
+def as_answer(action: Any, world: World[Any]) -> str | ParseFailure:
+    """An action as text mode takes it: a text stays, an array is a list of JSON; a failure if it is no JSON."""
+    text = _json(action)
+    return failure(as_text(action), world) if text is None else text
+
+
 def as_text(action: Any) -> str:
-    """An action as text mode takes it: a text stays, anything else becomes JSON."""
+    """An action as text: a text stays, anything else becomes JSON, or words that say its type."""
+    text = _json(action)
+    return f"something of type {type(action).__name__} that is no JSON" if text is None else text
+
+
+def _json(action: Any) -> str | None:
+    """A text, or the JSON of a value; None if it has none."""
     try:
-        text = action if isinstance(action, str) else json.dumps(action, default=_plain)
-    except Exception:  # a cycle, a key that is no string, too deep, or an error of a user's own value
-        text = f"something of type {type(action).__name__} that is no JSON"
-    return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
-
-
-def _plain(value: Any) -> Any:
-    return value.tolist() if hasattr(value, "tolist") else repr(value)
+        text = action if isinstance(action, str) else json.dumps(action, default=lambda value: value.tolist())
+        return text.encode("utf-8", "replace").decode()  # half a character cannot be stored
+    except KeyboardInterrupt:
+        raise
+    except BaseException:  # bytes, a cycle, a key that is no string, too deep, or what a user's own value raises
+        return None
 
 
 def _arguments(agent: Any, method: str) -> list[str] | None:

@@ -77,6 +77,33 @@ class Odd:
     def keys(self):
         return {(1, 2): 3}
 
+    def octets(self):
+        return b"Response: north"
+
+    def inside(self):
+        return {"action": b"north"}
+
+    def shown(self):
+        class Shown:
+            def __repr__(self):
+                return "north"
+
+        return Shown()
+
+    def leaving(self):
+        class Leaving:
+            def __getattribute__(self, name):
+                raise SystemExit(3)
+
+        return Leaving()
+
+    def ending(self):
+        class Ending:
+            def __getattribute__(self, name):
+                raise BaseException(name)
+
+        return Ending()
+
     def nine(self):
         return 9
 

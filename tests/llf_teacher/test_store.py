@@ -127,7 +127,7 @@ def old(tmp_path):
         for record in records:
             row = record.spec.key, *record.spec[:9], *record.episode[:11]
             db.execute(f"INSERT INTO episode VALUES ({', '.join('?' * len(row))})", row)
-            turns = [(record.spec.key, *turn[:11]) for turn in record.turns]
+            turns = [(record.spec.key, *turn._replace(atoms=json.dumps(turn.atoms))[:11]) for turn in record.turns]
             db.executemany(f"INSERT INTO turn VALUES ({', '.join('?' * len(turns[0]))})", turns)
         db.commit()
     return path, records

@@ -17,8 +17,8 @@ _GRACE = 10.0  # seconds beyond a limit, after which a process that has not ende
 _MEGABYTE = 1 << 20
 
 
-class TimeIsUp(BaseException):
-    """A limit of time is reached. It is no `Exception`, since agents catch those."""
+class TimeIsUp(KeyboardInterrupt):
+    """A limit of time is reached. It interrupts as Ctrl-C does, since agents catch an `Exception`."""
 
 
 class Limits(NamedTuple):
