@@ -17,7 +17,7 @@ from pathlib import Path
 from llf_teacher.episodes.record import pack_turns
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.execution.runner import RunOptions, run
+from llf_teacher.studies.execution.runner import RunOptions, play_missing
 from llf_teacher.studies.store import Store
 
 IDS = ("llf-bandits-BanditTenArmedRandomRandom-v0", "llf-gridworld-v0")
@@ -59,7 +59,7 @@ def timed(episodes: int, workers: int | None, options: RunOptions) -> tuple[floa
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.db"
         with Store(path) as store:
-            run(study(episodes), store, workers, progress, options=options)
+            play_missing(study(episodes), store, workers, progress, options=options)
         size = os.path.getsize(path) // marks[-1][2]
     (began, busy_before, first), (ended, busy, last) = marks
     return (last - first) / (ended - began), (busy - busy_before) / (last - first) * 1e6, size

@@ -174,6 +174,8 @@ def _(space: Any) -> str:
 
 @canonical.register(spaces.OneOf)
 def _(space: Any, action: Any) -> tuple[int, Any]:
+    if not isinstance(action, list | tuple):
+        raise TypeError(f"{action!r} is not a list or tuple")
     number, item = action
     which = canonical(spaces.Discrete(len(space.spaces)), number)
     return which, canonical(space.spaces[which], item)

@@ -307,21 +307,40 @@ def _run(
     environment: "Mapping[str, str]",
     options: "RunOptions",
 ) -> None:
+    """Play a study and write its report; ends by `typer.Exit`."""
+    from llf_teacher.studies.report import check_writable
+
+    check_writable(report)
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        status = _play_and_report(study, path, report, workers, environment, options)
+    except KeyboardInterrupt as error:
+        what, status = ("Terminated", 143) if isinstance(error, _Terminated) else ("Interrupted", 130)
+        errors.print(f"{what}. The episodes so far are in {path}; the same command resumes the study.")
+    raise typer.Exit(status)
+
+
+def _play_and_report(
+    study: "Study",
+    path: Path,
+    report: Path,
+    workers: int | None,
+    environment: "Mapping[str, str]",
+    options: "RunOptions",
+) -> int:
+    """Play a study and write its report; the exit status."""
     from llf_teacher.studies.analysis import costs
     from llf_teacher.studies.execution.progress import StudyProgress
-    from llf_teacher.studies.execution.runner import EpisodeError, StudyError
-    from llf_teacher.studies.execution.runner import run as play
-    from llf_teacher.studies.report import check_writable, write_report
+    from llf_teacher.studies.execution.runner import EpisodeError, StudyError, play_missing
+    from llf_teacher.studies.report import write_report
     from llf_teacher.studies.store import Store
 
     console = Console(stderr=True, markup=False)
-    check_writable(report)
-    signal.signal(signal.SIGTERM, _terminate)
     status = 0
     with Store(path) as store:
         try:
             with StudyProgress(console) as progress:
-                played = play(
+                played = play_missing(
                     study, store, workers, progress, environment, options, lambda message: console.print(f"{message}")
                 )
         except EpisodeError as error:
@@ -332,10 +351,6 @@ def _run(
                 raise typer.Exit(3 if options.fail_fast and not isinstance(error, StudyError) else 1) from None
             errors.print("The same command with --retry-failed plays the failed episodes again.")
             status, played = 3, error.played
-        except KeyboardInterrupt as error:
-            what, status = ("Terminated", 143) if isinstance(error, _Terminated) else ("Interrupted", 130)
-            errors.print(f"{what}. The episodes so far are in {path}; the same command resumes the study.")
-            raise typer.Exit(status) from None
         for line in costs.cost_lines(store):
             console.print(line)
         console.print(f"Played {played} episodes; {path} now has {store.count}.")
@@ -348,4 +363,4 @@ def _run(
                     )
                 )
             console.print(f"Report: {report.resolve()}")
-    raise typer.Exit(status)
+    return status

@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from llf_teacher.escaping import escape_control_chars
 
 if TYPE_CHECKING:
-    from llf_teacher.studies.analysis.diff import Comparison
+    from llf_teacher.studies.analysis.diff import Comparison, Contrast
 
 _LISTED = 10  # cells of one store only that are named
 
@@ -25,7 +24,9 @@ def add_to(group: typer.Typer) -> None:
 
 def transcript(
     store: File,
-    key: Annotated[str, typer.Argument(help="The episode's key, as in reports and `llf study export`.")],
+    key: Annotated[
+        str, typer.Argument(help="The episode's key, as in reports and `llf study export`, or how it begins.")
+    ],
 ) -> None:
     """Print an episode turn by turn: what was seen, said and done; a false claim is marked by `!`."""
     from llf_teacher.studies import load
@@ -60,11 +61,23 @@ def diff(
     from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
 
-    console = Console(record=html is not None, markup=False, highlight=False, soft_wrap=html is not None)
+    console = Console(record=html is not None, markup=False, highlight=False, soft_wrap=True)
     with Store(first, read_only=True) as one, Store(second, read_only=True) as other:
         _show(compare(one, other), (f"{first}", f"{second}"), console)
     if html is not None:
         console.save_html(f"{html}")
+
+
+def _numbers(change: "Contrast") -> tuple[str, ...]:
+    """What is printed of a cell of both stores."""
+    regret = change.regret
+    return (
+        f"{regret.n}{'' if change.paired else '*'}",
+        f"{change.second.regret.mean():.2f}",
+        f"{regret.mean:+.2f}",
+        "" if regret.n == 1 else f"[{regret.low:.2f}, {regret.high:.2f}]",
+        f"{100 * change.success:+.0f} %",
+    )
 
 
 def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None:
@@ -77,25 +90,13 @@ def _show(found: "Comparison", names: tuple[str, str], console: Console) -> None
     )
     shown = [i for i in range(len(FIELDS)) if i < 3 or len({change.setting[i] for change in changed}) > 1]
     if changed:
-        table = Table(
-            title=f"{names[1]} less {names[0]}",
-            caption="Intervals of 95 %; n counts pairs of the same seed, n* seeds of different worlds.",
-        )
-        for i in shown:
-            table.add_column(FIELDS[i], overflow="fold")
-        for name in ("n", "regret", "regret less that", "95 %", "success"):
-            table.add_column(name, justify="right", no_wrap=True)
-        for change in changed:
-            regret = change.regret
-            table.add_row(
-                *(escape_control_chars(f"{change.setting[i]}") for i in shown),
-                f"{regret.n}{'' if change.paired else '*'}",
-                f"{change.second.regret.mean():.2f}",
-                f"{regret.mean:+.2f}",
-                "" if regret.n == 1 else f"[{regret.low:.2f}, {regret.high:.2f}]",
-                f"{100 * change.success:+.0f} %",
-            )
-        console.print(table)
+        console.print(f"{names[1]} less {names[0]}: n counts pairs of the same seed, n* seeds of different worlds.")
+        rows = [("n", "regret", "difference", "95 %", "success"), *map(_numbers, changed)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        settings = [FIELDS, *(change.setting for change in changed)]
+        for setting, row in zip(settings, rows, strict=True):  # a line each, since an id is longer than a column
+            console.print(escape_control_chars(", ".join(f"{setting[i]}" for i in shown)))
+            console.print("  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
     for name, only in zip(names, found.only, strict=True):
         for setting in only[:_LISTED]:
             console.print(

@@ -18,6 +18,7 @@ from llf_teacher.studies.store import Store, StoreError
 if TYPE_CHECKING:
     from llf_teacher.studies.report import Report
 
+_NAMED = 3  # keys in a message
 _CHUNK = 10_000  # rows in memory at once
 Rows = Iterator[dict[str, Any]]
 Columns = Mapping[str, Any]
@@ -89,11 +90,14 @@ class Results:
     def transcript(self, key: str) -> str:
         """An episode as text: observations, thoughts, feedback and actions; a false claim is marked by `!`.
 
+        Args:
+            key: of the episode, or a beginning that no other key of the store has.
+
         Raises:
-            StoreError: there is no such episode.
+            StoreError: there is no such episode, or there are several.
         """
         lines = []
-        for turn in self.turns(key):
+        for turn in self.turns(self._whole(key)):
             if turn["turn"]:
                 did = turn["action_words"] or turn["action"] or f"{turn['parse_failure']!r}, which is no action"
                 lines += [f"    thinks: {line}" for line in (turn["thought"] or "").splitlines()]
@@ -102,9 +106,21 @@ class Results:
             lines += [
                 f"    teacher, {a['kind'] or 'brief'}{'' if a['holds'] else '!'}: {a['text']}" for a in turn["atoms"]
             ]
-        if not lines:
-            raise StoreError(f"{self.path} has no episode {key!r}; `llf study export` writes the keys of all")
         return "\n".join(lines)
+
+    def _whole(self, beginning: str) -> str:
+        """The only key with a beginning; errors as of `transcript`."""
+        found = sorted(key for key in self._store.keys() if key.startswith(beginning.lower()))  # noqa: SIM118 (no dict)
+        if len(found) == 1:
+            return found[0]
+        if not found:
+            raise StoreError(
+                f"{self.path} has no episode whose key begins with {beginning!r}; `llf study export` writes all keys"
+            )
+        some = ", ".join(found[:_NAMED]) + (", ..." if len(found) > _NAMED else "")
+        raise StoreError(
+            f"{self.path} has {len(found)} episodes whose keys begin with {beginning!r}: {some}; give more of the key"
+        )
 
     @property
     def manifest(self) -> dict[str, Any]:
@@ -230,11 +246,23 @@ def run(
 ) -> Results:
     """Play the episodes of a study that a store lacks, and give its results.
 
-    Arguments and errors are those of `runner.run`, but failed episodes give a warning; `Results.failures` has them.
+    Failed episodes give a warning; `Results.failures` has them.
+
+    Args:
+        study: what to play.
+        path: the store; it is created if it does not exist.
+        workers: number of episodes that are played at once; None: one per core. With 1 this process plays, unless
+            `options` say otherwise. With more, a script has the call under `if __name__ == "__main__":`.
+        progress: called with the number of episodes that are done, and the total.
+        options: how to play.
+
+    Raises:
+        StudyError: the study cannot go on, for example after a spending limit; played episodes are stored.
+        ValueError, ModuleNotFoundError: see `runner.play_missing`.
     """
     with Store(Path(path)) as store:
         try:
-            runner.run(study, store, workers, progress, options=options)
+            runner.play_missing(study, store, workers, progress, options=options)
         except runner.StudyError:
             raise
         except runner.EpisodeError as error:

@@ -18,7 +18,7 @@ from ray.cluster_utils import Cluster
 from llf_teacher.studies.definition.study import Study, load_study
 from llf_teacher.studies.execution import limits as limits_module
 from llf_teacher.studies.execution.limits import Limits
-from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, run
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.store import Store
 
 pytestmark = pytest.mark.filterwarnings("default")
@@ -61,7 +61,7 @@ def cluster(folder):
 @pytest.fixture(scope="module")
 def undisturbed(folder):
     with Store(folder / "whole.db") as store:
-        assert run(load_study(folder / "study.toml"), store, options=RunOptions("here")) == 80
+        assert play_missing(load_study(folder / "study.toml"), store, options=RunOptions("here")) == 80
     return content(folder / "whole.db")
 
 
@@ -101,7 +101,7 @@ def test_faults_fail_their_episodes(cluster, folder, monkeypatch):
     options = RunOptions("ray", address=cluster.address, limits=Limits(episode_seconds=4))
     with Store(folder / "faults.db") as store:
         with pytest.raises(EpisodeError, match=r"^4 of 5 episodes failed"):
-            run(study, store, options=options)
+            play_missing(study, store, options=options)
         assert [row["student"] for row in store.episodes()] == ["random"]
         failed = {row["student"]: (row["reason"], row["error"]) for row in store.failures()}
     lost = "its process or node was lost 4 times: "
@@ -124,7 +124,7 @@ def test_a_lost_node_loses_no_episode(cluster, folder, undisturbed):
     path = folder / "node.db"
     with Store(path) as store:
         assert (
-            run(
+            play_missing(
                 load_study(folder / "study.toml"),
                 store,
                 options=RunOptions("ray", address=cluster.address),
@@ -143,6 +143,6 @@ def test_a_cluster_that_is_not_there_is_told_of_soon(folder, address):
     began = time.monotonic()
     with Store(folder / "nowhere.db") as store:
         with pytest.raises(ConnectionError, match=re.escape(f"no Ray cluster can be reached at {address}: ")):
-            run(study, store, options=RunOptions("ray", address=address))
+            play_missing(study, store, options=RunOptions("ray", address=address))
         assert store.empty
     assert time.monotonic() - began < 30

@@ -13,7 +13,7 @@ from llf_teacher.students.agents import GYMNASIUM, LLF, POLICY, as_text, protoco
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, run
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.store import Store
 from teachers.atoms import Utterance
 
@@ -315,7 +315,7 @@ def test_agents_fit_the_other_door(mine):
 def test_what_was_played_before_a_failure_is_stored(mine, tmp_path, student, match):
     with Store(tmp_path / "s.db") as store:
         with pytest.raises(EpisodeError, match=match) as caught:
-            run(study("random", f"{mine}:{student}"), store, workers=1, options=RunOptions("processes"))
+            play_missing(study("random", f"{mine}:{student}"), store, workers=1, options=RunOptions("processes"))
         assert "raise self.problem()" in caught.value.trace
         assert [row["student"] for row in store.episodes()] == ["random"]
 
@@ -325,7 +325,7 @@ def test_what_is_being_played_at_a_failure_is_stored_and_no_more_is_begun(mine, 
     with Store(tmp_path / "s.db") as store:
         more = (f"{mine}:Scripted(answer='{n}')" for n in range(20))
         with pytest.raises(EpisodeError, match="KeyError"):
-            run(study(*students, *more), store, workers=2, options=RunOptions(fail_fast=True))
+            play_missing(study(*students, *more), store, workers=2, options=RunOptions(fail_fast=True))
         stored = [row["student"] for row in store.episodes()]
     assert students[0] in stored
     assert len(stored) < 10

@@ -111,7 +111,7 @@ def test_a_coroutine_within_a_running_loop():
 def test_a_function_of_the_main_module_plays_in_processes(tmp_path):
     (tmp_path / "script.py").write_text(
         """
-from llf_teacher.studies.execution.runner import run
+from llf_teacher.studies.execution.runner import play_missing
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.definition.study import Study
 
@@ -121,7 +121,7 @@ def answer(prompt):
 if __name__ == "__main__":
     study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=["chat:answer"], seeds=2, max_turns=2)
     with Store("s.db") as store:
-        print(run(study, store, workers=1), "episodes")
+        print(play_missing(study, store, workers=1), "episodes")
 """
     )
     result = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, check=False)

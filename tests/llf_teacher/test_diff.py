@@ -68,6 +68,15 @@ def test_the_command_prints_what_differs(stores, tmp_path):
     assert "+1.30" in page.read_text(encoding="utf-8")
 
 
+def test_a_narrow_terminal_breaks_no_id(stores):
+    result = CliRunner().invoke(app, ["study", "diff", *map(str, stores)], env={"COLUMNS": "40"})
+    lines = result.output.splitlines()
+    place = lines.index(f"{ID}, silent, obedient")
+    assert lines[place + 1].split()[::2][:2] == ["5", "+1.30"]
+    assert lines[2] == "id, teacher, student"
+    assert lines[3].split() == ["n", "regret", "difference", "95", "%", "success"]
+
+
 def test_equal_stores_differ_in_nothing(stores):
     result = CliRunner().invoke(app, ["study", "diff", f"{stores[0]}", f"{stores[0]}"])
     assert result.output == "4 cells in both: 4 with the same episodes and ends, 0 without.\n"

@@ -16,7 +16,7 @@ from llf_teacher.escaping import escape_control_chars
 from llf_teacher.models.client import Endpoint
 from llf_teacher.models.settings import ClientSettings
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.runner import run
+from llf_teacher.studies.execution.runner import play_missing
 from llf_teacher.studies.store import Store
 
 STUDY = """
@@ -165,7 +165,7 @@ def test_global_generators_are_seeded_per_episode_in_workers_only(tmp_path, monk
     played = []
     for name, workers in (("one", 1), ("two", 2)):
         with Store(tmp_path / f"{name}.db") as store:
-            run(study, store, workers=workers)
+            play_missing(study, store, workers=workers)
             played.append([[turn["action"] for turn in store.turns(spec.key)] for spec in study.episodes()])
     assert played[0] == played[1]
     assert len({tuple(map(str, actions)) for actions in played[0]}) == 4

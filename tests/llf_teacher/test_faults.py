@@ -27,7 +27,7 @@ from llf_teacher.studies.execution import progress as progress_module
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.progress import StudyProgress
-from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, run
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.execution.worker import Packed, run_episode
 from llf_teacher.studies.store import Store
 
@@ -66,7 +66,7 @@ def test_each_fault_fails_its_episode_and_no_other(folder, monkeypatch):
     options = RunOptions(limits=Limits(episode_seconds=5, memory=400))
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError, match=f"^{len(FAULTS)} of {len(FAULTS) + 2} episodes failed, the first: epis"):
-            run(whole, store, workers=2, options=options)
+            play_missing(whole, store, workers=2, options=options)
         told = {row["student"]: row for row in store.failures()}
         for fault, (reason, error) in FAULTS.items():
             row = told[f"faulty:Agent(fault='{fault}')"]
@@ -101,13 +101,13 @@ def test_failed_episodes_are_played_again_when_asked_for(folder, monkeypatch):
     with Store(folder / "s.db") as store:
         for match in ("no idea", "^1 of 2 episodes failed in an earlier run$"):
             with pytest.raises(EpisodeError, match=match) as caught:
-                run(fails, store, workers=1, options=RunOptions("here"))
+                play_missing(fails, store, workers=1, options=RunOptions("here"))
         assert caught.value.played == 0
         monkeypatch.setattr(faulty.Agent, "raises", faulty.Agent.none)
-        assert run(fails, store, workers=1, options=RunOptions("here", retry_failed=True)) == 1
+        assert play_missing(fails, store, workers=1, options=RunOptions("here", retry_failed=True)) == 1
         assert not list(store.failures())
         assert store.count == 2
-        assert run(fails, store, workers=1) == 0
+        assert play_missing(fails, store, workers=1) == 0
 
 
 def test_in_python_a_failure_is_a_warning(folder):
@@ -121,7 +121,7 @@ def test_in_python_a_failure_is_a_warning(folder):
 def test_a_failure_is_covered_by_a_digest(folder):
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError):
-            run(study("faulty:Agent(fault='raises')"), store, options=RunOptions("here"))
+            play_missing(study("faulty:Agent(fault='raises')"), store, options=RunOptions("here"))
         assert not list(store.damage())
         for change in ("seed = 1", "reason = 'died'", "error = ''", "trace = 'x'", "key = x'00'"):
             store._db.execute("SAVEPOINT before")
@@ -135,7 +135,7 @@ def test_nothing_is_begun_after_a_failure_that_matters(folder):
     many = study("faulty:Agent(fault='raises')", "random", seeds=50)
     with Store(folder / "s.db") as store:
         with pytest.raises(EpisodeError, match=r"^episode \{.* failed: KeyError"):
-            run(many, store, options=RunOptions("here", fail_fast=True))
+            play_missing(many, store, options=RunOptions("here", fail_fast=True))
         assert len(list(store.failures())) == 1
         assert store.count == 0
 
@@ -177,7 +177,7 @@ def test_a_native_action_that_there_is_not_is_a_turn_too(folder, answer, id):
 )
 def test_a_way_that_cannot_be_is_refused(tmp_path, changes, match):
     with Store(tmp_path / "s.db") as store, pytest.raises(ValueError, match=match):
-        run(study("random"), store, options=RunOptions(**changes))
+        play_missing(study("random"), store, options=RunOptions(**changes))
 
 
 def test_time_limits_are_for_the_main_thread(tmp_path):
@@ -188,7 +188,7 @@ def test_time_limits_are_for_the_main_thread(tmp_path):
     def play_there():
         with Store(tmp_path / "s.db") as store:
             try:
-                run(study("random"), store, options=RunOptions("here", limits=Limits(turn_seconds=1)))
+                play_missing(study("random"), store, options=RunOptions("here", limits=Limits(turn_seconds=1)))
             except ValueError as error:
                 errors.append(f"{error}")
 
@@ -205,7 +205,7 @@ def test_a_limit_leaves_no_trace_here(folder):
     with Store(folder / "s.db") as store:
         students = "faulty:Agent(fault='sleeps')", "faulty:Agent(fault='eats')", "random"
         with pytest.raises(EpisodeError, match="2 of 3"):
-            run(
+            play_missing(
                 study(*students),
                 store,
                 options=RunOptions("here", limits=Limits(turn_seconds=2, memory=data_of_this_process() + 200)),
@@ -302,7 +302,7 @@ def test_the_memory_of_a_run_does_not_grow_with_the_study(tmp_path, monkeypatch)
         with Store(tmp_path / f"{seeds}.db") as store:
             for _ in range(2):
                 tracemalloc.start()
-                run(whole, store, options=RunOptions("here"))
+                play_missing(whole, store, options=RunOptions("here"))
                 peaks.append(tracemalloc.get_traced_memory()[1])
                 tracemalloc.stop()
             assert store.count == seeds

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from llf_teacher.cli import app
 from llf_teacher.studies.definition.study import Study, load_study, to_toml
-from llf_teacher.studies.execution.runner import RunOptions, Shard, run
+from llf_teacher.studies.execution.runner import RunOptions, Shard, play_missing
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.store import Store
@@ -27,7 +27,7 @@ def played(study, path, options=HERE):
     """Number of episodes that a run plays, and its decisions."""
     told = []
     with Store(path) as store:
-        return run(study, store, options=options, on_interim=told.append), [f"{each}" for each in told]
+        return play_missing(study, store, options=options, on_interim=told.append), [f"{each}" for each in told]
 
 
 def test_a_study_ends_where_all_is_found_and_is_final_then(tmp_path):

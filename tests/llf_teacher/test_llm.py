@@ -19,7 +19,7 @@ from llf_teacher.students.builtin.llm import LLM
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.execution.runner import manifest, run
+from llf_teacher.studies.execution.runner import manifest, play_missing
 from llf_teacher.studies.store import Store
 
 pytestmark = pytest.mark.usefixtures("no_settings")
@@ -376,7 +376,7 @@ def test_bad_options(spec, match):
 )
 def test_what_is_missing_is_said_before_anything_runs(tmp_path, environment, match):
     with pytest.raises(ValueError, match=match) as caught, Store(tmp_path / "s.db") as store:
-        run(study("http://localhost:1/v1"), store, environment=environment)
+        play_missing(study("http://localhost:1/v1"), store, environment=environment)
     assert not list(tmp_path.iterdir())
     assert "cret" not in str(caught.value)
 
@@ -387,7 +387,7 @@ def test_the_extra_is_missing(tmp_path, monkeypatch):
         Store(tmp_path / "s.db") as store,
         pytest.raises(ModuleNotFoundError, match=r"run: pip install 'llf-teacher\[llm\]'"),
     ):
-        run(study("http://localhost:1/v1"), store)
+        play_missing(study("http://localhost:1/v1"), store)
     with pytest.raises(ModuleNotFoundError, match="needs 'openai'"):
         endpoint("http://localhost:1/v1")
 

@@ -8,7 +8,7 @@ import pytest
 from llf_teacher.models.testing import ScriptedEndpoint, too_long
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.executors import Work, start
-from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, run
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, play_missing
 from llf_teacher.studies.store import Store
 
 ROOM = 390  # words
@@ -40,7 +40,7 @@ def played(tmp_path, url, seeds, name, workers, executor="threads"):
     """What was stored, and how long that took."""
     with Store(tmp_path / f"{name}.db") as store:
         began = time.monotonic()
-        run(study(url, seeds), store, workers, options=RunOptions(executor))
+        play_missing(study(url, seeds), store, workers, options=RunOptions(executor))
         took = time.monotonic() - began
         return [dict(row) | {"seconds": None} for row in store.rows()], took
 
@@ -68,7 +68,7 @@ def test_sixty_four_at_once_beside_one_at_a_time(tmp_path):
         cache = {"LLF_LLM_CACHE": str(tmp_path / "other.llm.db")}
         with Store(tmp_path / "one.db") as store:
             began = time.monotonic()
-            run(study(server.url, 64), store, 1, environment=cache, options=RunOptions("threads"))
+            play_missing(study(server.url, 64), store, 1, environment=cache, options=RunOptions("threads"))
             slow = time.monotonic() - began
     print(f"128 requests of 0.5 s: {slow:.1f} s one at a time, {fast:.1f} s with 64 at once")
     assert len(many) == 64
@@ -80,7 +80,7 @@ def test_one_conversation_that_is_too_long_fails_alone(tmp_path):
         long = study(server.url, 4, ids=["llf-gridworld-v0", "llf-poem-Haiku-v0"], max_turns=6)
         with Store(tmp_path / "s.db") as store:
             with pytest.raises(EpisodeError, match=f"maximum context length is {ROOM} tokens"):
-                run(long, store, options=RunOptions("threads"))
+                play_missing(long, store, options=RunOptions("threads"))
             failed = list(store.failures())
             there = len(list(store.rows()))
     assert there + len(failed) == 8
@@ -96,7 +96,7 @@ def test_a_limit_that_is_reached_stops_all(tmp_path):
         one = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=[dear], seeds=30, max_turns=3)
         with Store(tmp_path / "s.db") as store:
             with pytest.raises(EpisodeError, match="the spending limit of 5 USD is reached"):
-                run(one, store, 16, environment={"LLF_LLM_BUDGET": "5"}, options=RunOptions("threads"))
+                play_missing(one, store, 16, environment={"LLF_LLM_BUDGET": "5"}, options=RunOptions("threads"))
             assert store.manifest()["llm"][0]["usd"] <= 5
             assert not list(store.failures())
 

@@ -18,7 +18,7 @@ from studying import rows
 
 from llf_teacher.models.testing import Reply, ScriptedEndpoint
 from llf_teacher.studies.definition.study import load_study
-from llf_teacher.studies.execution.runner import run
+from llf_teacher.studies.execution.runner import play_missing
 from llf_teacher.studies.store import Store
 
 pytestmark = pytest.mark.usefixtures("no_settings")
@@ -104,7 +104,7 @@ def test_a_study_of_fifty_episodes_that_is_killed_pays_nothing_twice(tmp_path):
         asked = len(server.requests)
         with Store(tmp_path / "whole.db") as store:
             environment = {"LLF_LLM_CACHE": str(tmp_path / "s.llm.db")}
-            assert run(load_study(tmp_path / "study.toml"), store, workers, environment=environment) == 50
+            assert play_missing(load_study(tmp_path / "study.toml"), store, workers, environment=environment) == 50
         assert len(server.requests) == asked, "a study from the cache asks nothing"
     assert rows(tmp_path / "whole.db") == rows(tmp_path / "s.db")
     assert len(rows(tmp_path / "s.db")[0]) == 50

@@ -12,7 +12,7 @@ from llf_teacher.studies import load
 from llf_teacher.studies.analysis.statistics import Band, Estimate
 from llf_teacher.studies.definition.names import short_names
 from llf_teacher.studies.definition.study import Study, load_study, to_toml
-from llf_teacher.studies.execution.runner import RunOptions, run
+from llf_teacher.studies.execution.runner import RunOptions, play_missing
 from llf_teacher.studies.report.data import read
 from llf_teacher.studies.report.page import page
 from llf_teacher.studies.report.plots import STYLE, curve_plot, dot_plot
@@ -38,7 +38,7 @@ def told(tmp_path_factory):
             names={cheap: "The cheap one"},
             **ONE,
         )
-        run(study, store, options=RunOptions("here"))
+        play_missing(study, store, options=RunOptions("here"))
         rows = list(store.rows())
         return study, rows, page(read(store, study)), path
 

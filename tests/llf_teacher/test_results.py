@@ -1,6 +1,7 @@
 """What a store holds, for scripts, notebooks and other programs."""
 
 import csv
+import itertools
 import json
 import sys
 
@@ -52,9 +53,24 @@ def test_a_transcript_tells_what_was_seen_said_and_done(found):
     assert text.count("student: ") == row["turns"] == len(turns) - 1
     assert all(atom["text"] in text for turn in turns for atom in turn["atoms"])
     assert text.count("!: ") == row["claims"] - row["claims_held"] > 0
-    for key in ("00", "no key"):
-        with pytest.raises(StoreError, match=f"has no episode '{key}'; `llf study export` writes the keys of all"):
-            found.transcript(key)
+
+
+def test_a_transcript_is_found_by_the_beginning_of_its_key(found):
+    keys = sorted(row["key"] for row in found.rows())
+    unique = next(n for n in range(1, 33) if len({key[:n] for key in keys}) == len(keys))
+    for key in keys:
+        assert found.transcript(key[:unique]) == found.transcript(key.upper()) == found.transcript(key)
+    for none in ("00" * 16, "no key"):
+        message = f"has no episode whose key begins with '{none}'; `llf study export` writes all keys"
+        with pytest.raises(StoreError, match=message):
+            found.transcript(none)
+    with pytest.raises(
+        StoreError, match=f"16 episodes whose keys begin with '': {', '.join(keys[:3])}, ...; give more"
+    ):
+        found.transcript("")
+    twins = next(key[0] for key, other in itertools.pairwise(keys) if key[0] == other[0])
+    with pytest.raises(StoreError, match=f"episodes whose keys begin with '{twins}': {twins}"):
+        found.transcript(twins)
 
 
 def test_a_notebook_shows_means(found):

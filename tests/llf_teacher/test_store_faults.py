@@ -11,7 +11,7 @@ from commands import llf, llf_apart
 
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, Shard, StudyError, parse_shard, run
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, Shard, StudyError, parse_shard, play_missing
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.merging import merge
 from llf_teacher.studies.store.store_lock import lock_store
@@ -56,12 +56,12 @@ def test_a_store_that_is_gone_is_noticed(tmp_path, harm):
             harm(path)
 
     with pytest.raises(StoreError, match=r"s\.db was deleted, moved or replaced while it was in use"), Store(path) as s:
-        run(study(), s, options=HERE, progress=progress)
+        play_missing(study(), s, options=HERE, progress=progress)
     if harm is move:
         move_back = tmp_path / "elsewhere.db"
         move_back.rename(path)
         with Store(path) as store:
-            assert run(study(), store, options=HERE) == 13
+            assert play_missing(study(), store, options=HERE) == 13
     if harm is replace:
         assert path.exists(), "what is not ours is left alone"
 
@@ -85,12 +85,12 @@ def test_a_full_disk_is_said_and_what_was_written_stays(tmp_path):
         pages = store._db.execute("PRAGMA page_count").fetchone()[0]
         store._db.execute(f"PRAGMA max_page_count = {pages + 2}")
         with pytest.raises(StoreError, match=r"^cannot write to .*s\.db: database or disk is full; earlier"):
-            run(study(seeds=50), store, options=HERE)
+            play_missing(study(seeds=50), store, options=HERE)
         before = store.count
         assert before > 0
         store._db.execute("PRAGMA max_page_count = 100000")
         assert not list(store.damage())
-        assert run(study(seeds=50), store, options=HERE) == 200 - before
+        assert play_missing(study(seeds=50), store, options=HERE) == 200 - before
 
 
 def test_a_second_run_on_a_store_is_refused(tmp_path):
@@ -100,12 +100,12 @@ def test_a_second_run_on_a_store_is_refused(tmp_path):
     def progress(done, total):
         if done == 2:
             with Store(path) as second, pytest.raises(StoreError, match="another run writes to") as caught:
-                run(study(), second, options=HERE)
+                play_missing(study(), second, options=HERE)
             refused.append(caught.value)
 
     with Store(path) as store:
-        run(study(), store, options=HERE, progress=progress)
-        assert run(study(), store, options=HERE) == 0
+        play_missing(study(), store, options=HERE, progress=progress)
+        assert play_missing(study(), store, options=HERE) == 0
     assert len(refused) == 1
     assert [file.name for file in tmp_path.iterdir()] == ["s.db"]
 
@@ -126,11 +126,11 @@ def test_the_lock_goes_with_its_holder(tmp_path):
 def test_shards_put_together_are_the_study(tmp_path):
     whole, parts = tmp_path / "whole.db", [tmp_path / f"{number}.db" for number in (1, 2, 3)]
     with Store(whole) as store:
-        assert run(study(), store, options=HERE) == 16
+        assert play_missing(study(), store, options=HERE) == 16
     played = []
     for number, path in enumerate(parts, 1):
         with Store(path) as store:
-            played.append(run(study(), store, options=RunOptions("here", shard=parse_shard(f"{number}/3"))))
+            played.append(play_missing(study(), store, options=RunOptions("here", shard=parse_shard(f"{number}/3"))))
     assert played == [6, 5, 5]
     merged = tmp_path / "merged.db"
     result = llf("study", "merge", merged, *parts, parts[0])
@@ -139,7 +139,7 @@ def test_shards_put_together_are_the_study(tmp_path):
     with Store(merged) as store, Store(whole) as undisturbed:
         assert not list(store.damage())
         assert store.manifest() == undisturbed.manifest()
-        assert run(study(), store, options=HERE) == 0
+        assert play_missing(study(), store, options=HERE) == 0
 
 
 def test_failures_and_expenses_are_put_together(tmp_path, monkeypatch):
@@ -151,7 +151,7 @@ def test_failures_and_expenses_are_put_together(tmp_path, monkeypatch):
     for path in paths:
         with Store(path) as store:
             with pytest.raises(EpisodeError):
-                run(fails, store, options=HERE)
+                play_missing(fails, store, options=HERE)
             store.write_manifest({"llm": [spent]})
     assert merge(tmp_path / "c.db", paths) == 0
     with Store(tmp_path / "c.db") as store, Store(paths[0]) as part:
@@ -196,7 +196,7 @@ def test_a_report_may_be_made_at_any_time(tmp_path):
             raise StudyError("stopped")
 
     with Store(path) as store, pytest.raises(StudyError, match="stopped"):
-        run(study(), store, options=HERE, progress=progress)
+        play_missing(study(), store, options=HERE, progress=progress)
     page.unlink()
     assert llf(*command).returncode == 0
     assert "<html" in page.read_text(encoding="utf-8")

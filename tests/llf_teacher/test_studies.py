@@ -13,7 +13,7 @@ from studying import rows, small
 
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
 from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.execution.runner import manifest, run
+from llf_teacher.studies.execution.runner import manifest, play_missing
 from llf_teacher.studies.store import Store
 
 FILE = """
@@ -136,10 +136,10 @@ def test_what_is_stored_is_what_was_played(tmp_path):
     study = small()
     with Store(tmp_path / "s.db") as store:
         seen = []
-        assert run(study, store, workers=2, progress=lambda done, total: seen.append((done, total))) == 16
+        assert play_missing(study, store, workers=2, progress=lambda done, total: seen.append((done, total))) == 16
         assert seen[0] == (0, 16)
         assert seen[-1] == (16, 16)
-        assert run(study, store) == 0
+        assert play_missing(study, store) == 0
         for spec in study.episodes():
             record = play(spec)
             (row,) = store.episodes({spec.key})
@@ -154,7 +154,7 @@ def test_what_is_stored_is_what_was_played(tmp_path):
 
 def test_claims_are_checked(tmp_path):
     with Store(tmp_path / "s.db") as store:
-        run(small(teachers=["oracle", "mistake(eps=1)", "silent"], seeds=3), store, workers=1)
+        play_missing(small(teachers=["oracle", "mistake(eps=1)", "silent"], seeds=3), store, workers=1)
         held = {}
         for row in store.episodes():
             said, true = held.get(row["teacher"], (0, 0))
@@ -166,8 +166,8 @@ def test_claims_are_checked(tmp_path):
 
 def test_a_larger_study_goes_on_in_the_same_store(tmp_path):
     with Store(tmp_path / "s.db") as store:
-        assert run(small(seeds=1), store, workers=1) == 8
-        assert run(small(seeds=2), store, workers=1) == 8
+        assert play_missing(small(seeds=1), store, workers=1) == 8
+        assert play_missing(small(seeds=2), store, workers=1) == 8
 
 
 def test_a_killed_study_goes_on_to_the_same_rows(tmp_path):
@@ -209,4 +209,4 @@ def test_a_failing_episode_says_which(tmp_path, monkeypatch):
         Store(tmp_path / "s.db") as store,
         pytest.raises(RuntimeError, match=r"'teacher': 'nobody'.*unknown personality"),
     ):
-        run(small(), store, workers=1)
+        play_missing(small(), store, workers=1)

@@ -59,7 +59,21 @@ def test_round_trip(space, said):
 
 @pytest.mark.parametrize("space", [space for space, _ in SPACES], ids=str)
 @pytest.mark.parametrize(
-    "wrong", [None, 10**400, "\x00", [], {}, [[1], [2, 3]], float("nan"), float("inf"), [None, 1], {"a": 9}, 1e300]
+    "wrong",
+    [
+        None,
+        10**400,
+        "\x00",
+        [],
+        {},
+        [[1], [2, 3]],
+        float("nan"),
+        float("inf"),
+        [None, 1],
+        {"a": 9},
+        1e300,
+        *(kind(bytes(n)) for n in (1, 2, 3, 4, 5, 6) for kind in (bytes, bytearray, memoryview)),
+    ],
 )
 def test_what_is_not_in_the_space_is_refused(space, wrong):  # fmt: skip
     if (isinstance(space, spaces.Sequence) and wrong == []) or (wrong == {} and isinstance(space, spaces.Text)):

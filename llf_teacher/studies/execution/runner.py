@@ -21,7 +21,7 @@ from llf_teacher.studies.definition.custom_specs import check_portable, parse_te
 from llf_teacher.studies.definition.recalled import facts_of
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution import executors
-from llf_teacher.studies.execution.executors import Executor, Lost, Work
+from llf_teacher.studies.execution.executors import Executor, ExecutorError, Lost, Work
 from llf_teacher.studies.execution.limits import Limits
 from llf_teacher.studies.execution.worker import Packed, Stop, describe_episode, run_episode, set_up
 from llf_teacher.studies.store import Store, StoreError
@@ -112,7 +112,7 @@ class _Tally(NamedTuple):
         return self.done + self.todo
 
 
-def run(
+def play_missing(
     study: Study,
     store: Store,
     workers: int | None = None,
@@ -121,7 +121,7 @@ def run(
     options: RunOptions = RunOptions(),  # noqa: B008 (immutable)
     on_interim: "Callable[[Decision], None] | None" = None,
 ) -> int:
-    """Play and store every episode of the study that the store lacks.
+    """Play and store every episode of the study that the store lacks; `llf_teacher.studies.run` does it for users.
 
     A study with interim analyses is played and tested step by step. With `stop` it ends as soon as the design allows,
     and cannot be split into shards.
@@ -149,7 +149,12 @@ def run(
     with lock_store(store.path):
         store.check()
         silent: Callable[..., None] = lambda *_: None  # noqa: E731 (of two callbacks)
-        return _Run(study, store, options, progress or silent, environment or {}, on_interim or silent).play(workers)
+        try:
+            return _Run(study, store, options, progress or silent, environment or {}, on_interim or silent).play(
+                workers
+            )
+        except ExecutorError as error:
+            raise StudyError(f"{error}") from None
 
 
 class _Run:
@@ -176,7 +181,7 @@ class _Run:
         """Why no more episodes begin."""
 
     def play(self, workers: int | None) -> int:
-        """See `run`."""
+        """See `play_missing`."""
         store, options = self._store, self._options
         if options.shard.of > 1 and self._study.interim_analyses.get("stop"):
             raise ValueError(

@@ -1,16 +1,19 @@
 """`processes`: processes of this machine. If one ends, only its own task is lost."""
 
+import ast
 import multiprocessing
 import os
 import signal
+import sys
 import threading
+import tokenize
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.synchronize import Event
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any, Generic, Self
 
 from pebble import ProcessExpired, ProcessPool
@@ -20,6 +23,7 @@ from llf_teacher.studies.execution.executors.batches import Batches, in_batches
 
 _LEFT = 78  # instead of 0: exit status of a worker that ended unexpectedly
 _BROKEN = 3  # consecutive failures to start a process
+_GUARD = 'put what a script does under `if __name__ == "__main__":`, or play in this process by workers=1'
 
 
 class _Worker(SpawnProcess):
@@ -52,6 +56,28 @@ class _Context(SpawnContext):
         self.processes = [process for process in self.processes if process.is_alive()]
         self.processes.append(_Worker(*args, **options))
         return self.processes[-1]
+
+
+def _check_guard() -> None:
+    """Check that no script begins processes at its top level: each of them would import, and so run, the script.
+
+    Raises:
+        ExecutorError: the script that runs has the call outside of any condition.
+    """
+    main = sys.modules["__main__"]
+    frame: FrameType | None = sys._getframe()
+    while frame and not (frame.f_globals is vars(main) and frame.f_code.co_name == "<module>"):
+        frame = frame.f_back
+    if frame is None or frame.f_code.co_filename != getattr(main, "__file__", None):
+        return  # a function that the script calls elsewhere, a notebook, or `python -c`
+    with tokenize.open(frame.f_code.co_filename) as file:
+        statements = ast.parse(file.read()).body
+    called = [each for each in statements if each.lineno <= frame.f_lineno <= (each.end_lineno or each.lineno)]
+    if called and not isinstance(called[0], ast.If):
+        raise ExecutorError(
+            f"{frame.f_code.co_filename}, line {frame.f_lineno}, plays in other processes, and each of them would run "
+            f"the script again; {_GUARD}"
+        )
 
 
 class _Processes(Generic[T, R]):
@@ -97,7 +123,7 @@ class _Processes(Generic[T, R]):
         self._broken += 1
         self._end()
         if self._broken == _BROKEN:
-            raise ExecutorError(f"worker processes end as soon as they start: {error}")
+            raise ExecutorError(f"worker processes end as soon as they start: {error}; {_GUARD}") from None
         self._tasks.clear()
         self._begin()
         for task in tasks:
@@ -164,8 +190,10 @@ def start(work: Work[T, R], workers: int | None, address: str | None) -> Executo
 
     Raises:
         ValueError: an address.
+        ExecutorError: see `_check_guard`.
     """
     if address is not None:
         raise ValueError(f"the executor 'processes' has no address, got address={address!r}")
+    _check_guard()
     engine = _Processes(in_batches(work), min(workers or os.cpu_count() or 1, work.tasks))
     return Batches(engine, work.tasks, single=work.seconds is not None)
