@@ -252,6 +252,70 @@ def test_a_signal_ends_a_study_within_seconds(folder, number, status):
     assert not (folder / "llf-study.db-lock").exists()
 
 
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["SIGINT", "SIGTERM"])
+def test_a_signal_while_the_report_is_written_has_its_status(tmp_path, number, status):
+    (tmp_path / "study.toml").write_text(
+        'ids = ["llf-gridworld-v0"]\nteachers = ["oracle"]\nstudents = ["random"]\nseeds = 1\nmax_turns = 3\n'
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-m", "llf_teacher", "study", "run", "study.toml", "--executor", "here"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+    told = ""
+    while "Writing the report" not in told:  # which takes as long as Matplotlib's import
+        told += (line := process.stderr.readline())
+        assert line, told
+    process.send_signal(number)
+    told += process.communicate(timeout=60)[1]
+    assert process.returncode == status, told
+    assert "The episodes so far are in llf-study.db; the same command resumes the study." in told
+    assert "Traceback" not in told
+    assert not list(tmp_path.glob("*.html*")) + list(tmp_path.glob(".*"))
+    with Store(tmp_path / "llf-study.db") as store:
+        assert store.count == 1
+
+
+SCRIPT = """
+{before}
+from llf_teacher.studies import Study, run
+
+study = Study(ids=["llf-gridworld-v0"], teachers=["oracle"], students=["random"], seeds=2, max_turns=3)
+{guard}print(run(study, "s.db", workers=2))
+"""
+
+
+def script(folder, before="", guard=""):
+    """What a script prints, and its exit status."""
+    (folder / "script.py").write_text(SCRIPT.format(before=before, guard=guard))
+    done = subprocess.run(
+        [sys.executable, "script.py"], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+    )
+    return done.stdout + done.stderr, done.returncode
+
+
+@pytest.mark.parametrize("method", ["", "spawn", "forkserver"])
+def test_a_script_without_a_guard_is_told_so(tmp_path, method):
+    before = f"import multiprocessing; multiprocessing.set_start_method({method!r})" if method else ""
+    told, status = script(tmp_path, before)
+    assert status == 1
+    assert len(told.splitlines()) < 12, told
+    assert f"{tmp_path / 'script.py'}, line 6, plays in other processes" in told.splitlines()[-1]
+    assert 'put what a script does under `if __name__ == "__main__":`, or play in this process' in told.splitlines()[-1]
+    assert not (tmp_path / "s.db").exists()
+    guard = f'if __name__ == "__main__":\n    {before or "pass"}\n    '
+    assert script(tmp_path, guard=guard) == ("Results('s.db', 2 episodes)\n", 0)
+
+
+def test_a_script_with_another_condition_is_told_so_by_its_processes(tmp_path):
+    told, status = script(tmp_path, guard="if study:\n    ")
+    assert status == 1
+    assert "worker processes end as soon as they start" in told.splitlines()[-1]
+    assert 'under `if __name__ == "__main__":`' in told.splitlines()[-1]
+
+
 def data_of_this_process():
     """In megabytes, as Linux counts it."""
     status = Path("/proc/self/status").read_text()

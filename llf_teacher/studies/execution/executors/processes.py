@@ -65,6 +65,8 @@ def _check_guard() -> None:
         ExecutorError: the script that runs has the call outside of any condition.
     """
     main = sys.modules["__main__"]
+    if main.__spec__ and main.__spec__.name.endswith("__main__"):
+        return  # `python -m package`, which processes do not import
     frame: FrameType | None = sys._getframe()
     while frame and not (frame.f_globals is vars(main) and frame.f_code.co_name == "<module>"):
         frame = frame.f_back
