@@ -3,13 +3,16 @@
 import csv
 import itertools
 import json
+import pkgutil
 import sys
+from importlib import import_module
 
 import pandas
 import pytest
 from pyarrow import parquet
 from typer.testing import CliRunner
 
+from llf_teacher import studies
 from llf_teacher.cli import app
 from llf_teacher.studies import Study, load, results, run
 from llf_teacher.studies.execution.play import play
@@ -33,6 +36,12 @@ def test_a_study_is_one_call(found):
     assert repr(found).endswith("s.db', 16 episodes)")
     assert found.manifest["study"]["seeds"] == [0, 1]
     assert [row["key"] for row in load(f"{found.path}").rows()] == [spec.key for spec in STUDY.episodes()]
+
+
+def test_one_function_runs_a_study():
+    modules = [module.name for module in pkgutil.walk_packages(studies.__path__, f"{studies.__name__}.")]
+    found = {vars(import_module(name)).get("run") for name in modules if not name.endswith(".ray")}
+    assert found == {None, run}
 
 
 def test_episodes_are_a_table_of_what_is_installed(found, monkeypatch):
