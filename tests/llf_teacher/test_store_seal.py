@@ -18,7 +18,7 @@ from studying import rows, small, stored
 from llf_teacher.studies import load
 from llf_teacher.studies.definition.study import Study, load_study, quickstart
 from llf_teacher.studies.execution.play import play
-from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, parse_shard, run
+from llf_teacher.studies.execution.runner import EpisodeError, RunOptions, parse_shard, play_missing
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.studies.store.merging import merge
 
@@ -27,7 +27,7 @@ HERE = RunOptions("here")
 
 def played(path, study):
     with Store(path) as store:
-        run(study, store, options=HERE)
+        play_missing(study, store, options=HERE)
     return path
 
 
@@ -81,7 +81,7 @@ def test_an_archive_of_a_store_that_is_written_to_is_whole(tmp_path):
                 counts.append((tmp_path / f"{done}", live.count))
 
     with Store(path) as store:
-        run(study, store, options=HERE, progress=progress)
+        play_missing(study, store, options=HERE, progress=progress)
     assert len(counts) == 2
     for folder, count in counts:
         assert llf("study", "check", folder / "study.db").stdout == f"{count} episodes, all as they were written.\n"
@@ -90,7 +90,7 @@ def test_an_archive_of_a_store_that_is_written_to_is_whole(tmp_path):
         assert "llf-teacher==" in (folder / "requirements.txt").read_text(encoding="utf-8")
         assert "<html" in (folder / "report.html").read_text(encoding="utf-8")
         with Store(folder / "study.db") as copy:
-            assert run(study, copy, options=HERE) == len(list(study.episodes())) - count
+            assert play_missing(study, copy, options=HERE) == len(list(study.episodes())) - count
         assert rows(folder / "study.db") == rows(path)
 
 
@@ -133,7 +133,7 @@ def test_what_is_changed_or_gone_is_named(tmp_path, monkeypatch, harm, where):
     monkeypatch.syspath_prepend(tmp_path)
     path = tmp_path / "s.db"
     with Store(path) as store, pytest.raises(EpisodeError):
-        run(small(seeds=1, students=["random", "breaks:Breaks"]), store, options=HERE)
+        play_missing(small(seeds=1, students=["random", "breaks:Breaks"]), store, options=HERE)
     assert llf("study", "check", path).returncode == 0
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as db:
         db.executescript(harm)
@@ -191,7 +191,7 @@ def test_a_shard_of_another_study_is_refused_and_leaves_nothing(tmp_path):
     parts = [tmp_path / "a.db", tmp_path / "b.db"]
     for number, (path, study) in enumerate(zip(parts, (small(), small(seeds=3)), strict=True), 1):
         with Store(path) as store:
-            run(study, store, options=RunOptions("here", shard=parse_shard(f"{number}/2")))
+            play_missing(study, store, options=RunOptions("here", shard=parse_shard(f"{number}/2")))
     with pytest.raises(StoreError, match=r"b\.db is of another study than .*a\.db: they differ in seeds; merge"):
         merge(tmp_path / "c.db", parts)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.db", "b.db"]
