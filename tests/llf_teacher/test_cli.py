@@ -183,7 +183,7 @@ def test_a_study_without_any_episode_played_has_no_report(tmp_path):
 
 
 def test_play(tmp_path):
-    result = llf("play", "llf-gridworld-v0", "--seed", "0", "--max-turns", "2", cwd=tmp_path, text="up\nnorth\n")
+    result = llf("play", "llf-gridworld-v0", "--seed", "0", "--max-turns", "2", cwd=tmp_path, text="up\nnorth\neast\n")
     assert result.returncode == 0, result.stderr
     text = " ".join(result.stdout.split())
     assert "north (0), east (1), west (2), south (3)" in text
