@@ -61,7 +61,7 @@ def assemble(
     drawn = settings.render_mode is not None or (settings.visual and not subject.visual)
     picture = subject.make_picture(world) if drawn else None
     image = _image_space(subject, world, picture, settings.text) if settings.visual else None
-    max_turns = subject.max_turns if settings.max_turns is None else settings.max_turns
+    max_turns = subject.turns(settings.max_turns)
     renderer = None
     if picture is not None:
         renderer = EpisodeRenderer(

@@ -2,7 +2,7 @@
 
 import contextlib
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import gymnasium
@@ -98,7 +98,8 @@ class Lesson(Subject):
         self.phrasebook()
         spec = self._world.env.spec
         self.name = name or (spec.name if spec else type(self._world.env.unwrapped).__name__)
-        self.max_turns = _limit(self._world.env) if max_turns is None else max_turns
+        self._limits = _limits(self._world.env)
+        self.max_turns = _least(self._limits) if max_turns is None else max_turns
         check_learning(learning)
         self.repeated, self.regret_unit, self.learning = repeated, regret_unit, learning
 
@@ -116,6 +117,16 @@ class Lesson(Subject):
         other = self.make_world(**options)
         world, self._world = self._world, None
         return world or other
+
+    def turns(self, given: int | None = None) -> int:
+        """The given turns, which must be those of the plan."""
+        horizon = None if self.planned is None else self.planned.horizon
+        if given is not None and horizon not in (None, _least([*self._limits, given])):
+            raise ValueError(
+                f"the teacher has planned for episodes of {horizon} turns, got max_turns {given}; "
+                "give max_turns to Lesson or teach, where it plans"
+            )
+        return super().turns(given)
 
     def make_picture(self, world: World[Any]) -> Picture[Any]:
         """The picture: the environment's own rendering, if it was made with a render mode."""
@@ -135,7 +146,7 @@ def _planned(env: gymnasium.Env | Callable[[], gymnasium.Env], planner: Planner,
     """Plan with the given environment, or with one that is made for this."""
     given = env if isinstance(env, gymnasium.Env) else env()
     with contextlib.nullcontext() if given is env else contextlib.closing(given):
-        return planner.plan(given, _limit(given, turns))
+        return planner.plan(given, _least([*_limits(given), turns]))
 
 
 def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
@@ -152,12 +163,17 @@ def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
     return made
 
 
-def _limit(env: gymnasium.Env[Any, Any], turns: int | None = None) -> int:
-    """The environment's time limit, by its spec, a wrapper or an attribute, or `turns` if these are fewer; else 100."""
+def _limits(env: gymnasium.Env[Any, Any]) -> list[Any]:
+    """What the environment has as its time limit: in its spec, a wrapper or an attribute."""
     limits: list[Any] = [env.spec.max_episode_steps] if env.spec else []
     for name in _LIMITS:
         try:
             limits.append(env.get_wrapper_attr(name))
         except AttributeError:
             continue
-    return min((int(each) for each in (*limits, turns) if type(each) in _COUNTS and each > 0), default=_MAX_TURNS)
+    return limits
+
+
+def _least(limits: Sequence[Any]) -> int:
+    """The fewest turns of all limits that are numbers; 100 if there are none."""
+    return min((int(each) for each in limits if type(each) in _COUNTS and each > 0), default=_MAX_TURNS)

@@ -67,6 +67,14 @@ class Subject(ABC):
         """A world for a new environment."""
         return self.make_world(**options)
 
+    def turns(self, given: int | None = None) -> int:
+        """Turns after which an episode is truncated, if these are given.
+
+        Raises:
+            ValueError: the teacher has planned for another number.
+        """
+        return self.max_turns if given is None else given
+
     def make_picture(self, world: "World[Any, Any, Any]") -> "Picture[Any]":
         """The picture of such a world; by default its description as text."""
         from worlds.pictures import TextPicture

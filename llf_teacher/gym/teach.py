@@ -11,6 +11,7 @@ from pz_envs.settings import Settings, SettingsKeywords
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrases
 from teachers.planning import Planner
+from teachers.spec import is_count
 
 
 def teach(
@@ -43,6 +44,7 @@ def teach(
     Raises:
         ValueError: an argument is not allowed.
     """
+    turns = keywords.get("max_turns", settings and settings.max_turns)
     lesson = Lesson(
         env,
         oracle,
@@ -53,6 +55,7 @@ def teach(
         describe=describe,
         action_words=action_words,
         reward_range=reward_range,
+        max_turns=turns if is_count(turns) else None,  # what is none is refused below
     )
     return StudentEnv(lesson, settings=settings, **keywords)
 

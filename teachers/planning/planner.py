@@ -32,6 +32,8 @@ class Planned:
     """Reads the key of the current state, hashable, which truths show as `seen`."""
     model: Any
     """What oracle and claims know of the environment; see `worlds.wrapped.gym_world.GymWorld.model`."""
+    horizon: int | None = None
+    """Most actions of the episodes for which it holds; None: any number."""
     action_words: Mapping[str, Any] = field(default_factory=dict)
     """Words that name actions; empty: none are known."""
     describe: Callable[[Any], str] | None = None

@@ -1,6 +1,7 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
 from typing import ClassVar
+from functools import cache
 
 import gymnasium
 import minigrid  # noqa: F401 (its environments are registered by this)
@@ -11,10 +12,12 @@ from gymnasium.envs.toy_text.taxi import TaxiEnv
 import llf_teacher
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
-from teachers.atoms import FP, HN, HP, Label, Moment
+from pz_envs.settings import Settings
+from teachers.atoms import FN, FP, HN, HP, Label, Moment
 from teachers.planning import Exact, PlanningError
 from teachers.planning.exact.claims import Dawdle, Slower
 from teachers.testing import Pupil, check_oracle
+from worlds.wrapped.position import Position
 
 
 def taxi():
@@ -209,3 +212,62 @@ def test_a_lesson_says_what_it_rests_on():
     assert plan.privileged
     assert "states that can be reached" in plan.why
     assert llf_teacher.teach(lake(), oracle="auto").teacher.oracle.tier == "exact"
+
+
+def test_the_plan_is_for_the_turns_of_the_lesson():
+    env = llf_teacher.teach(lake(), oracle="auto", max_turns=7)
+    assert "at most 7 actions" in env.reset(seed=0)[0]["instruction"]
+    assert env.session.teacher.oracle.model.horizon == env.session.max_turns == 7
+    settings = Settings(max_turns=9)
+    assert llf_teacher.teach(lake(), oracle="auto", settings=settings).session.teacher.oracle.model.horizon == 9
+    subject = lesson("lake")
+    assert llf_teacher.StudentEnv(subject, max_turns=subject.max_turns).session.max_turns == 100
+    with pytest.raises(ValueError, match="planned for episodes of 100 turns, got max_turns 7"):
+        llf_teacher.StudentEnv(subject, max_turns=7)
+    assert llf_teacher.StudentEnv(lesson("lake", gamma=0.9), max_turns=7).session.max_turns == 7
+    with pytest.raises(ValueError, match="max_turns .* must be an integer of at least 1, got 0"):
+        llf_teacher.teach(lake(), oracle="auto", max_turns=0)
+
+
+def best_by_hand(table, horizon, gamma):
+    """The value of each action in each state and turn, by recursion."""
+
+    @cache
+    def values(state, turn):
+        if turn == horizon:
+            return (0.0,) * len(table[state])
+        return tuple(
+            sum(
+                chance * (reward + (0.0 if over else gamma * max(values(after, turn + 1))))
+                for chance, after, reward, over in row
+            )
+            for row in table[state].values()
+        )
+
+    return values
+
+
+@pytest.mark.parametrize(("options", "horizon"), [({}, 40), ({"gamma": 0.9}, 150)])
+def test_what_is_called_best_is_best_by_a_recursion_of_its_own(options, horizon):
+    """Also where actions differ by little: about these it is silent."""
+    table = lake().unwrapped.P
+    values = best_by_hand(table, horizon, options.get("gamma", 1.0))
+    subject = Lesson(lake, Exact(**options), max_turns=40)
+    world = subject.make_world()
+    oracle = subject.make_teacher(world).oracle
+    oracle.start((world.reset(seed=0), world.truth)[1])
+    kinds = set()
+    for state in table:
+        for turn in range(0, 40, 3):
+            now = Position(state, turn, world.truth.episode)
+            best = values(state, 0 if "gamma" in options else turn)
+            for action in range(4):
+                said = {each.kind for each in oracle.judge(Moment(now, action, 0.0, now, False, turn, True))}
+                kinds |= said
+                assert HP not in said or best[action] == pytest.approx(max(best), rel=1e-6, abs=1e-12)
+            advice = oracle.judge(Moment.opening(now), {FP, FN})
+            for each in advice:
+                first = best[each.action] == pytest.approx(max(best), rel=1e-6, abs=1e-12)
+                assert first if each.kind is FP else getattr(each, "lost", 0) > 0
+                assert each.holds(Moment.opening(now), oracle.lab)
+    assert {HP, HN} <= kinds

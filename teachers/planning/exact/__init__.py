@@ -86,6 +86,7 @@ class Exact(Planner):
             phrases=Path(__file__).with_name("phrases.toml"),
             look=look,
             model=model,
+            horizon=model.horizon,
             action_words=own.action_words or words_of(env),
             describe=own.describe,
             privileged=None if listed is None else listed.hides,
@@ -140,9 +141,10 @@ def _whole(turn: int) -> float:
 class _Told(NamedTuple):
     """What can be told of a state in which actions differ."""
 
-    verdicts: tuple[WellChosen | PoorlyChosen | Slower, ...]
-    """By action."""
-    advice: Choose
+    verdicts: tuple[WellChosen | PoorlyChosen | Slower | None, ...]
+    """By action; None for those that lose too little for a word."""
+    advice: Choose | None
+    """None if the action that is ranked first is not surely a best one."""
     warning: Avoid
 
 
@@ -185,20 +187,20 @@ class ExactOracle(Oracle[Position, GymWorld]):
     def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
         told, pairs = self._telling(truth), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
         drawn = [told.verdicts[action] for action in rng.permutation(self.model.actions)] if told else []
-        known = [(pairs[type(each)], each) for each in drawn if type(each) in pairs]
+        known = [(pairs[type(each)], each) for each in drawn if each is not None and type(each) in pairs]
         return tuple(cls(action=each.action, answer=each.answer, lost=each.lost) for cls, each in known[:_TRIES])
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         told = self._telling(moment.past)
         if told is not None:
             verdict = told.verdicts[moment.action]
-            if verdict.kind in kinds:
+            if verdict is not None and verdict.kind in kinds:
                 claims.append(verdict)
 
     def _advice(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         told = self._telling(moment.after)
         if told is not None:
-            if FP in kinds:
+            if FP in kinds and told.advice is not None:
                 claims.append(told.advice)
             if FN in kinds:
                 claims.append(told.warning)
@@ -213,20 +215,24 @@ class ExactOracle(Oracle[Position, GymWorld]):
 
     def _tell(self, worths: tuple[Worth, ...], values: Worths) -> _Told | None:
         lost = [values.lost(worths, action) for action in range(len(worths))]
-        if not any(map(any, lost)):
+        poor = [action for action, each in enumerate(lost) if each is not None and any(each)]
+        if not poor:
             return None
         names = [answer_of(action, self.lab) for action in range(len(worths))]
         verdicts = tuple(
-            (PoorlyChosen if earned else Slower if later else WellChosen)(
-                action=action, answer=name, lost=rounded(earned or later)
+            None
+            if each is None
+            else (PoorlyChosen if each.earned else Slower if each.length else WellChosen)(
+                action=action, answer=name, lost=rounded(each.earned or each.length)
             )
-            for action, (name, (earned, later)) in enumerate(zip(names, lost, strict=True))
+            for action, (name, each) in enumerate(zip(names, lost, strict=True))
         )
         ranks = values.ranked(worths)
-        best, worst = ranks.index(max(ranks)), ranks.index(min(ranks))
-        warns = Avoid if lost[worst].earned else Dawdle
-        warning = warns(action=worst, answer=names[worst], lost=verdicts[worst].lost)
-        return _Told(verdicts, Choose(action=best, answer=names[best]), warning)
+        best, worst = ranks.index(max(ranks)), min(poor, key=ranks.__getitem__)
+        advice = Choose(action=best, answer=names[best]) if type(verdicts[best]) is WellChosen else None
+        warns = Avoid if type(verdicts[worst]) is PoorlyChosen else Dawdle
+        warning = warns(action=worst, answer=names[worst], lost=verdicts[worst].lost)  # type: ignore[union-attr]  # it loses
+        return _Told(verdicts, advice, warning)
 
 
 class CertainOracle(ExactOracle):
@@ -236,10 +242,15 @@ class CertainOracle(ExactOracle):
 
     def plan(self, truth: Position, n: int) -> tuple[int, ...]:
         """Best actions, until the episode is over or all actions are worth the same."""
+        values = self.model.at(truth, self.lab)
+        return self._way(truth, n, values.ranked)
+
+    def _way(self, truth: Position, n: int, rank: Callable[[tuple[Worth, ...]], tuple[Any, ...]]) -> tuple[int, ...]:
+        """The actions that are ranked first, until the episode is over or all rank the same."""
         values, state = self.model.at(truth, self.lab), truth.seen
         actions: list[int] = []
         while len(actions) < n and state is not None:
-            ranks = values.ranked(values.worths(state, truth.turn + len(actions)))
+            ranks = rank(values.worths(state, truth.turn + len(actions)))
             if max(ranks) == min(ranks):
                 break
             actions.append(ranks.index(max(ranks)))
@@ -247,5 +258,6 @@ class CertainOracle(ExactOracle):
         return tuple(actions)
 
     def _solution(self, truth: Position) -> tuple[Claim, ...]:
-        actions = self.plan(truth, self.model.horizon or len(self.model.at(truth, self.lab).transitions))
+        values = self.model.at(truth, self.lab)
+        actions = self._way(truth, self.model.horizon or len(values.transitions), values.exactly)
         return (route(actions, self.lab),) if actions else ()

@@ -18,7 +18,9 @@ def in_actions(number: float) -> str:
 
 @claim
 class Total(Claim[Position, GymWorld]):
-    """True if the sum of the rewards of an episode counts, and an episode has at most `turns` actions."""
+    """True if the sum of the rewards of an episode counts, of equal sums the one with fewer actions, and an episode has
+    at most `turns` actions.
+    """  # noqa: D205
 
     turns: int
 
@@ -79,7 +81,9 @@ class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
 
 @claim
 class WellChosen(_Chosen):
-    """True if no action could be expected to earn more, nor as much in fewer actions, and another one could not."""
+    """True if no action was better, and another one worse: by the sum that could be expected, and without a discount, of
+    equal sums by the number of actions.
+    """  # noqa: D205
 
     kind = HP
 
@@ -170,7 +174,7 @@ Slower.opposite = WellChosen
 
 @claim
 class Choose(ActionClaim[Position, GymWorld]):
-    """True if no action can be expected to earn more now, nor as much in fewer actions, and another one can not."""
+    """True if no action is better now, and another one worse: as in `WellChosen`."""
 
     kind = FP
     action_slot = "answer"
@@ -221,7 +225,7 @@ class Dawdle(Avoid):
 
 @claim
 class Route(PlanClaim[Position, GymWorld]):
-    """True if these actions from the start earn as much as can be earned, in the fewest actions."""
+    """True if these actions from the start earn as much as can be earned; without a discount, in the fewest actions."""
 
     actions: tuple[int, ...]
     listing: str
@@ -238,7 +242,7 @@ class Route(PlanClaim[Position, GymWorld]):
         values = lab.model.at(start, lab)
         best = values.best(values.expected(start.seen, start.turn))
         short = lab.model.gamma is not None or len(self.actions) <= best.length
-        return short and bool(abs(earned - best.earned) <= values.margin)
+        return short and bool(values.equals(earned, best.earned))
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
         """The same actions backwards."""
@@ -261,13 +265,11 @@ def rounded(value: float) -> float:
 
 
 def loss(action: int, truth: Position, lab: GymWorld) -> Worth | None:
-    """What an action loses against the best, by Bellman's equation; None where no action loses anything."""
+    """What an action loses against the best, by Bellman's equation; None if that, or all that any loses, is too little."""
     values = lab.model.at(truth, lab)
     worths = values.expected(truth.seen, truth.turn)
-    if all(values.lost(worths, each) == _NOTHING for each in range(len(worths))):
-        return None
-    lost: Worth = values.lost(worths, action)
-    return lost
+    all_lost: list[Worth | None] = [values.lost(worths, each) for each in range(len(worths))]
+    return all_lost[action] if any(map(any, filter(None, all_lost))) else None
 
 
 def _near(said: float, lost: float) -> bool:

@@ -15,6 +15,7 @@ _CLOSE = 1e-12  # of discounted values, relative to what is still to come
 _EQUAL = 1e-9  # of the greatest reward: sums that differ by less are equal
 _SILENT = 1e-3  # of the greatest difference between actions
 _NOTED = 0.05  # actions sooner or later that are worth a word
+_SOONER = 1e-6  # actions: lengths that differ by less are equal
 
 
 class Worth(NamedTuple):
@@ -57,7 +58,7 @@ class Worths:
         self.spread = float(max((earned.max(axis=1) - earned.min(axis=1)).max() for earned in self._earned))
         """The greatest difference between the sums of two actions in any state."""
         self.margin = _SILENT * self.spread
-        """Differences of sums up to this one count as none."""
+        """Of smaller differences of sums, but for those by rounding, nothing is said."""
         self.price = 0.0 if horizon is None else (self.margin or 1.0) / (2 * horizon)
         """What an action costs in `ranked`, so that time decides between equal sums."""
         self._listed: dict[tuple[int, int], tuple[Worth, ...]] = {}
@@ -148,18 +149,31 @@ class Worths:
         most = max(worth.earned for worth in worths)
         return Worth(most, min(worth.length for worth in worths if worth.earned >= most - self._equal))
 
+    def equals(self, one: float, other: float) -> bool:
+        """Whether two sums differ by rounding only."""
+        return bool(abs(one - other) <= self._equal)
+
     def ranked(self, worths: tuple[Worth, ...]) -> tuple[float, ...]:
         """One number for each action: its sum, less a price of time that decides between equal sums."""
         return tuple(worth.earned - self.price * worth.length for worth in worths)
 
-    def lost(self, worths: tuple[Worth, ...], action: int) -> Worth:
-        """How much less than the best an action earns, 0 up to the margin; else how much later it earns as much."""
+    def exactly(self, worths: tuple[Worth, ...]) -> tuple[tuple[bool, float], ...]:
+        """A rank for each action, in which time decides between equal sums only: the best sums, the shortest first."""
+        best = self.best(worths)
+        return tuple((self.equals(worth.earned, best.earned), -worth.length) for worth in worths)
+
+    def lost(self, worths: tuple[Worth, ...], action: int) -> Worth | None:
+        """How much less than the best an action earns, or how much later it earns as much; zeros if it is a best one.
+
+        None if it is not, but loses too little for a word.
+        """
         best, mine = self.best(worths), worths[action]
-        earned = best.earned - mine.earned
-        if earned > self.margin:
-            return Worth(earned, 0.0)
-        later = mine.length - best.length
-        return Worth(0.0, later if earned <= self._equal and later > _NOTED else 0.0)
+        earned, later = best.earned - mine.earned, mine.length - best.length
+        if earned > self._equal:
+            return Worth(earned, 0.0) if earned > self.margin else None
+        if later > _SOONER:
+            return Worth(0.0, later) if later > _NOTED else None
+        return Worth(0.0, 0.0)
 
     @property
     def certain(self) -> bool:
