@@ -225,7 +225,7 @@ def test_the_plan_is_for_the_turns_of_the_lesson():
     with pytest.raises(ValueError, match="planned for episodes of 100 turns, got max_turns 7"):
         llf_teacher.StudentEnv(subject, max_turns=7)
     assert llf_teacher.StudentEnv(lesson("lake", gamma=0.9), max_turns=7).session.max_turns == 7
-    with pytest.raises(ValueError, match="max_turns .* must be an integer of at least 1, got 0"):
+    with pytest.raises(ValueError, match=r"max_turns .* must be an integer of at least 1, got 0"):
         llf_teacher.teach(lake(), oracle="auto", max_turns=0)
 
 

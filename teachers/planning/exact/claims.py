@@ -81,8 +81,8 @@ class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
 
 @claim
 class WellChosen(_Chosen):
-    """True if no action was better, and another one worse: by the sum that could be expected, and without a discount, of
-    equal sums by the number of actions.
+    """True if no action was better, and another one worse: by the sum that could be expected; of equal sums, without a
+    discount, by the number of actions.
     """  # noqa: D205
 
     kind = HP
@@ -265,7 +265,7 @@ def rounded(value: float) -> float:
 
 
 def loss(action: int, truth: Position, lab: GymWorld) -> Worth | None:
-    """What an action loses against the best, by Bellman's equation; None if that, or all that any loses, is too little."""
+    """What an action loses against the best, by Bellman's equation; None if that, or what any loses, is too little."""
     values = lab.model.at(truth, lab)
     worths = values.expected(truth.seen, truth.turn)
     all_lost: list[Worth | None] = [values.lost(worths, each) for each in range(len(worths))]
