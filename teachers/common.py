@@ -207,6 +207,10 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
             and self._agrees(moment, lab)
         )
 
+    def excludes(self, other: Claim[Any]) -> bool:
+        """Blame of the action."""
+        return other.kind is HN and isinstance(other, ActionClaim) and bool(other.action == self.action)
+
     def _agrees(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Whether the values are what the verdict finds for each action, if it can tell."""
         actions = [lab.legal(each) for each in range(int(lab.action_space.n))]  # type: ignore[attr-defined]  # Discrete

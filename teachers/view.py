@@ -1,6 +1,6 @@
 """The view of a turn that a personality gets. It contains no template and no family."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence, Set
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,11 @@ from teachers.fingerprint import Fingerprints
 from teachers.oracle import Oracle
 
 HINDSIGHT = frozenset((HP, HN))
+
+
+def first_of(kinds: Set[FeedbackType], claims: Sequence[Claim[Any]]) -> int | None:
+    """The index of the first claim of some kinds that has to do with the task; None if there is none."""
+    return next((i for i, claim in enumerate(claims) if claim.kind in kinds and not _bare(claim).placebo), None)
 
 
 class View:
@@ -170,9 +175,11 @@ class View:
         """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
 
         If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
-        hold is returned as it is, because it implies nothing.
+        hold, or is a placebo, is returned as it is, because it implies nothing.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
+        if bare.placebo:
+            return claim
         rungs = bare.coarser(moment, self._oracle.lab) or (self._dim(bare),)
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 

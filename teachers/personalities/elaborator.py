@@ -1,12 +1,19 @@
 """elaborator: right or wrong, and why."""
 
+from teachers.common import Late
 from teachers.personality import Claims, View, personality
-from teachers.view import HINDSIGHT
+from teachers.view import HINDSIGHT, first_of
 
 
 @personality(source="Shute 2008", needs=("hindsight",))
 def elaborator(claims: Claims, view: View) -> Claims:
-    """Says "right" or "wrong" as `verification` does, then the reasons: all praise and blame. Other claims pass."""
-    at = next((i for i, claim in enumerate(claims) if claim.kind in HINDSIGHT), None)
+    """Says "right" or "wrong" as `verification` does, then the reasons: all praise and blame. Other claims pass.
+
+    It says no verdict that is said already, or that a claim about this turn contradicts.
+    """
+    at = first_of(HINDSIGHT, claims)
     verdict = None if at is None else view.verdict()
-    return claims if verdict is None else [*claims[:at], verdict, *claims[at:]]
+    now = [claim for claim in claims if not isinstance(claim, Late)]
+    if verdict is None or any(verdict == c or verdict.excludes(c) or c.excludes(verdict) for c in now):
+        return claims
+    return [*claims[:at], verdict, *claims[at:]]

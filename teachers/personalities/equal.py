@@ -6,7 +6,7 @@ from teachers.atoms import HN, HP
 from teachers.common import NoDifference
 from teachers.personality import Claims, Personality, Stage, View
 from teachers.spec import Share
-from teachers.view import HINDSIGHT
+from teachers.view import HINDSIGHT, first_of
 
 
 class _Comparison(Stage["Equal"]):
@@ -23,10 +23,10 @@ class _Comparison(Stage["Equal"]):
         margin = self.spec.eps * self._total / self._turns
         mine, other = values[action], max(value for each, value in enumerate(values) if each != action)
         verdict = next((c for c in view.hindsight() if c.kind is (HP if mine >= other else HN)), None)
-        if verdict is None or abs(mine - other) >= margin * _BELOW or not any(c.kind in HINDSIGHT for c in claims):
+        at = first_of(HINDSIGHT, claims)
+        if verdict is None or abs(mine - other) >= margin * _BELOW or at is None:
             return claims
         same = NoDifference.on(verdict, action=action, mine=mine, other=other, margin=margin)
-        at = next(i for i, claim in enumerate(claims) if claim.kind in HINDSIGHT)
         return [*claims[:at], same, *(claim for claim in claims[at:] if claim.kind not in HINDSIGHT)]
 
 

@@ -1,7 +1,7 @@
 """verification: right or wrong, and no reason."""
 
 from teachers.personality import Claims, View, personality
-from teachers.view import HINDSIGHT
+from teachers.view import HINDSIGHT, first_of
 
 
 @personality(source="Shute 2008", needs=("hindsight",), reveals=False)
@@ -10,5 +10,5 @@ def verification(claims: Claims, view: View) -> Claims:
 
     It is silent where it gets no verdict.
     """
-    verdict = view.verdict() if any(claim.kind in HINDSIGHT for claim in claims) else None
+    verdict = None if first_of(HINDSIGHT, claims) is None else view.verdict()
     return () if verdict is None else (verdict,)

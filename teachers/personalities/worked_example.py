@@ -5,6 +5,7 @@ from typing import Annotated
 from teachers.atoms import FP
 from teachers.personality import Claims, View, personality
 from teachers.spec import Range
+from teachers.view import first_of
 
 
 @personality(source="Shute 2008", needs=("advice", "plan"))
@@ -13,9 +14,9 @@ def worked_example(claims: Claims, view: View, *, n: Annotated[int, Range(1, 100
 
     If there is none, the advice passes.
     """
-    example = view.example(n) if any(claim.kind is FP for claim in claims) else None
+    at = first_of({FP}, claims)
+    example = None if at is None else view.example(n)
     if example is None:
         return claims
-    others = [claim for claim in claims if claim.kind is not FP]
-    at = next(i for i, claim in enumerate(claims) if claim.kind is FP)
-    return [*others[:at], example, *others[at:]]
+    others = [claim for claim in claims[at:] if claim.kind is not FP]
+    return [*claims[:at], example, *others]

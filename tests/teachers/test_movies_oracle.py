@@ -100,6 +100,25 @@ def test_existence_is_judged(titles, said):
     assert hindsight(Profile(False), *titles) == said
 
 
+@pytest.mark.parametrize(
+    ("said", "means"),
+    [
+        ("IF(2024)", TakenFor),
+        ("Heat ( 1995 )", TakenFor),
+        ("Friends (1994\u20132004)", AttributeMisses),
+        ("The Women (20088)", NotInCatalogue),
+        ("ZeroZZeroZero", TakenFor),
+        ("An Pan (2015)", SpeltLike),
+    ],
+)
+def test_what_is_said_of_unusual_spellings_holds(said, means):
+    assert means in {type(claim) for claim in judged(Profile(False), [said])[2]}
+
+
+def test_what_is_joined_by_a_hyphen_is_no_article():
+    assert {each.title for each in judged(Profile(False), ["An-Man"])[2] if type(each) is SpeltLike} == {"Ant-Man"}
+
+
 def test_every_title_of_a_long_list_is_told_of():
     said = hindsight(Profile(True, (0,), (COMEDY,), 0), *LABELS[:100])
     assert {claim.item for claim in said} == set(range(1, 101))

@@ -12,8 +12,8 @@ from lessons import ALPHA, fits, lab, pupil
 from scipy.stats import chisquare
 from shelf import FAMILIES, RICH, pairs
 
-from teachers.atoms import KINDS, Moment, ParseFailure
-from teachers.common import Solved, Truism, TryAgain
+from teachers.atoms import KINDS, Moment, ParseFailure, contradictions
+from teachers.common import Right, Solved, Truism, TryAgain, Wrong
 from teachers.personality import PERSONALITIES
 
 TURNS, FEW = 800, 150
@@ -280,3 +280,24 @@ def test_the_instruction_does_not_depend_on_the_personality(name):
         for i, episode in enumerate(heard(name, personality, instruction_type="p", turns=FEW))
     }
     assert len(openings) == len(heard(name, "oracle", instruction_type="p", turns=FEW)) > 1
+
+
+@on_every_family
+@pytest.mark.parametrize("after", ["worked_example", "hinter", "verification", "elaborator"])
+def test_a_placebo_is_no_ground_for_others(name, after):
+    """A stage behind it adds nothing that has to do with the task."""
+    said = list(feedback(name, f"placebo | {after}"))
+    assert said or after == "verification"
+    assert all(atom.claim.placebo for atom, _ in said)
+
+
+@on_every_family
+@pytest.mark.parametrize("before", ["retry_only", "equal(eps=1)", "vague(q=1)"])
+def test_a_further_verdict_contradicts_and_repeats_nothing(name, before):
+    if not FAMILIES[name].serves(before):
+        return
+    for utterances in heard(name, f"{before} | elaborator", turns=FEW):
+        for said in utterances:
+            assert contradictions(said.atoms) == []
+            verdicts = [atom.claim for atom in said.atoms if isinstance(atom.claim, Right | Wrong)]
+            assert len(set(verdicts)) == len(verdicts)

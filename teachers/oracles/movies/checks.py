@@ -1,12 +1,13 @@
 """The checks of claims about titles: SQL on the catalogue, and offers to users with given wishes."""
 
 import json
+import re
 from collections.abc import Callable, Iterator, Sequence
-from difflib import SequenceMatcher
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from rapidfuzz.distance import Indel
 
 from teachers.atoms import Moment
 from worlds.movies import (
@@ -25,6 +26,7 @@ from worlds.movies import (
 from worlds.movies.catalogue import AGES, CERTIFICATES, GENRES, PERIODS, Catalogue, Item, aliases
 from worlds.movies.catalogue.titles import fold
 
+_LABEL = re.compile(r"(.*?)\s*\(\s*(\d{4})\s*(?:[-\u2013]\s*(?:\d{4}\s*)?)?\)\s*", re.DOTALL)
 NAMES = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}
 """The possible wishes by attribute, in words."""
 
@@ -118,9 +120,8 @@ def exists(lab: Movies, said: str) -> bool:
 
 def split_label(said: str) -> tuple[str, int]:
     """A title and the year in brackets behind it, 0 if there is none."""
-    name, bracket, year = said.rpartition(" (")
-    digits = year[:4]
-    return (name, int(digits)) if bracket and digits.isdecimal() and year.endswith(")") else (said, 0)
+    found = _LABEL.fullmatch(said)
+    return (found[1], int(found[2])) if found else (said, 0)
 
 
 def row_of(lab: Movies, label: str, several: bool = False) -> tuple[Any, ...] | None:
@@ -150,8 +151,8 @@ def alike(said: str, title: str) -> bool:
     """Whether a spelling is close to a title or to another name of the work, with their articles or without."""
     for name in (title, *(alias for alias, meant, _ in aliases() if meant == title)):
         whole = fold(said), fold(name)
-        bare = [text.removeprefix("the ").removeprefix("a ") for text in whole]
-        if any(SequenceMatcher(None, *pair).ratio() > 0.7 for pair in (whole, bare)):
+        bare = [text.removeprefix("the ").removeprefix("an ").removeprefix("a ") for text in whole]
+        if any(Indel.normalized_similarity(*pair) > _ALIKE for pair in (whole, bare)):
             return True
     return False
 
@@ -348,4 +349,5 @@ def wish_words(profile: Profile) -> list[tuple[str, str]]:
     return [(attribute, profile.words(attribute)) for attribute in profile.wishes]
 
 
+_ALIKE = 0.7  # of the letters of both, in the same order
 _SAMPLE = 30

@@ -21,6 +21,7 @@ __all__ = ["Titles", "fold"]
 _YEAR = re.compile(r"\s*\(\s*(\d{4})\s*(?:[-\u2013]\s*(?:\d{4})?\s*)?\)\s*$")
 _ARTICLE_LAST = re.compile(r"(.*), (the|an?)", re.DOTALL)
 _ARTICLE = re.compile(r"(?:the|an?) (?=.)")
+_NO_ARTICLE = re.compile(r"\s*(?:the|an?)[-\u2010\u2011]", re.IGNORECASE)  # as in "A-Team"
 _ARTICLES = frozenset(("the", "a", "an"))
 _DROPPED = str.maketrans("", "", ".'*\u2018\u2019\u00b4`")  # "L.A." is "LA", "Schindler's" is "Schindlers"
 _HYPHENS = str.maketrans("", "", "-\u2010\u2011\u00b7")  # "Spider-Man" is "Spiderman"
@@ -99,7 +100,7 @@ class Titles:
     def near(self, text: str) -> tuple[int, ...]:
         """The works with the titles of most similar spelling, at most two typos away."""
         title, year = _split(text)
-        bare = _ARTICLE.sub("", fold(title))
+        bare = fold(title) if _NO_ARTICLE.match(title) else _ARTICLE.sub("", fold(title))
         works = _united(self._by_key, (bare, f"the {bare}", f"a {bare}"))
         if not works:
             found = [each for form in _forms(title) for each in self._close(form)]
