@@ -58,10 +58,12 @@ _BACK = re.compile(
     rf"""
     (?:^|[.!?;(\u2013\u2014-]) \s{{0,3}}+ (?=[a-z]) (?:hmm[,.]?\ )?(?: no(?=[,.!;)]|\ wait|$)
       | (?:nope|wait|hold\ on|actually|correction|oops|scratch\ that|never\ ?mind|on\ second\ thought
-        |or\ rather|i\ meant?)\b )
+        |or(?!\ so\b)|i\ meant?|sorry|cancel|disregard|(?:just\ )?kidding|edit(?=:)|on\ reflection|alternatively)\b )
     | , \s{{0,3}}+ (?:no(?=[,;)])|wait\b) | \(or\b | \bchanged\ my\ mind
-    | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was)\ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|it|true))\b
-    | \(\s*+(?=[a-z%])(?:(?:all|values|both|units?|are|in|the)\ )*(?:wrong|incorrect|reversed?
+    | \b(?:that|this|it)(?:\ is|['\u2019]s|\ was|\ seems|\ looks)
+      \ (?:wrong|incorrect|a\ mistake|not\ (?:right|correct|it|true|my\ (?:final\ )?answer))\b
+    | \(\s*+(?:do\ not|don['\u2019]t)\ (?:do|take|use|try|choose)\b
+    | \(\s*+(?=[a-z%])(?:(?:all|values|both|units?|are|in|the)\ )*(?:wrong|incorrect|rejected|forbidden|reversed?
       |reverse\ order|opposite|swapped|inverted|negated|not|{_UNIT})\s*\)
     | (?<=[\])]\ )(?:is|was|would\ be)\ (?:not|wrong|bad|a\ mistake)\b
     """,

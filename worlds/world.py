@@ -18,7 +18,7 @@ from worlds.actions import canonical, format_value, syntax
 
 __all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "illegal", "is_number"]
 
-_QUOTES = " \t\r\n.,;!\"'`*"  # allowed around a word
+_QUOTES = " \t\r\n.,;\"'`*"  # allowed around a word
 
 TruthT = TypeVar("TruthT")
 """Type of `truth`: an immutable value that compares with `==`, such as a NamedTuple."""
@@ -160,7 +160,7 @@ class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, 
 
         The result still has to pass `legal`.
         """
-        return self.action_words.get(text.strip(_QUOTES).lower())
+        return self.action_words.get(text.lstrip(_QUOTES).rstrip(f"{_QUOTES}!").lower())
 
     @abstractmethod
     def _load(self, truth: TruthT) -> None:
