@@ -23,11 +23,13 @@ from teachers.atoms import (
     Claim,
     EditClaim,
     FeedbackType,
+    Grounded,
     Label,
     Moment,
     PlanClaim,
     contradictions,
 )
+from teachers.oracle import Oracle
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
@@ -155,7 +157,7 @@ def audit(
     progress: Callable[[int], None] | None = None,
     **settings: Any,
 ) -> Audit:
-    """Play students with a teacher, and check each claim by its `holds`.
+    """Play students with a teacher, and check each claim by its `holds`, and by its `means` if it rests on others.
 
     In every other episode, the options of the world that are not given are drawn; see `World.draw_options`.
 
@@ -238,6 +240,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     said: Counter[tuple[Claim[Any], int]] = Counter()
     moments: list[Moment[Any]] = []
     feedback: dict[int, list[Claim[Any]]] = {}
+    oracle: Oracle[Any, Any] | None = None  # made where a claim rests on others
     found.episodes += 1
     recorder = Recorder(env.family.name, env.student_view)
     for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
@@ -255,6 +258,12 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
         if not atoms and turn.feedback:
             found.claims[None, Label.UNCHECKED] += 1
         for atom, label in atoms:
+            if isinstance(atom.claim, Grounded) and label is not Label.DISTORTED:
+                if oracle is None:
+                    oracle = env.family.make_teacher(env.session.world.scratch()).oracle
+                    oracle.start(moments[0].after)
+                if not atom.claim.means(moments[atom.about_turn], oracle):  # true by its ground, and not by its fields
+                    label = Label.DISTORTED
             said[atom.claim, atom.about_turn] += 1
             kind = None if atom in getattr(turn.instruction, "atoms", ()) else atom.kind
             found.claims[kind, label] += 1

@@ -9,7 +9,7 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable
 
-from teachers.atoms import Atom, Grounded, Moment, contradictions
+from teachers.atoms import FP, ActionClaim, Atom, EditClaim, Grounded, Moment, PlanClaim, contradictions
 from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
@@ -44,13 +44,18 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
 
 
 def check_promise(personality: Personality, pupil: Pupil) -> None:
-    """If it is honest, all its claims are true; if not, it adds claims to the oracle's, all of them false."""
+    """If it is honest, all its claims are true; if not, it adds claims to the oracle's, all of them false.
+
+    If it does not reveal what to do, it gives no advice with an action.
+    """
     lab = pupil.make_world().scratch()
     invented = 0
     for episode in pupil.taught(personality, pupil.turns):
         for _, atoms, true in episode:
             for atom in atoms:
                 moment = episode[atom.about_turn].moment
+                advises = atom.kind is FP and isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
+                require(personality.reveals or not advises, f"{personality} does not reveal, but says {atom.claim}")
                 if personality.honest:
                     require(atom.claim.holds(moment, lab), f"{personality}: {atom.claim} does not hold of {moment}")
                 elif atom.claim not in true:

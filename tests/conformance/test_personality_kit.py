@@ -173,6 +173,12 @@ def torn(claims, view):
     return [cls.on(ground, action=view.moment.action) for cls in (PartlyRight, Right)]
 
 
+@personality(reveals=False)
+def whispering(claims, view):
+    """Promises to keep back what to do, and tells it."""
+    return claims
+
+
 @dataclass(frozen=True)
 class Needy(Personality):
     """Needs what no oracle has."""
@@ -186,6 +192,7 @@ class Needy(Personality):
     [
         (kit.check_promise, mistaken(), "mistaken: .* does not hold of"),
         (kit.check_promise, inventive(), "inventive: .* holds of"),
+        (kit.check_promise, whispering(), "whispering does not reveal, but says"),
         (kit.check_meaning, torn(), "torn contradicts itself of"),
         (kit.check_spec, Needy(), "Needy needs .*telepathy.*, not of"),
     ],

@@ -11,8 +11,8 @@ from llf_teacher.students.parsing import parse_student
 from llf_teacher.testing import check_teacher
 from llf_teacher.tools.audit import STUDENTS, audit
 from pz_envs.family import all_families
-from teachers.atoms import FP, HN, KINDS, Label, ParseFailure, R
-from teachers.common import Right, Wrong
+from teachers.atoms import FP, HN, HP, KINDS, Label, ParseFailure, R
+from teachers.common import Right, Truism, Wrong
 from teachers.personalities.silent import silent
 from teachers.personality import PERSONALITIES, personality
 
@@ -173,6 +173,20 @@ def test_an_answer_that_leaks():
     assert not audit(GRID, silent(), turns=60).caught
     with pytest.raises(AssertionError, match=r"blabber was caught in llf-gridworld-v0:\n  Finding\(what='leak'"):
         check_teacher(GRID, blabber(), turns=60)
+
+
+@personality()
+def groundless(claims, view):
+    """Calls each action right, on the ground that ice is cold."""
+    acted = view.moment.before is not None
+    return [Right.on((Truism(kind=HP, fact="ice is cold"),), action=view.moment.action)] if acted else ()
+
+
+def test_a_claim_is_false_that_only_its_ground_makes_true():
+    found = audit(GRID, groundless(), turns=60)
+    assert found.caught
+    assert 0 < found.count(Label.DISTORTED) < found.turns
+    assert {example.what for example in found.examples} == {"false"}
 
 
 def test_the_feedback_type_bounds_everyone():
