@@ -186,12 +186,11 @@ _PAIR = re.compile(  # with no factor or summand beside it
     rf"(?:\[{_TWO}\]|\({_TWO}\))(?![\w\])'^]|\s*[*/+-]\s*[0-9.(\[])"
 )
 _WORDS = (  # that may stand before a pair that is proposed
-    "x|a|advice|advised|an|and|am sure|answer|as|at|be|best|better|believe|but|choice|choose|expect|final|follow|following"
-    "|for|go|going|guess|hence|here|i|i'd|i'll|i'm sure|is|it|let|let's|lies|me|minimi[sz]er|minimum|move|moving|my|new"
-    "|next|now|of|optimum|our|pick|please|point|probably|proposal|propose|reach|response|select|should|so|stay|stop|suggest"
-    "|suggested"
-    "|take|teacher's|that|the|then|therefore|think|this|thus|to|try|trying|us|use|we|will|with"
-    "|would (?:go|like|propose|suggest|try)|you|your|action|thought"
+    "x|a|advice|advised|an|and|am sure|answer|as|at|be|best|better|believe|but|choice|choose|expect|final"
+    "|follow|following|for|go|going|guess|hence|here|i|i'd|i'll|i'm sure|is|it|let|let's|lies|me|minimi[sz]er"
+    "|minimum|move|moving|my|new|next|now|of|optimum|our|pick|please|point|probably|proposal|propose|reach"
+    "|response|select|should|so|stay|stop|suggest|suggested|take|teacher's|that|the|then|therefore|think|this"
+    "|thus|to|try|trying|us|use|we|will|with|would (?:go|like|propose|suggest|try)|you|your|action|thought"
 )
 _MARKS = r"[\s*_`\"'$)}]*+"
 _BEFORE = re.compile(
