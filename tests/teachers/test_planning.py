@@ -1,7 +1,7 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
-from typing import ClassVar
 from functools import cache
+from typing import ClassVar
 
 import gymnasium
 import minigrid  # noqa: F401 (its environments are registered by this)
