@@ -119,14 +119,14 @@ class Lesson(Subject):
         return world or other
 
     def turns(self, given: int | None = None) -> int:
-        """The given turns, which must be those of the plan."""
+        """The given turns, which must be those of the plan, and are no more than the environment's where it matters."""
         horizon = None if self.planned is None else self.planned.horizon
         if given is not None and horizon not in (None, _least([*self._limits, given])):
             raise ValueError(
                 f"the teacher has planned for episodes of {horizon} turns, got max_turns {given}; "
                 "give max_turns to Lesson or teach, where it plans"
             )
-        return super().turns(given)
+        return self.max_turns if given is None else _least([*self._limits, given]) if horizon else given
 
     def make_picture(self, world: World[Any]) -> Picture[Any]:
         """The picture: the environment's own rendering, if it was made with a render mode."""

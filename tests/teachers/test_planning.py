@@ -15,7 +15,7 @@ from pz_envs.lesson import Lesson
 from pz_envs.settings import Settings
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
 from teachers.planning import Exact, PlanningError
-from teachers.planning.exact.claims import Dawdle, Slower
+from teachers.planning.exact.claims import Avoid, Dawdle, PoorlyChosen, Slower
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
 
@@ -271,3 +271,19 @@ def test_what_is_called_best_is_best_by_a_recursion_of_its_own(options, horizon)
                 assert first if each.kind is FP else getattr(each, "lost", 0) > 0
                 assert each.holds(Moment.opening(now), oracle.lab)
     assert {HP, HN} <= kinds
+
+
+def test_texts_that_are_no_actions_use_up_turns():
+    """Where too few are left for the goal, no action can earn more than another."""
+    frozen = gymnasium.make("FrozenLake-v1", is_slippery=False)
+    env = llf_teacher.teach(frozen, oracle="auto", max_turns=7, text=True, privileged_info=True)
+    env.reset(seed=1)
+    for answer, more in (("hm", True), ("hm", False), ("hm", False), ("right", False)):
+        info = env.step(answer)[-1]
+        said = {type(atom.claim) for atom in info["atoms"]}
+        assert (Avoid in said) == more
+        assert PoorlyChosen not in said
+        assert all(atom.claim.holds(info["moment"], env.session.world.scratch()) for atom in info["atoms"])
+    fading = llf_teacher.teach(gymnasium.make("MiniGrid-Empty-5x5-v0"), oracle="auto", text=True)
+    fading.reset(seed=1)
+    assert not {atom.kind for atom in fading.step("hm")[-1]["atoms"]} & {FP, FN}

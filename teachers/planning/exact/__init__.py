@@ -28,6 +28,7 @@ from teachers.planning.exact.claims import (
     answer_of,
     rounded,
     route,
+    used,
 )
 from teachers.planning.exact.exploring import explore
 from teachers.planning.exact.tables import table_of
@@ -185,30 +186,34 @@ class ExactOracle(Oracle[Position, GymWorld]):
         return (aim, *([Fading(part=fading)] if fading else []), Syntax(expected=self.lab.action_syntax))
 
     def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
-        told, pairs = self._telling(truth), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
+        told, pairs = self._telling(truth, truth.turn), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
         drawn = [told.verdicts[action] for action in rng.permutation(self.model.actions)] if told else []
         known = [(pairs[type(each)], each) for each in drawn if each is not None and type(each) in pairs]
         return tuple(cls(action=each.action, answer=each.answer, lost=each.lost) for cls, each in known[:_TRIES])
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
-        told = self._telling(moment.past)
+        told = self._told_at(moment.past, moment)
         if told is not None:
             verdict = told.verdicts[moment.action]
             if verdict is not None and verdict.kind in kinds:
                 claims.append(verdict)
 
     def _advice(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
-        told = self._telling(moment.after)
+        told = self._told_at(moment.after, moment)
         if told is not None:
             if FP in kinds and told.advice is not None:
                 claims.append(told.advice)
             if FN in kinds:
                 claims.append(told.warning)
 
-    def _telling(self, truth: Position) -> _Told | None:
-        """What can be told of a state; None if no action loses anything."""
+    def _told_at(self, truth: Position, moment: Moment[Position]) -> _Told | None:
+        turn = used(truth, moment, self.model.at(truth, self.lab))
+        return None if turn is None else self._telling(truth, turn)
+
+    def _telling(self, truth: Position, turn: int) -> _Told | None:
+        """What can be told of a state after so many turns; None if no action loses anything."""
         values = self.model.at(truth, self.lab)
-        worths = values.worths(truth.seen, truth.turn)
+        worths = values.worths(truth.seen, turn)
         if worths not in self._told:  # all that is told follows from these
             self._told[worths] = self._tell(worths, values)
         return self._told[worths]

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
-from teachers.planning.exact.worths import Worth
+from teachers.planning.exact.worths import Worth, Worths
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _DIGITS = 3  # of what is lost
@@ -67,16 +67,17 @@ class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
     def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """Whether this was the action, in a state in which actions differ."""
         acted = moment.before is not None and moment.action == self.action
-        return acted and loss(self.action, moment.past, lab) is not None
+        return acted and loss(self.action, moment.past, moment, lab) is not None
 
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""
-        return loss(self.action, moment.past, lab) == _NOTHING
+        return loss(self.action, moment.past, moment, lab) == _NOTHING
 
     def worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
         """By Bellman's equation."""
         values, past = lab.model.at(moment.past, lab), moment.past
-        return values.ranked(values.expected(past.seen, past.turn))[action]  # type: ignore[no-any-return]
+        turn = used(past, moment, values)
+        return None if turn is None else values.ranked(values.expected(past.seen, turn))[action]
 
 
 @claim
@@ -103,7 +104,7 @@ class _Blame(_Chosen):
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""
-        return self.applies(moment, lab) and self.tells(loss(self.action, moment.past, lab))
+        return self.applies(moment, lab) and self.tells(loss(self.action, moment.past, moment, lab))
 
     def tells(self, lost: Worth | None) -> bool:
         """Whether this is what is lost."""
@@ -141,7 +142,7 @@ class _Tried(_Chosen):
 
     def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """Whether actions differ at the start, and this is what the action loses."""
-        lost = loss(self.action, moment.after, lab)
+        lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and (_near(self.lost, lost.earned) or lost.earned == self.lost == 0)
 
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
@@ -183,7 +184,7 @@ class Choose(ActionClaim[Position, GymWorld]):
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""
-        return loss(self.action, moment.after, lab) == _NOTHING
+        return loss(self.action, moment.after, moment, lab) == _NOTHING
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
         """Advise another action."""
@@ -202,7 +203,7 @@ class Avoid(ActionClaim[Position, GymWorld]):
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""
-        lost = loss(self.action, moment.after, lab)
+        lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and _near(self.lost, lost.earned)
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
@@ -219,7 +220,7 @@ class Dawdle(Avoid):
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""
-        lost = loss(self.action, moment.after, lab)
+        lost = loss(self.action, moment.after, moment, lab)
         return lost is not None and _near(self.lost, lost.length)
 
 
@@ -264,10 +265,29 @@ def rounded(value: float) -> float:
     return float(f"{value:.{_DIGITS}g}")
 
 
-def loss(action: int, truth: Position, lab: GymWorld) -> Worth | None:
-    """What an action loses against the best, by Bellman's equation; None if that, or what any loses, is too little."""
+def used(truth: Position, moment: Moment[Position], values: Worths) -> int | None:
+    """Turns that were used up in a state of a moment: by actions, and by texts that were none.
+
+    None if the values are not known then: where rewards fade with each action, they are those of actions alone.
+    """
+    unread = max(0, moment.turn - moment.after.turn)
+    return None if unread and values.fades else truth.turn + unread
+
+
+def loss(action: int, truth: Position, moment: Moment[Position], lab: GymWorld) -> Worth | None:
+    """What an action loses against the best, by Bellman's equation; None if that, or what any loses, is too little.
+
+    Args:
+        action: the action.
+        truth: the state, the moment's `past` or `after`.
+        moment: tells how many turns are left.
+        lab: has the model.
+    """
     values = lab.model.at(truth, lab)
-    worths = values.expected(truth.seen, truth.turn)
+    turn = used(truth, moment, values)
+    if turn is None:
+        return None
+    worths = values.expected(truth.seen, turn)
     all_lost: list[Worth | None] = [values.lost(worths, each) for each in range(len(worths))]
     return all_lost[action] if any(map(any, filter(None, all_lost))) else None
 

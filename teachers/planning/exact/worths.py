@@ -107,6 +107,11 @@ class Worths:
             if change <= _CLOSE * (1 - gamma) * max(1.0, np.abs(new).max()):
                 return earned
 
+    @property
+    def fades(self) -> bool:
+        """Whether the environment pays less with each action."""
+        return self._fading is not None
+
     def share(self, turn: int) -> float:
         """What is left of a reward after so many actions."""
         return 1.0 if self._fading is None else self._fading(turn)
