@@ -75,7 +75,7 @@ def _numbers(change: "Contrast") -> tuple[str, ...]:
         f"{regret.n}{'' if change.paired else '*'}",
         f"{change.second.regret.mean():.2f}",
         f"{regret.mean:+.2f}",
-        "" if regret.n == 1 else f"[{regret.low:.2f}, {regret.high:.2f}]",
+        f"none: {regret.why}" if regret.why else f"[{regret.low:.2f}, {regret.high:.2f}]",
         f"{100 * change.success:+.0f} %",
     )
 

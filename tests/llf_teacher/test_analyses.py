@@ -162,7 +162,7 @@ def test_one_number_over_all_tasks():
     for student, scale in (("obedient", 1.0), ("text_only", 50.0)):
         silent, oracle = scale * rng.uniform(5, 9, 10), scale * rng.uniform(1, 5, 10)
         told += [*rows(silent, student=student), *rows(oracle, student=student, teacher="oracle")]
-        scores.append(1 - oracle / silent.mean())
+        scores.append((silent - oracle) / (silent.mean() + oracle.mean()))
     told += [*rows([1.0] * 10, student="random"), *rows([1.0] * 10, student="random", teacher="oracle")]
     (found,) = overall(outcomes(told), "silent")
     assert (found.teacher, found.tasks) == ("oracle", 2)
@@ -172,5 +172,6 @@ def test_one_number_over_all_tasks():
     assert found.profile.band.mean[middle] == pytest.approx(np.mean(np.array(scores) > 0.5))
 
 
-def test_a_baseline_without_regret_is_no_task():
-    assert not list(overall(outcomes([*rows([0.0]), *rows([1.0], teacher="oracle")]), "silent"))
+def test_a_baseline_without_regret_is_a_task_too():
+    (found,) = overall(outcomes([*rows([0.0]), *rows([1.0], teacher="oracle")]), "silent")
+    assert found.middle.mean == -1

@@ -38,7 +38,10 @@ def test_a_study_ends_where_all_is_found_and_is_final_then(tmp_path):
         "Interim analysis 1 of 3, after 2 seeds: 0 ",
         "Interim analysis 2 of 3, after 12 seeds: 1",
     ]
-    assert told[0].endswith("of 1 comparisons are significant after Holm (p <= 0.0067); the study goes on.")
+    assert told[0].endswith(
+        "of 1 primary comparisons are significant, adjusted for the analyses and by Holm's method (p <= 0.05); "
+        "the study goes on."
+    )
     assert told[1].endswith("the study ends here, as it declares.")
     data = read(Store(path), ENDS)
     assert data.stopped
@@ -78,5 +81,5 @@ def test_the_command_says_it(tmp_path, monkeypatch):
     assert load_study(tmp_path / "study.toml") == ENDS
     result = CliRunner().invoke(app, ["study", "run", "study.toml", "--executor", "here"], env={"COLUMNS": "300"})
     assert result.exit_code == 0, result.output
-    assert "Interim analysis 2 of 3, after 12 seeds: 1 of 1 comparisons are significant" in result.output
+    assert "Interim analysis 2 of 3, after 12 seeds: 1 of 1 primary comparisons are significant" in result.output
     assert "Played 24 episodes" in result.output

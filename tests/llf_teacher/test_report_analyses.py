@@ -14,9 +14,9 @@ from llf_teacher.studies.analysis import contrasts, transfer
 from llf_teacher.studies.analysis.matrix import Matrix, matrices
 from llf_teacher.studies.analysis.outcomes import outcomes
 from llf_teacher.studies.analysis.overall import overall
-from llf_teacher.studies.analysis.sequential import levels
-from llf_teacher.studies.analysis.statistics import Split
+from llf_teacher.studies.analysis.statistics import Split, holm, paired_difference
 from llf_teacher.studies.analysis.time_to_success import attempts
+from llf_teacher.studies.definition.design import InterimAnalyses
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report import render
 from llf_teacher.studies.report.data import read
@@ -74,7 +74,7 @@ def test_attempts_are_told(store, page):
     group, cells = next(iter(read(store, STUDY).taught.items()))
     found = attempts(cells, group.max_turns)["oracle", "obedient"]
     assert "acc@1 acc@2 acc@4" in told
-    assert f"oracle obedient {100 * found.solved.mean[0]:.0f} [" in told
+    assert f"oracle obedient {100 * found.solved.mean[0]:.0f} no interval" in told
 
 
 def test_the_estimates_over_all_families_are_told(store, page):
@@ -103,7 +103,9 @@ def test_each_analysis_is_drawn_and_has_its_data(store):
         for (teacher, student), gain in each.gains.items():
             wanted = each.group.family, teacher, student
             (row,) = [row for row in gains if (row["family"], row["teacher"], row["student"]) == wanted]
-            assert float(row["gain_high"]) == pytest.approx(gain.high, rel=1e-4)
+            assert float(row["gain"]) == pytest.approx(gain.mean, rel=1e-4)
+            assert gain.why == "3 seeds"
+            assert row["gain_high"] == ""
     ((_, tests),) = drawn(data, "transfer")
     for told in transfer.tested(data.outcomes, "retry_only"):
         (row,) = [r for r in tests if r["tested_in"] == told.group.ids[0] and r["teacher"] == told.teacher]
@@ -163,19 +165,21 @@ def held(store, study, path, keep):
 def test_nothing_is_tested_before_a_look_is_whole(store, tmp_path):
     first = held(store, STUDY, tmp_path / "1.db", lambda spec: spec.seed == 0)
     assert not first.final
-    assert first.test == contrasts.Test(pytest.approx(levels((1 / 3, 1))[0]), frozenset({0}), 1)
+    design = InterimAnalyses((1, 3))
+    assert first.test == contrasts.Test(frozenset({0}), 1, (), design)
     more = held(store, STUDY, tmp_path / "2.db", lambda spec: spec.seed == 0 or spec.teacher == "oracle")
     assert more.test == first.test
     assert {d.estimate.n for section in more.sections for d in section.differences.values()} == {1}
     lacking = held(store, STUDY, tmp_path / "3.db", lambda spec: spec.seed or spec.teacher != "hinter")
     assert lacking.test is None
     whole = read(store, STUDY)
-    assert whole.test == contrasts.Test(pytest.approx(levels((1 / 3, 1))[1]), frozenset({0, 1, 2}), 2)
+    assert whole.test == contrasts.Test(frozenset({0, 1, 2}), 2, (frozenset({0}),), design)
+    assert whole.test.level == 0.05
 
 
 def test_a_study_without_looks_is_tested_when_it_is_whole(store, tmp_path):
     plain = replace(STUDY, interim_analyses={})
-    assert read(store, plain).test == contrasts.Test(0.05, frozenset({0, 1, 2}))
+    assert read(store, plain).test == contrasts.Test(frozenset({0, 1, 2}))
     assert held(store, plain, tmp_path / "s.db", lambda spec: spec.seed == 0).test is None
 
 
@@ -187,9 +191,27 @@ def test_what_cannot_be_found_is_said(page):
 
 
 def test_only_what_can_differ_is_compared(store):
-    for section in read(store, STUDY).sections:
-        assert set(section.differences) == {(t, s) for t in ("oracle", "hinter") for s in ("obedient", "text_only")}
-        assert section.least == min(1, 4 * 2 / 2**3)
+    data = read(store, STUDY)
+    every = {(t, s) for t in ("oracle", "hinter") for s in ("obedient", "text_only")}
+    for section in data.sections:
+        assert set(section.differences) == set(data.secondary[section.anchor]) == every
+    assert {each.compared[:2] for each in data.primary} == every
+    assert data.least_secondary == min(1, 8 * 2 / 2**3)
+
+
+def test_one_error_rate_is_kept_over_all_families(store):
+    """Holm's method over the tables of all families together, of p-values that are adjusted for the analyses."""
+    data = read(store, replace(STUDY, interim_analyses={}))
+    raw, adjusted = [], []
+    for section in data.sections:
+        for (teacher, student), difference in data.secondary[section.anchor].items():
+            own, other = (section.cells[each, student].regrets for each in (teacher, "retry_only"))
+            raw.append(paired_difference(own, other).p)
+            adjusted.append(difference.p)
+    assert adjusted == holm(raw)
+    assert len(adjusted) == 8
+    looked = [each.p for mine in read(store, STUDY).secondary.values() for each in mine.values()]
+    assert all(one >= other for one, other in zip(looked, adjusted, strict=True))
 
 
 def test_areas_are_those_of_the_curves(store, page):

@@ -82,7 +82,7 @@ def test_turns_are_read_of_what_is_shown_only(path, records):
     with contextlib.closing(sqlite3.connect(path)) as db, db:
         db.execute("DELETE FROM story")
     (section,) = read(Store(path), STUDY).sections
-    assert section.regret == before
+    assert f"{section.regret}" == f"{before}"
     with pytest.raises(StoreError, match=r"the turns of the episode .* are incomplete"):
         render(Store(path), STUDY)
 

@@ -5,16 +5,16 @@ import csv
 import hashlib
 import io
 import re
+from dataclasses import replace
 from urllib.parse import unquote
 
-import numpy as np
 import pytest
 from studying import stored
 
 from llf_teacher.studies.definition.study import Study, load_study
 from llf_teacher.studies.report import page, render, to_toml
 from llf_teacher.studies.report.data import read
-from llf_teacher.studies.report.gains import gains
+from llf_teacher.studies.report.parts import findings
 from llf_teacher.studies.store import Store
 
 STUDY = Study(
@@ -36,43 +36,57 @@ def html(path):
     return render(Store(path), STUDY)
 
 
-def regrets(path, section, teacher):
-    return section.cells[teacher, "obedient"].regrets
-
-
-def test_gains_are_shares_of_the_baselines_regret(path):
-    sections = read(Store(path), STUDY).sections
-    found = gains(sections)
-    assert set(found) == {(teacher, "obedient") for teacher in ("oracle", "mistake(eps=1.0)")}
-    for teacher, gain in ((pair[0], gain) for pair, gain in found.items()):
-        shares = [1 - regrets(path, s, teacher).mean() / regrets(path, s, "silent").mean() for s in sections]
-        assert gain.shares == pytest.approx(shares)
-        assert gain.estimate.mean == pytest.approx(np.mean(shares))
-        rng = np.random.default_rng(8)
-        drawn = []
-        for _ in range(4000):
-            draws = [(s, rng.integers(0, 7, 7)) for s in sections]
-            drawn.append(
-                np.mean(
-                    [1 - regrets(path, s, teacher)[d].mean() / regrets(path, s, "silent")[d].mean() for s, d in draws]
-                )
-            )
-        assert gain.estimate[1:3] == pytest.approx(np.quantile(drawn, (0.025, 0.975)), abs=0.03)
+def told(html):
+    text = html[html.index('id="findings"') : html.index("<nav")]
+    return " ".join(re.sub(r"<[^>]*>|&nbsp;", " ", text).split())
 
 
 def test_findings_come_first_and_are_computed(html, path):
     data = read(Store(path), STUDY)
-    found = gains(data.sections)
-    text = " ".join(re.sub(r"<[^>]*>|&nbsp;", " ", html[html.index('id="findings"') : html.index("<nav")]).split())
     assert html.index('id="findings"') < html.index('id="bandits-b-a"')
-    best = found["oracle", "obedient"].estimate.mean
-    assert f"Most helpful is oracle for obedient : over 2 families it saves the student {100 * best:.0f} %" in text
-    assert "mistake(eps=1.0) for obedient" in text
-    tested = [each for section in data.sections for each in section.differences.values()]
-    better = sum(each.p < 0.05 and each.estimate.mean < 0 for each in tested)
+    assert [each.compared[:2] for each in data.primary] == [
+        (teacher, "obedient") for teacher in ("oracle", "mistake(eps=1.0)")
+    ]
+    largest = max(data.significant, key=lambda each: abs(each.mean))
+    better = sum(each.mean > 0 for each in data.significant)
     assert better > 0
-    said = f"a teacher is significantly better in {better} and significantly worse in"
-    assert f"Of the 4 comparisons with silent in the tables below, {said}" in text
+    text = told(html)
+    assert "Primary test: 2 comparisons with silent over 2 families and 7 seeds, by sign flips" in text
+    worse = len(data.significant) - better
+    assert f"(p ≤ 0.05) in {better} and significantly worse in {worse};" in text.replace("&le;", "≤")
+    assert f"Largest difference that is significant: {largest.compared.teacher} for obedient is better than" in text
+    assert f"(score {largest.mean:.2f} " in text
+    assert "Too few" not in text
+    assert "Most helpful" not in text
+
+
+def test_with_too_few_seeds_findings_say_so_first(path):
+    few = Study(**{**STUDY.as_dict(), "seeds": 4})
+    text = told(render(Store(path), few))
+    assert text.index("Too few seeds. With 4 seeds and 2 primary comparisons the smallest possible p is 0.25") < 70
+    assert "It takes at least 7 seeds." in text
+    assert "No difference is supported." in text
+    assert "Needed: of the 2 open comparisons the nearest, oracle for obedient" in text
+
+
+def test_the_largest_surprise_contradicts_what_is_said(path):
+    data = read(Store(path), replace(STUDY, baseline="oracle"))
+    (liar,) = [each for each in data.significant if each.compared.teacher == "mistake(eps=1.0)"]
+    assert findings._surprise(data, [liar]) is None
+    better = liar._replace(score=liar.score._replace(estimate=liar.score.estimate._replace(mean=0.4)))
+    surprise = findings._surprise(data, [liar, better])
+    assert surprise.found is better
+    assert surprise.teacher.truthful < surprise.baseline.truthful == 1
+    assert surprise.baseline.distorted == 0
+
+
+def test_findings_without_a_baseline_say_what_they_need(path):
+    lonely = replace(STUDY, teachers=("oracle", "mistake(eps=1.0)"))
+    text = told(render(Store(path), lonely))
+    assert "Findings need a baseline" in text
+    assert "Add it to teachers , or name one of them in the study's file" in text.replace("&#39;", "'")
+    deaf = replace(STUDY, students=("random",))
+    assert "findings need a student that reads what teachers say" in told(render(Store(path), deaf))
 
 
 def test_what_is_not_final_says_so_and_tests_nothing(path):

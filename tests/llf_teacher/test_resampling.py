@@ -1,33 +1,11 @@
-"""Resampling by products of matrices, against SciPy's, which gathers each resample."""
+"""Sign flips by products of matrices, against SciPy's, which gathers each resample."""
 
 import numpy as np
 import pytest
 from scipy import stats
 
 from llf_teacher.studies.analysis import statistics
-from llf_teacher.studies.analysis.resampling import bca, sign_flips
-
-
-@pytest.mark.parametrize("n", [30, 200])
-@pytest.mark.parametrize("resamples", [999, 9999])
-def test_bootstrap_is_scipys_draw_by_draw(n, resamples):
-    table = np.random.default_rng(n).exponential(size=(n, 3)) + np.array([0, 1e6, -3])
-    theirs = stats.bootstrap(
-        (table,), np.mean, axis=0, n_resamples=resamples, batch=100, random_state=np.random.default_rng(0)
-    ).confidence_interval
-    ours = bca(table, resamples, 0.95)
-    spread = table.std(axis=0)
-    assert np.allclose(ours[0] / spread, theirs.low / spread, rtol=0, atol=1e-6)
-    assert np.allclose(ours[1] / spread, theirs.high / spread, rtol=0, atol=1e-6)
-
-
-def test_rounding_does_not_break_ties():
-    """The mean of 0.1, 0.2 and 0.4 in another order is another number, and the same mean."""
-    values = np.array([0.1, 0.2, 0.4, 0.4])
-    ends = {tuple(np.ravel(bca(values[order][:, None], 9999, 0.95))) for order in ([0, 1, 2, 3], [0, 1, 3, 2])}
-    whole = np.ravel(bca(np.array([[1.0], [2], [4], [4]]), 9999, 0.95)) / 10
-    for each in ends:
-        assert np.allclose(each, whole)
+from llf_teacher.studies.analysis.resampling import sign_flips
 
 
 @pytest.mark.parametrize("n", [2, 9, 13])
@@ -57,11 +35,13 @@ def test_columns_together_are_as_they_are_alone():
     rng = np.random.default_rng(1)
     columns = [rng.normal(size=n) for n in (5, 40, 5, 1, 40)] + [np.ones(5)]
     for alone, together in zip(columns, statistics.mean_intervals(columns), strict=True):
-        assert together == pytest.approx(statistics.mean_interval(alone), nan_ok=True)
+        single = statistics.mean_interval(alone)
+        assert together[:4] == pytest.approx(single[:4], nan_ok=True)
+        assert together[4:] == single[4:]
     for alone, together in zip(columns, statistics.paired_differences(columns), strict=True):
         single = statistics.paired_difference(alone, 0 * alone)
         assert together.p == single.p
-        assert together.estimate == pytest.approx(single.estimate, nan_ok=True)
+        assert together.estimate[:4] == pytest.approx(single.estimate[:4], nan_ok=True)
     tables = [rng.random((6, 2)) < 0.5, rng.random((9, 1)) < 0.5, rng.random((6, 3)) < 0.5]
     for table, together in zip(tables, statistics.success_intervals(tables), strict=True):
-        assert together == pytest.approx(statistics.success_interval(table))
+        assert together[:4] == pytest.approx(statistics.success_interval(table)[:4], nan_ok=True)

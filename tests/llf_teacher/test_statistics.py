@@ -1,59 +1,73 @@
 """Statistics against scipy, against values of the literature, and at the edges."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy import stats
 
 from llf_teacher.studies.analysis.statistics import (
-    Estimate,
+    exact_p,
     holm,
     mean_band,
     mean_interval,
     paired_difference,
+    rate_band,
+    rate_differences,
     rate_interval,
+    share_interval,
     success_interval,
     variance_split,
 )
 
 
-def test_interval_is_that_of_scipy_and_the_same_each_time():
-    values = np.random.default_rng(7).exponential(size=12)
+def test_interval_is_students():
+    values = np.random.default_rng(7).normal(3, 1, size=12)
     estimate = mean_interval(values)
-    theirs = stats.bootstrap((values,), np.mean, random_state=np.random.default_rng(1)).confidence_interval
-    assert estimate == mean_interval(list(values))
-    assert estimate.mean == pytest.approx(values.mean())
-    assert estimate.low == pytest.approx(theirs.low, rel=0.03)
-    assert estimate.high == pytest.approx(theirs.high, rel=0.03)
-    assert estimate.n == 12
+    theirs = stats.ttest_1samp(values, 0).confidence_interval(0.95)
+    assert estimate[:4] == pytest.approx((values.mean(), *theirs, 12))
+    assert (estimate.why, estimate.values) == ("", ())
 
 
-def test_interval_covers_the_true_mean_about_as_often_as_it_says():
-    rng = np.random.default_rng(3)
-    estimates = mean_band(rng.normal(5, 1, size=(20, 400)))
-    assert 0.90 < np.mean((estimates.low <= 5) & (estimates.high >= 5)) < 0.97
+EXPONENTIAL = np.random.default_rng(1).exponential(size=79)
 
 
-@pytest.mark.parametrize("values", [[0.3, 0.1 + 0.2, 0.3], [0, 0, 0], [-2, -2]])
-def test_equal_values_give_a_point(values):
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        ([4.0], "one seed"),
+        ([1, 2, 4, 3], "4 seeds"),
+        ([0.3, 0.1 + 0.2, 0.3, 0.3, 0.3], "all equal"),
+        ([0.0] * 6, "all equal"),
+        ([0, 0, 0, 0, 0, 0, 1, -1, 1.0], "6 of 9 are 0"),
+        (EXPONENTIAL[:40], "skewed"),
+        (EXPONENTIAL, "skewed"),
+        (-EXPONENTIAL[:20], "skewed"),
+        (np.exp(2 * stats.norm.ppf((np.arange(20) + 0.5) / 20)) - 1, "skewed"),
+        ([0.0] * 90 + [3.0] * 10, "90 of 100 are 0"),
+    ],
+)
+def test_without_an_interval_stand_the_values_and_the_reason(values, why):
     estimate = mean_interval(values)
-    assert estimate.low == estimate.mean == estimate.high == pytest.approx(values[0])
+    assert estimate.why == why
+    assert estimate.mean == pytest.approx(np.mean(values))
+    assert estimate.n == len(values)
+    assert np.isnan(estimate.low) == np.isnan(estimate.high) == bool(why)
+    assert estimate.values == (tuple(sorted(values)) if why else ())
 
 
-def test_one_value_has_no_interval():
-    estimate = mean_interval([4])
-    assert (estimate.mean, estimate.n) == (4, 1)
-    assert math.isnan(estimate.low)
-    assert math.isnan(estimate.high)
+@pytest.mark.parametrize(
+    "values",
+    [np.append(EXPONENTIAL, 1.0), [11, 12, 13, 14, 15.5], [0, 0, 0, 0, 1, -1, 2, -2, 1.5], [0.0] * 60 + [3.0] * 20],
+)
+def test_enough_values_that_are_not_skewed_or_very_many_have_an_interval(values):
+    estimate = mean_interval(values)
+    assert estimate.low < estimate.mean < estimate.high
 
 
-def test_band_is_pointwise_and_mixes_constant_columns_with_others():
-    table = np.array([[0, 1, 2], [0, 3, 2], [0, 8, 2]])
-    band = mean_band(table)
-    assert band.mean.tolist() == [0, 4, 2]
-    assert band.low[[0, 2]].tolist() == band.high[[0, 2]].tolist() == [0, 2]
-    assert 1 <= band.low[1] < 4 < band.high[1] <= 8
+def test_the_rule_does_not_depend_on_the_unit_or_the_sign():
+    rng = np.random.default_rng(4)
+    sparse = np.arange(10.0) * (rng.random(10) < 0.3)
+    for values in (rng.normal(size=10), rng.exponential(size=10), np.zeros(10), sparse):
+        assert len({mean_interval(scale * values).why for scale in (1, -1, 1e9, 1e-9)}) == 1
 
 
 @pytest.mark.parametrize("values", [[], [[]], [1, 2]])
@@ -67,11 +81,45 @@ def test_mean_needs_values():
         mean_interval([])
 
 
-def test_wilson_has_known_values():
-    # By hand: (p + z²/2n ± z √(p(1-p)/n + z²/4n²)) / (1 + z²/n), z = 1.95996.
-    assert rate_interval(10, 10)[:2] == (1, pytest.approx(0.72247, abs=1e-5))
-    assert rate_interval(10, 10).high == 1
-    assert rate_interval(3, 10) == (0.3, pytest.approx(0.10779, abs=1e-5), pytest.approx(0.60322, abs=1e-5), 10)
+def test_band_is_pointwise_and_mixes_constant_columns_with_others():
+    table = np.array([[0, 11, 2], [0, 13, 2], [0, 18, 2], [0, 15, 2], [0, 13, 2]])
+    band = mean_band(table)
+    assert band.mean.tolist() == [0, 14, 2]
+    assert np.isnan(band.low[[0, 2]]).all()
+    assert np.isnan(band.high[[0, 2]]).all()
+    assert band.low[1] < 14 < band.high[1]
+
+
+def test_rates_have_exact_intervals():
+    # Clopper & Pearson (1934): of 10 of 10 the lower end is 0.025^(1/10); of 3 of 10 by quantiles of the beta.
+    assert rate_interval(10, 10)[:3] == (1, pytest.approx(0.025**0.1), 1)
+    ends = stats.beta.ppf(0.025, 3, 8), stats.beta.ppf(0.975, 4, 7)
+    assert rate_interval(3, 10)[:4] == (0.3, pytest.approx(ends[0]), pytest.approx(ends[1]), 10)
+    assert share_interval([1, 0, 0, 1, 0]) == rate_interval(2, 5)
+    assert share_interval([1, 0.9, 0.9, 1, 0.8]) == mean_interval([1, 0.9, 0.9, 1, 0.8])
+    band = rate_band([[1, 0], [1, 0], [0, 0], [1, 0], [0, 0]])
+    assert (band.low[0], band.high[1]) == (rate_interval(3, 5).low, rate_interval(0, 5).high)
+
+
+def test_few_rates_have_no_interval():
+    found = rate_interval(3, 4)
+    assert (found.mean, found.why, found.values) == (0.75, "4 seeds", (0, 1, 1, 1))
+    assert np.isnan(rate_differences(np.ones((4, 1)), np.zeros((4, 1))).low[0])
+
+
+@pytest.mark.parametrize(("one", "other"), [(0.5, 0.1), (0.05, 0.05), (0.5, 0.0), (0.3, 0.7)])
+def test_intervals_of_paired_rates_cover(one, other):
+    """By all tables of 8 pairs, with their probabilities."""
+    n, covered = 8, 0.0
+    for gained in range(n + 1):
+        for lost in range(n + 1 - gained):
+            counts = [gained, lost, n - gained - lost]
+            first, second = np.repeat([[1, 0, 0], [0, 1, 0]], counts, axis=1)
+            band = rate_differences(first[:, None], second[:, None])
+            assert band.mean[0] == pytest.approx((gained - lost) / n)
+            if band.low[0] <= one - other <= band.high[0]:
+                covered += stats.multinomial.pmf(counts, n, [one, other, 1 - one - other])
+    assert covered >= 0.95
 
 
 @pytest.mark.parametrize(("successes", "n"), [(0, 0), (3, 2), (-1, 2)])
@@ -81,10 +129,10 @@ def test_rate_needs_counts(successes, n):
 
 
 def test_seed_stays_the_unit_with_several_environments():
-    one = [[True], [False], [True], [True]]
-    assert success_interval(one) == rate_interval(3, 4)
+    one = [[True], [False], [True], [True], [False]]
+    assert success_interval(one) == rate_interval(3, 5)
     two = [[True, True], [False, True], [True, False], [False, False]]
-    assert success_interval(two) == mean_interval([1, 0.5, 0.5, 0])
+    assert success_interval(two).values == (0, 0.5, 0.5, 1)
     assert success_interval(two).n == 4
 
 
@@ -106,11 +154,13 @@ def test_paired_test_agrees_with_an_exact_count():
 def test_paired_test_beyond_exact_counts_is_the_same_each_time():
     values = np.random.default_rng(2).normal(0.3, 1, size=30)
     assert paired_difference(values, np.zeros(30)) == paired_difference(values, np.zeros(30))
+    assert exact_p(values) == paired_difference(values, np.zeros(30)).p
     assert paired_difference(values, np.zeros(30)).p == pytest.approx(stats.ttest_1samp(values, 0).pvalue, abs=0.02)
 
 
 def test_no_difference_and_a_single_pair_have_p_1():
-    assert paired_difference([1, 2, 3], [1, 2, 3]) == (Estimate(0, 0, 0, 3), 1)
+    assert paired_difference([1, 2, 3], [1, 2, 3]).p == 1
+    assert paired_difference([1, 2, 3], [1, 2, 3]).estimate.values == (0, 0, 0)
     assert paired_difference([1], [3]).p == 1
     assert paired_difference([1], [3]).estimate.mean == -2
 

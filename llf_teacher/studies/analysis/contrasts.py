@@ -1,11 +1,17 @@
-"""Which comparisons of teachers a study tests, at which level, and how small a p-value can be."""
+"""How a study's comparisons of teachers are tested, and how small a p-value can be.
+
+A study has one error rate of 5 % over its primary comparisons and its interim analyses together: each comparison has a
+p-value that is adjusted for the analyses (`sequential.adjusted`), and Holm's method adjusts these for the comparisons.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, cast
 
+import numpy as np
+
 from llf_teacher.students.student import TAUGHT
-from llf_teacher.studies.analysis.sequential import ALPHA, levels_of
-from llf_teacher.studies.analysis.statistics import RESAMPLES
+from llf_teacher.studies.analysis.sequential import ALPHA, adjusted
+from llf_teacher.studies.analysis.statistics import RESAMPLES, Difference, Numbers, paired_differences
 from llf_teacher.studies.definition.design import InterimAnalyses
 from llf_teacher.studies.definition.recalled import student_of, teacher_of
 from llf_teacher.studies.definition.study import Study
@@ -15,12 +21,23 @@ from teachers.feedback import parse_kinds
 class Test(NamedTuple):
     """How a study's comparisons are tested with the episodes that are there."""
 
-    level: float
-    """The greatest adjusted p-value that is significant."""
     seeds: frozenset[int]
-    """Those that count: all, or those of an interim analysis."""
+    """Those that count: all, or those of the last complete interim analysis."""
     analysis: int = 0
     """The interim analysis of a sequential design, counted from 1; 0 without one."""
+    earlier: tuple[frozenset[int], ...] = ()
+    """The seeds of the interim analyses before that one."""
+    design: InterimAnalyses | None = None
+    """All interim analyses; None without."""
+
+    @property
+    def level(self) -> float:
+        """The greatest adjusted p-value that is significant."""
+        return ALPHA
+
+    def adjusted(self, p: float, analysis: int | None = None) -> float:
+        """A p-value of an analysis, by default the last complete one, adjusted for the number of analyses."""
+        return adjusted(p, analysis or self.analysis, self.design) if self.design else p
 
 
 def test_of(study: Study, is_played: Callable[[frozenset[int]], bool]) -> Test | None:
@@ -32,13 +49,28 @@ def test_of(study: Study, is_played: Callable[[frozenset[int]], bool]) -> Test |
     """
     seeds = cast(Sequence[int], study.seeds)
     if not study.interim_analyses:
-        return Test(ALPHA, frozenset(seeds)) if is_played(frozenset(seeds)) else None
+        return Test(frozenset(seeds)) if is_played(frozenset(seeds)) else None
     design = InterimAnalyses(**study.interim_analyses)
-    found = None
-    for number, (needed, level) in enumerate(zip(design.at, levels_of(design), strict=True), start=1):
-        if is_played(frozenset(seeds[:needed])):
-            found = Test(level, frozenset(seeds[:needed]), number)
-    return found
+    waves = [frozenset(seeds[:needed]) for needed in design.at]
+    last = max((number for number, wave in enumerate(waves, start=1) if is_played(wave)), default=0)
+    return Test(waves[last - 1], last, tuple(waves[: last - 1]), design) if last else None
+
+
+def tested(test: Test | None, differences: Callable[[frozenset[int] | None], Sequence[Numbers]]) -> list[Difference]:
+    """Mean differences with p-values that are adjusted for interim analyses, not yet for their number.
+
+    Args:
+        test: None while nothing is tested; p-values are then of no use.
+        differences: gives for some seeds, or for all by None, the paired differences of each comparison.
+    """
+    found = paired_differences(differences(test.seeds if test else None))  # each has a seed
+    if test is None or test.design is None:
+        return found
+    least = [test.adjusted(each.p) for each in found]
+    for number, seeds in enumerate(test.earlier, start=1):
+        before = paired_differences([each if len(each) else np.zeros(1) for each in differences(seeds)])
+        least = [min(p, test.adjusted(each.p, number)) for p, each in zip(least, before, strict=True)]
+    return [each._replace(p=p) for each, p in zip(found, least, strict=True)]
 
 
 def can_differ(teacher: str, baseline: str, student: str, feedback_type: str) -> bool:

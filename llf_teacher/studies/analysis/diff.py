@@ -6,14 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.studies.analysis.resampling import bootstrap_means
-from llf_teacher.studies.analysis.statistics import LEVEL, Estimate, mean_intervals
+from llf_teacher.studies.analysis.statistics import LEVEL, Estimate, mean_intervals, no_interval
 from llf_teacher.studies.store import Store
 from llf_teacher.studies.store.files import reading
 
-_RESAMPLES = 9999
 FIELDS = tuple(name for name in EpisodeSpec._fields if name not in ("seed", "version", "rules"))
 """What determines a cell: all of an episode's spec except the seed and versions."""
 Setting = tuple[str | int, ...]
@@ -106,11 +105,10 @@ def _paired(one: Episodes, other: Episodes) -> tuple[Episodes, Episodes] | None:
 
 
 def _apart(one: Episodes, other: Episodes) -> Estimate:
-    """Difference of the mean regrets of unpaired cells, with the percentile interval of the bootstrap."""
+    """Difference of the mean regrets of unpaired cells, with the interval of Welch (1947) if each mean has one."""
     count = min(len(one.seeds), len(other.seeds))
     mean = float(other.regret.mean() - one.regret.mean())
-    if count == 1:
-        return Estimate(mean, np.nan, np.nan, count)
-    drawn = [bootstrap_means(each.regret[:, None], _RESAMPLES, i) for i, each in enumerate((one, other), start=1)]
-    low, high = np.quantile(drawn[1] - drawn[0], ((1 - LEVEL) / 2, (1 + LEVEL) / 2)).tolist()
-    return Estimate(mean, low, high, count)
+    if why := next((reason for each in (one, other) for reason in no_interval(each.regret[:, None]) if reason), ""):
+        return Estimate(mean, np.nan, np.nan, count, why)
+    low, high = stats.ttest_ind(other.regret, one.regret, equal_var=False).confidence_interval(LEVEL)
+    return Estimate(mean, float(low), float(high), count)

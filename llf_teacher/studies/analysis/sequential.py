@@ -3,7 +3,9 @@
 A design fixes the numbers of seeds at which a study is analysed. An alpha-spending function (Lan & DeMets 1983), which
 resembles the boundary of O'Brien & Fleming (1979) or that of Pocock (1977), spreads the error over the analyses by
 their share of the seeds. The level of each analysis follows by recursive integration (Armitage, McPherson & Rowe 1969)
-over a statistic with normal increments. A difference is significant if its p-value is at most that level.
+over a statistic with normal increments. The p-value of a difference that was tested at several analyses is the least
+error of a design that would have found it (`adjusted`): it is as valid as that of a single test, so that Holm's method
+over such p-values keeps one error rate over all comparisons and all analyses together.
 """
 
 import math
@@ -12,42 +14,81 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from scipy import integrate, optimize, stats
+from scipy import integrate, interpolate, optimize, stats
 
 from llf_teacher.studies.definition.design import SPENDING, InterimAnalyses
 
 ALPHA = 0.05
 """Two-sided error of a whole design."""
-_POINTS = 801  # of the grid of integration, an odd number for Simpson's rule
+_POINTS = 401  # of the grid of integration, an odd number for Simpson's rule
 _FAR = 9.0  # standard deviations beyond which the density is 0
+_ERRORS = np.concatenate([np.geomspace(1e-6, ALPHA, 21), np.geomspace(ALPHA, 0.95, 13)[1:]])
+"""Errors of designs between which `adjusted` interpolates."""
 
 
-def _obrien_fleming(share: float) -> float:
-    return float(2 * stats.norm.sf(stats.norm.isf(ALPHA / 4) / math.sqrt(share)))
+def _obrien_fleming(share: float, alpha: float) -> float:
+    return float(2 * stats.norm.sf(stats.norm.isf(alpha / 4) / math.sqrt(share)))
 
 
-def _pocock(share: float) -> float:
-    return ALPHA / 2 * math.log1p((math.e - 1) * share)
+def _pocock(share: float, alpha: float) -> float:
+    return alpha / 2 * math.log1p((math.e - 1) * share)
 
 
 _SPENT = dict(zip(SPENDING, (_obrien_fleming, _pocock), strict=True))
-"""By name, the one-sided error that is spent after a share of the seeds."""
+"""By name, the one-sided error that is spent after a share of the seeds, by a design of a two-sided error."""
 
 
 def levels_of(design: InterimAnalyses) -> tuple[float, ...]:
     """For each interim analysis, the greatest two-sided p-value that is significant."""
-    return levels(tuple(seeds / design.at[-1] for seeds in design.at), design.spending)
+    return levels(_shares(design), design.spending)
+
+
+def adjusted(p: float, analysis: int, design: InterimAnalyses) -> float:
+    """The least error of a design with these analyses and this spending in which a p-value is significant.
+
+    Args:
+        p: two-sided p-value at one analysis.
+        analysis: its number, counted from 1.
+        design: with all analyses.
+
+    Returns:
+        At most `ALPHA` exactly if p is at most the level of that analysis; not below 1e-6, and 1 above 0.95.
+    """
+    if len(design.at) == 1:
+        return p
+    level, error = _table(_shares(design), design.spending)[analysis - 1]
+    if p > level[-1]:
+        return 1.0
+    if p <= level[0]:
+        return float(error[0])
+    return float(math.exp(interpolate.pchip_interpolate(np.log(level), np.log(error), math.log(p))))
+
+
+def _shares(design: InterimAnalyses) -> tuple[float, ...]:
+    return tuple(seeds / design.at[-1] for seeds in design.at)
 
 
 @cache
-def levels(shares: Sequence[float], spending: str = "obrien_fleming") -> tuple[float, ...]:
+def _table(shares: tuple[float, ...], spending: str) -> list[tuple[Any, Any]]:
+    """For each analysis its ascending levels in designs of the errors `_ERRORS`, and these errors."""
+    found = np.array([levels(shares, spending, float(error)) for error in _ERRORS])
+    table = []
+    for column in found.T:
+        level, last = np.unique(column[::-1], return_index=True)  # of equal levels the greatest error
+        table.append((level, _ERRORS[::-1][last]))
+    return table
+
+
+@cache
+def levels(shares: Sequence[float], spending: str = "obrien_fleming", alpha: float = ALPHA) -> tuple[float, ...]:
     """The two-sided level of each interim analysis.
 
     Args:
         shares: shares of the seeds at which the study is analysed: ascending, above 0, the last one 1.
         spending: one of `SPENDING`.
+        alpha: two-sided error of the whole design, 0 to 1.
     """
-    spent = [0.0, *map(_SPENT[spending], shares)]
+    spent = [0.0, *(_SPENT[spending](share, alpha) for share in shares)]
     found: list[float] = []
     grid = density = np.empty(0)  # of the sum so far, of variance `before`, without a significant result
     before = 0.0
@@ -66,7 +107,9 @@ def levels(shares: Sequence[float], spending: str = "obrien_fleming") -> tuple[f
             above = stats.norm.sf((bound * math.sqrt(share) - grid) / spread)
             return float(integrate.simpson(density * above, x=grid))
 
-        bound = float(optimize.brentq(lambda z, beyond=beyond, more=more: beyond(z) - more, 0, _FAR, xtol=1e-10))
+        bound = _FAR
+        if beyond(bound) < more:
+            bound = float(optimize.brentq(lambda z, beyond=beyond, more=more: beyond(z) - more, 0, _FAR, xtol=1e-10))
         found.append(2 * float(stats.norm.sf(bound)))
         points = np.linspace(-1, 1, _POINTS) * bound * math.sqrt(share)
         steps = stats.norm.pdf(points[:, None], grid, spread) if len(grid) else None

@@ -1,8 +1,9 @@
 """Statistics of studies: estimates with intervals, and tests. The seed is the unit of replication.
 
-Intervals of means are BCa bootstrap intervals (Efron 1987), p-values are those of sign-flip tests (Fisher 1935), both
-by `llf_teacher.studies.analysis.resampling`, whose generators have fixed seeds. Intervals of rates are Wilson's (1927),
-by `scipy.stats.binomtest`.
+Intervals of means are Student's t (1908), and are left out for data for which they cover too seldom: `no_interval` has
+the rule, `llf dev calibration` measures it, and docs/statistics.md has its tables. Intervals of rates are exact
+(Clopper & Pearson 1934), by `scipy.stats.binomtest`. p-values are those of sign-flip tests (Fisher 1935), by
+`llf_teacher.studies.analysis.resampling`, whose generators have fixed seeds.
 """
 
 import math
@@ -13,15 +14,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
-from llf_teacher.studies.analysis.resampling import bca, sign_flips
+from llf_teacher.studies.analysis.resampling import sign_flips
 
 LEVEL = 0.95
 """Confidence level of every interval."""
 RESAMPLES = 9999
-"""Bootstrap samples; a sign-flip test is exact if there are at most as many combinations of signs."""
-BAND_RESAMPLES = 999
-"""Bootstrap samples for bands in plots, of which there are many."""
+"""Random combinations of signs; a sign-flip test is exact if there are at most as many combinations."""
+LEAST, MANY = 5, 80
+"""Values below which a mean has no interval, and from which it has one even if they are skewed."""
+_NONZERO = 15  # values other than 0 that are enough though more are 0
+_SKEW, _SPREAD = 10, 100  # n is at least so many times the squared skew, and the squared ratio of spread and mean
 _RELATIVE = 1e-9  # differences below this share of the values are rounding errors
+
+Numbers = NDArray[np.float64]
 
 
 class Estimate(NamedTuple):
@@ -29,15 +34,22 @@ class Estimate(NamedTuple):
 
     mean: float
     low: float
-    """Lower end; NaN for a single value."""
+    """Lower end; NaN without an interval."""
     high: float
-    """Upper end; NaN for a single value."""
+    """Upper end; NaN without an interval."""
     n: int
     """Number of values, usually seeds."""
+    why: str = ""
+    """Why there is no interval."""
+    values: tuple[float, ...] = ()
+    """Without an interval, the values in ascending order."""
 
 
 class Band(NamedTuple):
-    """Means with their 95 % intervals, pointwise; arrays of shape (m,) in the unit of the values."""
+    """Means with their 95 % intervals, pointwise; arrays of shape (m,) in the unit of the values.
+
+    Ends are NaN without an interval.
+    """
 
     mean: NDArray[np.float64]
     low: NDArray[np.float64]
@@ -94,55 +106,128 @@ def variance_split(values: ArrayLike) -> Split | None:
     return Split(teachers, students, interaction, 1 - math.fsum(shares))
 
 
-def mean_band(values: ArrayLike, resamples: int = BAND_RESAMPLES) -> Band:
-    """Mean of each column with its BCa bootstrap interval.
+def no_interval(table: Numbers) -> list[str]:
+    """For each column the reason why its mean has no interval; empty if Student's t covers such data well.
+
+    A mean has an interval if there are at least `LEAST` values, not all equal, and either at least `MANY` of them, 15
+    not 0, or
+
+    - at least half of the values, or 15, are not 0,
+    - n >= 10 g², where g is the sample's skewness, and
+    - values of one sign have a standard deviation of at most sqrt(n) / 10 of their mean: such data are skewed, by at
+      least two of these ratios if they are gamma distributed, and n > 25 g² is the rule of Cochran (1977). The ratio
+      tells it better than the skewness of few values.
 
     Args:
-        values: shape (n, m), one row per seed. Whole rows are resampled.
-        resamples: number of bootstrap samples.
+        table: shape (n, m), one row a unit.
+    """
+    n = len(table)
+    if n < LEAST:
+        return [_few(n)] * table.shape[1]
+    size = np.abs(table).max(axis=0)
+    equal = np.ptp(table, axis=0) <= _RELATIVE * size
+    mean, spread = table.mean(axis=0), table.std(axis=0, ddof=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        skew = stats.skew(np.where(equal, 0.0, table / np.where(size > 0, size, 1.0)), axis=0)
+    signed = (table != 0).sum(axis=0)
+    skewed = (_SKEW * skew**2 > n) | (
+        ((table >= 0).all(axis=0) | (table <= 0).all(axis=0)) & (_SPREAD * spread**2 > n * mean**2)
+    )
+    zeros = signed < min(_NONZERO, n / 2 if n < MANY else n)
+    why = np.select([equal, zeros, skewed & (n < MANY)], ["all equal", "zeros", "skewed"], "")
+    return [f"{n - c} of {n} are 0" if each == "zeros" else str(each) for each, c in zip(why, signed, strict=True)]
 
-    Returns:
-        The band. The interval of a column of equal values has no width; for n = 1 all intervals are NaN.
+
+def mean_band(values: ArrayLike) -> Band:
+    """Mean of each column with its interval, where there is one.
+
+    Args:
+        values: shape (n, m), one row per seed.
 
     Raises:
         ValueError: there are no values.
     """
+    return _band(values)[0]
+
+
+def _band(values: ArrayLike) -> tuple[Band, list[str]]:
+    """The band, and why columns have no interval."""
     table = np.asarray(values, dtype=float)
     if table.ndim != 2 or not table.size:
         raise ValueError(f"values must be a non-empty table of shape (n, m), got shape {table.shape}")
-    mean = table.mean(axis=0)
-    if len(table) == 1:
-        missing = np.full_like(mean, np.nan)
-        return Band(mean, missing, missing)
-    low, high = mean.copy(), mean.copy()
-    varied = np.ptp(table, axis=0) > _RELATIVE * np.abs(table).max(axis=0)
-    if varied.any():
-        low[varied], high[varied] = bca(table[:, varied], resamples, LEVEL)
-    return Band(mean, low, high)
+    mean, why = table.mean(axis=0), no_interval(table)
+    low, high = np.full_like(mean, np.nan), np.full_like(mean, np.nan)
+    there = np.array([not each for each in why])
+    if there.any():
+        low[there], high[there] = stats.t.interval(
+            LEVEL, len(table) - 1, mean[there], stats.sem(table[:, there], axis=0)
+        )
+    return Band(mean, low, high), why
 
 
 def mean_interval(values: ArrayLike) -> Estimate:
-    """Mean of values, shape (n,), with its BCa bootstrap interval; edge cases as in `mean_band`."""
-    column = np.asarray(values, dtype=float).reshape(-1, 1)
-    band = mean_band(column, RESAMPLES)
-    return Estimate(float(band.mean[0]), float(band.low[0]), float(band.high[0]), len(column))
+    """Mean of values, shape (n,), with its interval, or with the reason why there is none."""
+    return mean_intervals([values])[0]
 
 
 def rate_interval(successes: int, n: int) -> Estimate:
-    """Share of successes in n independent trials, 0 to 1, with Wilson's interval.
+    """Share of successes in n independent trials, 0 to 1, with its exact interval; there is none below `LEAST` trials.
 
     Raises:
         ValueError: n is below 1, or successes are not from 0 to n.
     """
-    interval = stats.binomtest(successes, n).proportion_ci(LEVEL, method="wilson")
+    interval = stats.binomtest(successes, n).proportion_ci(LEVEL, method="exact")
+    if n < LEAST:
+        values = (0.0,) * (n - successes) + (1.0,) * successes
+        return Estimate(successes / n, math.nan, math.nan, n, _few(n), values)
     return Estimate(successes / n, float(interval.low), float(interval.high), n)
+
+
+def _few(n: int) -> str:
+    return "one seed" if n == 1 else f"{n} seeds"
+
+
+def share_interval(shares: ArrayLike) -> Estimate:
+    """Mean of shares of successes, shape (n,), with an exact interval if they are single trials, 0 or 1."""
+    values = np.asarray(shares, dtype=float)
+    return rate_interval(int(values.sum()), len(values)) if np.isin(values, (0, 1)).all() else mean_interval(values)
+
+
+def rate_band(shares: ArrayLike) -> Band:
+    """Mean of each column of shares of successes, shape (n, m); of single trials, 0 or 1, with exact intervals."""
+    table = np.asarray(shares, dtype=float)
+    if not np.isin(table, (0, 1)).all():
+        return mean_band(table)
+    found = np.array([rate_interval(int(column.sum()), len(column))[:3] for column in table.T])
+    return Band(*found.T)
+
+
+def rate_differences(shares: ArrayLike, others: ArrayLike) -> Band:
+    """Mean difference of paired shares of successes, both of shape (n, m), by column.
+
+    Of single trials the interval is exact, and rather too wide: the shares of pairs of which only one succeeds are each
+    within an exact interval at 97.5 %, and from these the ends of their difference follow.
+    """
+    one, other = np.asarray(shares, dtype=float), np.asarray(others, dtype=float)
+    difference = one - other
+    if len(one) < LEAST or not (np.isin(one, (0, 1)).all() and np.isin(other, (0, 1)).all()):
+        return mean_band(difference)
+    n, level = len(difference), (1 + LEVEL) / 2
+    ends = []
+    for column in difference.T:
+        gained, lost = (
+            stats.binomtest(int((column == sign).sum()), n).proportion_ci(level, method="exact") for sign in (1, -1)
+        )
+        ends.append((gained.low - lost.high, gained.high - lost.low))
+    low, high = np.array(ends).T
+    return Band(difference.mean(axis=0), low, high)
 
 
 def success_interval(successes: ArrayLike) -> Estimate:
     """Share of successes, 0 to 1, with seeds as the unit.
 
     Args:
-        successes: booleans of shape (seeds, environments). With one environment the interval is Wilson's. The
+        successes: booleans of shape (seeds, environments). With one environment the interval is exact. The
             environments of one seed are not independent: several are averaged per seed, and the interval is that of
             the mean of these averages.
     """
@@ -150,7 +235,7 @@ def success_interval(successes: ArrayLike) -> Estimate:
 
 
 def success_intervals(tables: Sequence[ArrayLike]) -> list[Estimate]:
-    """`success_interval` of each of several tables; tables of the same length share their draws, which is fast."""
+    """`success_interval` of each of several tables."""
     arrays = [np.asarray(table, dtype=float) for table in tables]
     single = [array.ndim == 2 and array.shape[1] == 1 for array in arrays]
     means = iter(mean_intervals([array.mean(axis=1) for array, one in zip(arrays, single, strict=True) if not one]))
@@ -161,18 +246,19 @@ def success_intervals(tables: Sequence[ArrayLike]) -> list[Estimate]:
 
 
 def mean_intervals(columns: Sequence[ArrayLike]) -> list[Estimate]:
-    """`mean_interval` of each of several columns; columns of the same length share their draws, which is fast."""
+    """`mean_interval` of each of several columns."""
     arrays = [np.asarray(column, dtype=float) for column in columns]
     found: dict[int, Estimate] = {}
     for alike in _of_a_length(arrays):
-        band = mean_band(np.column_stack([arrays[i] for i in alike]), RESAMPLES)
-        for i, mean, low, high in zip(alike, *band, strict=True):
-            found[i] = Estimate(float(mean), float(low), float(high), len(arrays[i]))
+        band, why = _band(np.column_stack([arrays[i] for i in alike]))
+        for i, reason, mean, low, high in zip(alike, why, *band, strict=True):
+            values = tuple(sorted(arrays[i].tolist())) if reason else ()
+            found[i] = Estimate(float(mean), float(low), float(high), len(arrays[i]), reason, values)
     return [found[i] for i in range(len(arrays))]
 
 
 def paired_difference(values: ArrayLike, reference: ArrayLike) -> Difference:
-    """Mean of `values - reference`, both of shape (n,) and paired by seed, with its bootstrap interval.
+    """Mean of `values - reference`, both of shape (n,) and paired by seed, with its interval.
 
     The test is exact for at most 13 pairs that differ (2**13 < `RESAMPLES`), and by random flips for more.
     """
@@ -186,6 +272,11 @@ def paired_differences(columns: Sequence[ArrayLike]) -> list[Difference]:
     for alike in _of_a_length(arrays):
         p |= zip(alike, sign_flips(np.column_stack([arrays[i] for i in alike]), RESAMPLES).tolist(), strict=True)
     return [Difference(estimate, p[i]) for i, estimate in enumerate(mean_intervals(arrays))]
+
+
+def exact_p(differences: ArrayLike) -> float:
+    """The p-value of `paired_difference`."""
+    return float(sign_flips(np.asarray(differences, dtype=float).reshape(-1, 1), RESAMPLES)[0])
 
 
 def _of_a_length(arrays: Sequence[NDArray[np.float64]]) -> list[list[int]]:

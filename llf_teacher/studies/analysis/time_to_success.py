@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from llf_teacher.studies.analysis.outcomes import Endings, Numbers, Pair, paired
-from llf_teacher.studies.analysis.statistics import Band, mean_band
+from llf_teacher.studies.analysis.statistics import Band, rate_band, rate_differences
 
 CONTROL = "retry_only"
 """The teacher that only says that the action was not right."""
@@ -45,6 +45,6 @@ def attempts(cells: Mapping[Pair, Endings], max_turns: int, control: str = CONTR
         gain = None
         if teacher != control and (control, student) in cells:
             own, other = paired(cell, cells[control, student])
-            gain = mean_band(solved(own, tries) - solved(other, tries)) if len(own.seeds) else None
-        found[teacher, student] = Attempts(tries, mean_band(solved(cell, tries)), gain)
+            gain = rate_differences(solved(own, tries), solved(other, tries)) if len(own.seeds) else None
+        found[teacher, student] = Attempts(tries, rate_band(solved(cell, tries)), gain)
     return found

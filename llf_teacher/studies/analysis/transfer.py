@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from llf_teacher.studies.analysis.outcomes import Group, Outcomes, paired
-from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
+from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, share_interval
 
 
 class AfterLessons(NamedTuple):
@@ -35,4 +35,4 @@ def tested(found: Outcomes, baseline: str) -> Iterator[AfterLessons]:
             if other is not None and teacher != baseline:
                 own, others = paired(cell, other)
                 gain = mean_interval(others.regret - own.regret) if len(own.seeds) else None
-            yield AfterLessons(group, teacher, student, mean_interval(cell.success), mean_interval(cell.regret), gain)
+            yield AfterLessons(group, teacher, student, share_interval(cell.success), mean_interval(cell.regret), gain)

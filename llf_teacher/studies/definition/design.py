@@ -132,7 +132,7 @@ class InterimAnalyses(NamedTuple):
     spending: str = "obrien_fleming"
     """One of `SPENDING`."""
     stop: bool = False
-    """Whether the study ends as soon as every comparison is significant."""
+    """Whether the study ends as soon as every primary comparison is significant."""
 
     def last(self, seeds: int) -> int | None:
         """The last analysis, counted from 0, that needs at most these seeds; None before the first."""

@@ -19,6 +19,7 @@ from llf_teacher.studies.definition.custom_specs import parse_teacher, student_s
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
 from llf_teacher.studies.definition.names import check_names, short_names
 from llf_teacher.studies.definition.options import check_options, options_of
+from llf_teacher.studies.definition.primary import check_primary
 from llf_teacher.studies.definition.recalled import recall, student_of, teacher_of
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
@@ -76,9 +77,14 @@ class Study:
     """The teacher that the others are compared with, one of `teachers`. There is no comparison if it is the default and
     not one of them.
     """
+    primary: Sequence[Mapping[str, str]] = ()
+    """The primary comparisons, over which the study's error is controlled: tables with patterns of `teacher`,
+    `student`, `instruction_type` and `feedback_type`. Without tables, every teacher with the baseline for every student
+    that teachers can reach, over all families.
+    """
     interim_analyses: Mapping[str, Any] = field(default_factory=dict)
     """A sequential design: the numbers of seeds at which the study is tested (`at`), the alpha-spending function
-    (`spending`), and whether the study ends when every comparison is significant (`stop`). See
+    (`spending`), and whether the study ends when every primary comparison is significant (`stop`). See
     `llf_teacher.studies.definition.design.InterimAnalyses`. Episodes are played in that order.
     """
     transfer: Mapping[str, Any] = field(default_factory=dict)
@@ -109,6 +115,8 @@ class Study:
         set_(self, "fewer", self._shortened(problems))
         set_(self, "options", check_options(self.options, self.ids, problems))
         set_(self, "baseline", self._compared(problems))
+        if not problems:
+            set_(self, "primary", check_primary(self.primary, self, problems))
         design = check_interim_analyses(self.interim_analyses, len(self._seeds), problems)
         set_(self, "interim_analyses", design._asdict() if design else {})
         if not problems:
@@ -347,7 +355,8 @@ def to_toml(study: Study) -> str:
     values = study.as_dict()
     patterns = {name: values.pop(name) for name in ("fewer", "options")}
     tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
-    values["transcripts"] = values["transcripts"] or None
+    for name in ("transcripts", "primary"):
+        values[name] = values[name] or None
     lines = _assignments(values)
     for name, table in tables.items():
         lines += ["", f"[{name}]", *_assignments(table)]

@@ -19,7 +19,7 @@ class Decision(NamedTuple):
     level: float
     """The greatest adjusted p-value that is significant."""
     comparisons: int
-    """Number of comparisons that can differ."""
+    """Number of primary comparisons."""
     significant: int
     """Number of those that are significant."""
     stops: bool
@@ -29,7 +29,8 @@ class Decision(NamedTuple):
         then = "it was the last" if self.analysis == self.of else "the study goes on"
         return (
             f"Interim analysis {self.analysis} of {self.of}, after {self.seeds} seeds: {self.significant} of "
-            f"{self.comparisons} comparisons are significant after Holm (p <= {self.level:.2g}); "
+            f"{self.comparisons} primary comparisons are significant, adjusted for the analyses and by Holm's method "
+            f"(p <= {self.level:.2g}); "
             f"{'the study ends here, as it declares' if self.stops else then}."
         )
 
@@ -43,8 +44,8 @@ def decision(data: Data) -> Decision | None:
         len(data.study.interim_analyses["at"]),
         len(data.test.seeds),
         data.test.level,
-        sum(len(section.differences) for section in data.sections),
-        data.significant,
+        len(data.primary),
+        len(data.significant),
         data.stopped,
     )
 

@@ -9,8 +9,10 @@ from typing import Any
 
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import entry
-from llf_teacher.studies.analysis.contrasts import Test, test_of
+from llf_teacher.studies.analysis.contrasts import Test, least_p, test_of
 from llf_teacher.studies.analysis.outcomes import Outcomes
+from llf_teacher.studies.analysis.primary import Primary, of_study
+from llf_teacher.studies.analysis.statistics import Difference, holm
 from llf_teacher.studies.definition.design import main_types
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.definition.transcript_filter import PATTERNS
@@ -58,21 +60,46 @@ class Data:
         """Number of episodes in the store."""
         return sum(each.episodes for each in self.sums.values())
 
+    @cached_property
+    def compared(self) -> list[Primary]:
+        """The comparisons with the baseline over all families, the primary ones among them."""
+        return of_study(self.taught, self.study, self.test)
+
     @property
-    def significant(self) -> int:
-        """Number of significant comparisons, at the level of the current test."""
-        level = self.test.level if self.test else -1.0
-        return sum(each.p <= level for section in self.sections for each in section.differences.values())
+    def primary(self) -> list[Primary]:
+        """The primary comparisons."""
+        return [each for each in self.compared if each.declared]
+
+    @property
+    def significant(self) -> list[Primary]:
+        """The primary comparisons that are significant."""
+        return [each for each in self.primary if self.test and each.score.p <= self.test.level]
+
+    @cached_property
+    def secondary(self) -> Mapping[str, Mapping[tuple[str, str], Difference]]:
+        """The differences of each section, by its anchor; p-values are adjusted by Holm's method over all sections."""
+        every = [(section.anchor, *each) for section in self.sections for each in section.differences.items()]
+        found: dict[str, dict[tuple[str, str], Difference]] = {section.anchor: {} for section in self.sections}
+        for (anchor, pair, each), p in zip(every, holm([each.p for *_, each in every]), strict=True):
+            found[anchor][pair] = each._replace(p=p)
+        return found
+
+    @property
+    def least_secondary(self) -> float:
+        """The smallest adjusted p-value that so many secondary comparisons at so many seeds can have."""
+        every = [each for mine in self.secondary.values() for each in mine.values()]
+        p = least_p(max((each.estimate.n for each in every), default=1))
+        return min(1.0, len(every) * (self.test.adjusted(p) if self.test else p))
 
     @property
     def stopped(self) -> bool:
-        """Whether the study has ended before its last interim analysis, since every comparison was significant."""
+        """Whether the study ended before its last interim analysis, since every primary comparison was significant."""
         design = self.study.interim_analyses
         if self.test is None or not design.get("stop") or self.test.analysis == len(design["at"]):
             return False
         seeds = self.test.seeds
         played = self.present == sum(len(seeds.intersection(each)) for each in self.planned.values())
-        return played and self.significant == sum(len(section.differences) for section in self.sections) > 0
+        return played and len(self.significant) == len(self.primary) > 0
 
     @property
     def final(self) -> bool:

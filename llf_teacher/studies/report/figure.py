@@ -6,6 +6,7 @@ mode, and text has the page's font.
 
 import csv
 import io
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -37,7 +38,7 @@ class Plot:
     draw: Callable[[], Figure]
     columns: Sequence[str]
     rows: Sequence[Sequence[Any]]
-    """The data; floats are written with five digits."""
+    """The data; floats are written with five digits, NaN is left empty."""
 
     @property
     def csv(self) -> str:
@@ -45,7 +46,7 @@ class Plot:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
-        writer.writerows([f"{v:.5g}" if isinstance(v, float) else v for v in row] for row in self.rows)
+        writer.writerows([_cell(value) for value in row] for row in self.rows)
         return text.getvalue()
 
     @property
@@ -89,6 +90,12 @@ class Plot:
         for name, shade in SHADES.items():
             svg = svg.replace(shade.light, f"var(--{name})")
         return svg
+
+
+def _cell(value: Any) -> Any:
+    if not isinstance(value, float):
+        return value
+    return "" if math.isnan(value) else f"{value:.5g}"
 
 
 def _attributes(style: re.Match[str]) -> str:

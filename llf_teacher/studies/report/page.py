@@ -3,6 +3,8 @@
 import base64
 import hashlib
 import os
+from collections import Counter
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import jinja2
 from markupsafe import Markup
 
 from llf_teacher.escaping import escape_control_chars
+from llf_teacher.studies.analysis.statistics import exact_p
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
@@ -21,6 +24,9 @@ _FIGURES, _SHOWN = (
     3_000_000,
     1_000_000,
 )  # bytes of figures with their data, and of transcripts, that browsers display well
+
+
+_FEW = 6  # different values that are listed
 
 
 class ByteBudget:
@@ -144,8 +150,22 @@ def _hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
+def _every(values: Sequence[float], digits: int, scale: float = 1) -> str:
+    """All values."""
+    return ", ".join(f"{scale * value:.{digits}f}" for value in values)
+
+
+def _counted(values: Sequence[float], digits: int, scale: float = 1) -> str:
+    """The different values with their numbers, or the first and the last if they are many."""
+    counts = Counter(f"{scale * value:.{digits}f}" for value in values)
+    if len(counts) > _FEW:
+        first, *_, last = counts
+        return f"{first} to {last}"
+    return ", ".join(value if count == 1 else f"{value} ({count} times)" for value, count in counts.items())
+
+
 def _environment() -> jinja2.Environment:
     environment = pages("llf_teacher.studies.report")
     environment.globals |= {"figures": ByteBudget(_FIGURES), "shown": ByteBudget(_SHOWN)}
-    environment.filters |= {"reads": reads}
+    environment.filters |= {"reads": reads, "every": _every, "counted": _counted, "exact_p": exact_p}
     return environment

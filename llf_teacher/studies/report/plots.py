@@ -146,13 +146,13 @@ def gain_plot(
     single: Mapping[tuple[str, str], Sequence[float]],
     baseline: str,
 ) -> Figure:
-    """The share of regret that teachers save students: a dot with its interval per row and series, over faint marks.
+    """The scores of teachers with students: a dot with its interval per row and series, over faint marks.
 
     Args:
         rows: teachers from top to bottom.
         series: students in the order of their colours.
-        gains: shares over all families, by (row, series); missing ones are blank.
-        single: shares of each family, drawn as marks; those beyond the axis are drawn at its end.
+        gains: scores over all families, by (row, series); missing ones are blank.
+        single: scores in each family, drawn as marks; those beyond the axis are drawn at its end.
         baseline: the teacher at 0.
     """
     figure = Figure(figsize=(WIDTH, max(0.3, 0.11 * len(series) + 0.06, tallest(rows)) * len(rows) + 1.1))
@@ -163,9 +163,8 @@ def gain_plot(
     line = {"linewidth": 2, "alpha": None}
     _intervals(ax, rows, series, gains, spacing=0.22, at_zero=True, marks=marks, line=line, markersize=5.5)
     ax.set_xlim(least, most)
-    ax.xaxis.set_major_formatter(PercentFormatter(1))
     ax.xaxis.set_major_locator(ticks())
-    ax.set_xlabel(f"share of the regret with {baseline} that the teacher spares the student")
+    ax.set_xlabel(f"score against {baseline}: above 0 the teacher is better")
     _label_rows(ax, rows)
     legend(figure, ax, 1.0)
     return figure
@@ -287,9 +286,8 @@ def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]]) -> Figure
     ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
     ax.set_ylim(0, 1)
     ax.margins(x=0)
-    ax.xaxis.set_major_formatter(PercentFormatter(1))
     ax.yaxis.set_major_formatter(PercentFormatter(1))
-    ax.set_xlabel("share of the baseline's mean regret that the student is spared")
+    ax.set_xlabel("score against the baseline")
     ax.set_ylabel("runs above it")
     ax.grid()
     legend(figure, ax, 2.2)

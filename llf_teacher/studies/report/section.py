@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.students.student import TAUGHT
 from llf_teacher.studies.analysis import statistics
-from llf_teacher.studies.analysis.contrasts import Test, can_differ, least_p
+from llf_teacher.studies.analysis.contrasts import Test, can_differ, tested
 from llf_teacher.studies.analysis.estimators import curve_areas
 from llf_teacher.studies.analysis.statistics import Band, Difference, Estimate, Split, variance_split
 from llf_teacher.studies.definition.recalled import student_of
@@ -128,21 +128,18 @@ class Section:
 
     @cached_property
     def differences(self) -> dict[tuple[str, str], Difference]:
-        """Regret minus that with the reference on the same seeds, for cells that can differ; p-values are adjusted by
-        Holm's method over these differences.
-        """  # noqa: D205
-        among = self.test.seeds if self.test else None
-        both = {pair: each for pair in self.compared if (each := self.paired(*pair, among)) is not None}
-        paired = {pair: own - other for pair, (own, other) in both.items()}
-        found = statistics.paired_differences(list(paired.values()))
-        adjusted = statistics.holm([difference.p for difference in found])
-        return {pair: each._replace(p=p) for pair, each, p in zip(paired, found, adjusted, strict=True)}
+        """Regret minus that with the reference on the same seeds, for cells that can differ.
 
-    @cached_property
-    def least(self) -> float:
-        """The smallest adjusted p-value that this number of differences and seeds can have."""
-        seeds = max((each.estimate.n for each in self.differences.values()), default=1)
-        return min(1.0, len(self.differences) * least_p(seeds))
+        p-values are adjusted for interim analyses, not yet for the number of comparisons: `Data.secondary` is.
+        """
+        among = self.test.seeds if self.test else None
+        there = [pair for pair in self.compared if self.paired(*pair, among) is not None]
+
+        def differences(seeds: Collection[int] | None) -> list[NDArray[np.float64]]:
+            both = (self.paired(*pair, seeds) for pair in there)
+            return [np.empty(0) if each is None else each[0] - each[1] for each in both]
+
+        return dict(zip(there, tested(self.test, differences), strict=True))
 
     @cached_property
     def areas(self) -> dict[tuple[str, str], Estimate]:

@@ -37,6 +37,7 @@ def transcript(store: Store, spec: EpisodeSpec) -> Transcript:
 def _values(data: Data) -> Mapping[str, Any]:
     return {
         "taught": TAUGHT,
+        "secondary": sum(map(len, data.secondary.values())),
         "transcripts": lambda section: [transcript(data.store, spec) for spec in section.transcripts],
     }
 

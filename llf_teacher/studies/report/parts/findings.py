@@ -1,87 +1,171 @@
-"""The findings of a study: a figure over all families, and sentences that are computed from it."""
+"""The findings of a study: its primary test, the largest surprise that it supports, and what is still needed.
 
-from collections.abc import Mapping
+A difference is a surprise if it contradicts what the teachers say. The better teacher should be that with more claims
+that are true and in time, less those that are distorted; two teachers that are alike in this should not differ.
+"""
+
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from llf_teacher.studies.analysis.primary import Primary, enough, least
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
-from llf_teacher.studies.report.gains import Gain, gains
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import gain_plot
+from llf_teacher.studies.report.section import share
+from teachers.atoms import Label
+
+_ALIKE = 0.1  # shares of claims that differ by less let expect no difference
 
 
-class Ranked(NamedTuple):
-    """A teacher and a student with their gain."""
+class ClaimShares(NamedTuple):
+    """Shares of a teacher's claims, 0 to 1."""
 
-    teacher: str
-    student: str
-    gain: Gain
+    truthful: float
+    """True and in time."""
+    distorted: float
+    """Not confirmed by the simulator."""
+
+    @property
+    def worth(self) -> float:
+        """What the student may expect of a claim, -1 to 1."""
+        return self.truthful - self.distorted
+
+
+class Surprise(NamedTuple):
+    """A significant comparison that contradicts what the teachers say."""
+
+    found: Primary
+    teacher: ClaimShares
+    baseline: ClaimShares
+
+
+class Needed(NamedTuple):
+    """The seeds that comparisons need beside those that are there, for a power of 80 % at the observed scores."""
+
+    open: int
+    """Number of comparisons that are not significant."""
+    nearest: Primary
+    """The one that needs fewest."""
+    fewest: int
+    all: int
+    """Seeds for every open comparison with an observed difference."""
 
 
 class Tally(NamedTuple):
-    """Number of comparisons in the families' tables, and of those that are significant after Holm."""
+    """Number of primary comparisons, and of those that are significant."""
 
     all: int
     better: int
     worse: int
 
 
-def _values(data: Data) -> Mapping[str, Any] | None:
-    found = gains(data.sections)
-    if not found:
-        return None
-    most = max(len(gain.sections) for gain in found.values())
-    ranked = [Ranked(*pair, gain) for pair, gain in found.items() if len(gain.sections) == most]
-    ranked.sort(key=lambda each: each.gain.estimate.mean)
+def _values(data: Data) -> Mapping[str, Any]:
+    primary = data.primary
+    if not primary:
+        return {"missing": _missing(data)}
+    significant = data.significant
+    lowest = least(primary, data.test) if data.test else 0.0
     return {
-        "plot": _plot(data, found),
-        "baseline": data.sections[0].reference,
-        "best": ranked[-1],
-        "worst": ranked[0],
-        "widest": most,
-        "tested": _tested(data, data.test.level) if data.test else None,
-        "partial": [teacher for teacher, widest in _widest(found).items() if widest < most],
+        "missing": "",
+        "baseline": data.study.baseline,
+        "plot": _plot(data, data.compared),
+        "seeds": max(each.score.estimate.n for each in primary),
+        "families": len({group.family for each in primary for group in each.families}),
+        "typed": _typed(primary),
+        "least": lowest if data.test and lowest > data.test.level else None,
+        "enough": enough(len(primary)),
+        "tested": _tally(primary, significant) if data.test else None,
+        "largest": max(significant, key=lambda each: abs(each.mean), default=None),
+        "surprise": _surprise(data, significant),
+        "needed": _needed(primary, significant),
+        "exploratory": len(data.compared) - len(primary),
     }
 
 
-def _widest(found: Mapping[tuple[str, str], Gain]) -> dict[str, int]:
-    """Number of families in which each teacher was compared, for the student with most."""
-    widest: dict[str, int] = {}
-    for (teacher, _), gain in found.items():
-        widest[teacher] = max(widest.get(teacher, 0), len(gain.sections))
-    return widest
+def _missing(data: Data) -> str:
+    """Why there is no comparison."""
+    if data.study.baseline not in data.study.teachers:
+        return "baseline"
+    return "pairs" if data.present < data.expected else "hearing"
 
 
-def _tested(data: Data, level: float) -> Tally:
-    significant = [d.estimate.mean for section in data.sections for d in section.differences.values() if d.p <= level]
-    every = sum(len(section.differences) for section in data.sections)
-    return Tally(every, sum(mean < 0 for mean in significant), sum(mean > 0 for mean in significant))
+def _typed(found: Sequence[Primary]) -> bool:
+    return len({each.compared[2:] for each in found}) > 1
 
 
-def _plot(data: Data, found: Mapping[tuple[str, str], Gain]) -> Plot:
-    teachers = [teacher for teacher in data.study.teachers if any(teacher == pair[0] for pair in found)]
-    teachers.sort(key=lambda t: -max(gain.estimate.mean for pair, gain in found.items() if pair[0] == t))
-    students = [student for student in data.study.students if any(student == pair[1] for pair in found)]
-    baseline, called = data.sections[0].reference, data.sections[0].called
+def _tally(primary: Sequence[Primary], significant: Sequence[Primary]) -> Tally:
+    better = sum(each.mean > 0 for each in significant)
+    return Tally(len(primary), better, len(significant) - better)
+
+
+def said(data: Data, teacher: str, like: Primary) -> ClaimShares:
+    """What a teacher said to the student of a comparison."""
+    mine = [
+        each
+        for setting, each in data.sums.items()
+        if (teacher, *like.compared[1:], 0)
+        == (setting.teacher, setting.student, setting.instruction_type, setting.feedback_type, setting.lessons)
+    ]
+    truthful, distorted = (share(mine, label, "claims") or 0.0 for label in (Label.TRUTHFUL, Label.DISTORTED))
+    return ClaimShares(truthful, distorted)
+
+
+def _surprise(data: Data, significant: Sequence[Primary]) -> Surprise | None:
+    """The largest one."""
+    found = []
+    for each in significant:
+        one, other = said(data, each.compared.teacher, each), said(data, data.study.baseline, each)
+        expected = one.worth - other.worth
+        if abs(expected) < _ALIKE or expected * each.mean < 0:
+            found.append(Surprise(each, one, other))
+    return max(found, key=lambda surprise: abs(surprise.found.mean), default=None)
+
+
+def _needed(primary: Sequence[Primary], significant: Sequence[Primary]) -> Needed | None:
+    still = [each for each in primary if each not in significant]
+    more = {i: seeds for i, each in enumerate(still) if (seeds := each.more(len(primary))) is not None}
+    if not more:
+        return None
+    nearest = min(more, key=lambda i: more[i])
+    return Needed(len(still), still[nearest], more[nearest], max(more.values()))
+
+
+def _plot(data: Data, found: Sequence[Primary]) -> Plot:
+    called, typed = data.called, _typed(found)
+
+    def series(each: Primary) -> str:
+        name = called(each.compared.student)
+        return f"{name} ({each.compared.instruction_type}, {each.compared.feedback_type})" if typed else name
+
+    teachers = [teacher for teacher in data.study.teachers if any(teacher == each.compared.teacher for each in found)]
+    teachers.sort(key=lambda t: -max(each.mean for each in found if each.compared.teacher == t))
+    baseline = called(data.study.baseline)
     return Plot(
-        name="findings-gains",
-        title=f"Share of the regret with {called(baseline)} that each teacher spares each student, over all families.",
+        name="findings-scores",
+        title=f"Score of each teacher against {baseline} with each student, over all families.",
         draw=lambda: gain_plot(
             [called(teacher) for teacher in teachers],
-            [called(student) for student in students],
-            {(called(teacher), called(student)): gain.estimate for (teacher, student), gain in found.items()},
-            {(called(teacher), called(student)): gain.shares for (teacher, student), gain in found.items()},
-            called(baseline),
+            list(dict.fromkeys(map(series, found))),
+            {(called(each.compared.teacher), series(each)): each.score.estimate for each in found},
+            {(called(each.compared.teacher), series(each)): each.shares for each in found},
+            baseline,
         ),
-        columns=("teacher", "student", "where", "families", "gain", "gain_low", "gain_high"),
+        columns=(
+            *("teacher", "student", "instruction_type", "feedback_type", "primary", "where", "seeds"),
+            *("score", "score_low", "score_high", "p"),
+        ),
         rows=[
             row
-            for (teacher, student), gain in found.items()
+            for each in found
             for row in (
-                (teacher, student, "all", gain.estimate.n, *gain.estimate[:3]),
+                (
+                    *(*each.compared, each.declared, "all", each.score.estimate.n, *each.score.estimate[:3]),
+                    each.score.p if data.test else "",
+                ),
                 *(
-                    (teacher, student, section.anchor, 1, share, "", "")
-                    for section, share in zip(gain.sections, gain.shares, strict=True)
+                    (*each.compared, each.declared, group.family, "", score, "", "", "")
+                    for group, score in zip(each.families, each.shares, strict=True)
                 ),
             )
         ],
@@ -89,7 +173,7 @@ def _plot(data: Data, found: Mapping[tuple[str, str], Gain]) -> Plot:
 
 
 def _plots(data: Data) -> list[Plot]:
-    return [_plot(data, found)] if (found := gains(data.sections)) else []
+    return [_plot(data, data.compared)] if data.primary else []
 
 
 PART = Part("findings", _values, "Findings", plots=_plots)

@@ -1,0 +1,165 @@
+"""The primary comparisons of a study: each teacher with the baseline, for a student, over all families together.
+
+Families measure regret in different units. In each the difference of a seed is divided by the sum of the mean regrets
+of both teachers, and a seed's score is the mean of these over the families that were played with it: 0 is no
+difference, 1 is a teacher who leaves no regret, -1 one who brings regret where the baseline leaves none, and 0.5 a
+third of the baseline's regret. If the two change places, in all seeds or in one, the scale stays and the score changes
+its sign alone, so that sign flips are exchangeable if both are alike.
+
+The error rate of a study is that of these comparisons, over its interim analyses too.
+"""
+
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
+from typing import NamedTuple
+
+import numpy as np
+
+from llf_teacher.studies.analysis.contrasts import Test, can_differ, least_p, tested
+from llf_teacher.studies.analysis.outcomes import Endings, Group, Numbers, Outcomes, paired
+from llf_teacher.studies.analysis.power import POWER, seeds_needed
+from llf_teacher.studies.analysis.sequential import ALPHA
+from llf_teacher.studies.analysis.statistics import Difference, holm
+from llf_teacher.studies.definition.study import Study
+
+
+class Compared(NamedTuple):
+    """What is compared with the baseline."""
+
+    teacher: str
+    student: str
+    instruction_type: str
+    feedback_type: str
+
+
+class Primary(NamedTuple):
+    """A comparison with the baseline over all families; scores above 0 say that the teacher is better."""
+
+    compared: Compared
+    declared: bool
+    """Whether it is a primary comparison of the study; others are exploratory."""
+    families: tuple[Group, ...]
+    shares: tuple[float, ...]
+    """The mean score in each family."""
+    score: Difference
+    """Over all; n counts seeds. p is adjusted for interim analyses and, if it is a primary one, by Holm's method."""
+    spread: float
+    """Standard deviation of the scores; NaN for a single seed."""
+
+    @property
+    def mean(self) -> float:
+        """The mean score."""
+        return self.score.estimate.mean
+
+    def more(self, comparisons: int) -> int | None:
+        """Seeds beside those that are there for a power of 80 % if the true score is the observed one; at least 1.
+
+        Args:
+            comparisons: number of primary comparisons.
+
+        Returns:
+            None if no difference was observed, and for a single seed.
+        """
+        if not self.mean or not self.spread >= 0:
+            return None
+        return max(1, seeds_needed(self.mean, self.spread, ALPHA / comparisons, POWER) - self.score.estimate.n)
+
+
+def symmetric(own: Numbers, other: Numbers) -> Numbers:
+    """For each pair what the second regret is greater than the first, as a share of the sum of both means."""
+    scale = own.mean() + other.mean()
+    scores: Numbers = (other - own) / scale if scale > 0 else np.zeros_like(own)
+    return scores
+
+
+def pairs(found: Outcomes, baseline: str) -> dict[Compared, dict[Group, tuple[Endings, Endings]]]:
+    """By comparison that can differ, and by family, the outcomes of the teacher and of the baseline on common seeds."""
+    all_: dict[Compared, dict[Group, tuple[Endings, Endings]]] = {}
+    for group, cells in found.items():
+        for (teacher, student), cell in cells.items():
+            other = cells.get((baseline, student))
+            if other is None or not can_differ(teacher, baseline, student, group.feedback_type):
+                continue
+            own, others = paired(cell, other)
+            if len(own.seeds):
+                key = Compared(teacher, student, group.instruction_type, group.feedback_type)
+                all_.setdefault(key, {})[group] = own, others
+    return all_
+
+
+def scores(families: Sequence[tuple[Endings, Endings]], among: frozenset[int] | None = None) -> Numbers:
+    """The score of each seed, in ascending order of the seeds.
+
+    Args:
+        families: a teacher and the baseline in each family.
+        among: the seeds that count; None: all.
+    """
+    sums: dict[int, list[float]] = {}
+    for own, other in families:
+        counts = np.ones(len(own.seeds), bool) if among is None else np.isin(own.seeds, list(among))
+        if counts.any():
+            for seed, score in zip(own.seeds[counts], symmetric(own.regret[counts], other.regret[counts]), strict=True):
+                sums.setdefault(int(seed), []).append(float(score))
+    return np.array([np.mean(sums[seed]) for seed in sorted(sums)])
+
+
+def primary(
+    found: Outcomes, baseline: str, test: Test | None, patterns: Sequence[Mapping[str, str]] = ()
+) -> list[Primary]:
+    """The comparisons with the baseline, in the order of their first outcomes.
+
+    Args:
+        found: the outcomes of episodes with a teacher.
+        baseline: the teacher to compare with.
+        test: how they are tested; None while they are not.
+        patterns: those of `Study.primary`.
+    """
+    among = test.seeds if test else None
+    there = {
+        key: mine
+        for key, families in pairs(found, baseline).items()
+        if (mine := {group: each for group, each in families.items() if len(scores([each], among))})
+    }
+    every = [list(families.values()) for families in there.values()]
+    declared = [_declared(key, patterns) for key in there]
+    results = tested(test, lambda among: [scores(families, among) for families in every])
+    adjusted = iter(holm([each.p for each, mine in zip(results, declared, strict=True) if mine]))
+    return [
+        Primary(
+            key,
+            mine,
+            tuple(families),
+            tuple(float(scores([each], among).mean()) for each in families.values()),
+            result._replace(p=next(adjusted)) if mine else result,
+            _spread(scores(list(families.values()), among)),
+        )
+        for (key, families), mine, result in zip(there.items(), declared, results, strict=True)
+    ]
+
+
+def of_study(found: Outcomes, study: Study, test: Test | None) -> list[Primary]:
+    """`primary` of a study."""
+    return primary(found, study.baseline, test, study.primary)
+
+
+def _declared(key: Compared, patterns: Sequence[Mapping[str, str]]) -> bool:
+    fields = key._asdict()
+    return not patterns or any(
+        all(fnmatchcase(fields[name], pattern) for name, pattern in table.items()) for table in patterns
+    )
+
+
+def _spread(values: Numbers) -> float:
+    return float(values.std(ddof=1)) if len(values) > 1 else np.nan
+
+
+def least(comparisons: Sequence[Primary], test: Test) -> float:
+    """The smallest adjusted p-value that so many primary comparisons at so many seeds can have."""
+    declared = [each for each in comparisons if each.declared]
+    seeds = max((each.score.estimate.n for each in declared), default=1)
+    return min(1.0, len(declared) * test.adjusted(least_p(seeds)))
+
+
+def enough(comparisons: int) -> int:
+    """The least number of seeds at which one of so many comparisons can be significant in a single test."""
+    return next(seeds for seeds in range(1, 64) if comparisons * 2 / 2**seeds <= ALPHA)
