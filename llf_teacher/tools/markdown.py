@@ -1,9 +1,9 @@
-"""Markdown: tables and escaped text."""
+"""Markdown: tables, escaped text, and parts of documents that a command writes."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
-__all__ = ["escape", "table"]
+__all__ = ["escape", "marked", "table", "update"]
 
 _SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|])")
 
@@ -13,6 +13,20 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     head = tuple(head)
     lines = [head, tuple("---" for _ in head), *(tuple(row) for row in rows)]
     return "".join(f"| {' | '.join(_cell(cell) for cell in line)} |\n" for line in lines)
+
+
+def marked(text: str, command: str) -> list[str]:
+    """The names between the markers of a command, `<!-- COMMAND: NAME -->` and `<!-- end -->`."""
+    return [match.group(2) for match in _markers(command).finditer(text)]
+
+
+def update(text: str, command: str, parts: Mapping[str, str]) -> str:
+    """The text with new parts between the markers of a command; parts of other names stay."""
+    return _markers(command).sub(lambda match: match[1] + parts.get(match[2], match[3]) + match[4], text)
+
+
+def _markers(command: str) -> re.Pattern[str]:
+    return re.compile(rf"(<!-- {command}: (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 
 
 def escape(text: str) -> str:

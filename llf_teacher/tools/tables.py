@@ -2,16 +2,16 @@
 
 import dataclasses
 import inspect
-import re
 import sys
 from pathlib import Path
 from typing import Any
 
+from llf_teacher.tools import markdown
 from llf_teacher.tools.markdown import table
 from pz_envs.family import Family, all_families
 from teachers.personality import PERSONALITIES
 
-_MARKED = re.compile(r"(<!-- llf dev tables: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_COMMAND = "llf dev tables"
 
 
 def families() -> str:
@@ -63,19 +63,19 @@ def update(text: str) -> str:
     Raises:
         ValueError: there are no markers, or a name is not in `TABLES`.
     """
-    names = [match.group(2) for match in _MARKED.finditer(text)]
+    names = markdown.marked(text, _COMMAND)
     if not names or set(names) - set(TABLES):
         raise ValueError(
             "the document must have markers for tables, `<!-- llf dev tables: NAME -->` and `<!-- end -->`, "
             f"got: {', '.join(names) or 'none'}; allowed names: {', '.join(TABLES)}"
         )
-    return _MARKED.sub(lambda match: f"{match.group(1)}{TABLES[match.group(2)]()}{match.group(3)}", text)
+    return markdown.update(text, _COMMAND, {name: TABLES[name]() for name in names})
 
 
 def documents(folder: Path) -> list[Path]:
     """The documents in a folder, `*.md` and `docs/*.md`, that have markers for tables."""
     paths = sorted([*folder.glob("*.md"), *folder.glob("docs/*.md")])
-    return [path for path in paths if _MARKED.search(path.read_text(encoding="utf-8"))]
+    return [path for path in paths if markdown.marked(path.read_text(encoding="utf-8"), _COMMAND)]
 
 
 def write(path: Path) -> None:

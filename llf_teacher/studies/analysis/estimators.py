@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from llf_teacher.studies.analysis.resampling import bootstrap_counts
 from llf_teacher.studies.analysis.statistics import LEVEL, Band, Estimate
 
+LEAST = 10
+"""Runs of a task below which there are no intervals: they cover less often than they say."""
 RESAMPLES = 1999
 """Bootstrap samples; fewer for very many runs, whose intervals are narrow."""
 _MOST, _LEAST = 10_000_000, 199  # runs that are drawn in all, and samples at least
@@ -78,7 +80,7 @@ def performance_profile(scores: Strata, thresholds: ArrayLike) -> Profile:
     levels = np.asarray(thresholds, dtype=float)
     tasks = _tasks(scores)
     mean = np.mean([_above(task, levels, np.ones((1, len(task))))[0] for task in tasks], axis=0)
-    if min(map(len, tasks)) == 1:
+    if min(map(len, tasks)) < LEAST:
         missing = np.full_like(mean, np.nan)
         return Profile(levels, Band(mean, missing, missing))
     samples = np.concatenate(
@@ -188,8 +190,8 @@ def _drawn(sizes: Sequence[int]) -> Iterator[list[Table]]:
 
 def _estimate(value: float, samples: Sequence[Table], tasks: Sequence[Table]) -> Estimate:
     runs = sum(map(len, tasks))
-    if min(map(len, tasks)) == 1:
-        return Estimate(value, np.nan, np.nan, runs)
+    if (few := min(map(len, tasks))) < LEAST:
+        return Estimate(value, np.nan, np.nan, runs, f"{few} runs of a task")
     low, high = _ends(np.concatenate(samples))
     return Estimate(value, float(low), float(high), runs)
 

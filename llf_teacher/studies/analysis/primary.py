@@ -14,6 +14,7 @@ from fnmatch import fnmatchcase
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from llf_teacher.studies.analysis.contrasts import Test, can_differ, least_p, tested
 from llf_teacher.studies.analysis.outcomes import Endings, Group, Numbers, Outcomes, paired
@@ -74,17 +75,20 @@ def symmetric(own: Numbers, other: Numbers) -> Numbers:
 
 def pairs(found: Outcomes, baseline: str) -> dict[Compared, dict[Group, tuple[Endings, Endings]]]:
     """By comparison that can differ, and by family, the outcomes of the teacher and of the baseline on common seeds."""
-    all_: dict[Compared, dict[Group, tuple[Endings, Endings]]] = {}
+    every: dict[Compared, dict[Group, tuple[Endings, Endings]]] = {}
+    differ: dict[Compared, bool] = {}
     for group, cells in found.items():
         for (teacher, student), cell in cells.items():
             other = cells.get((baseline, student))
-            if other is None or not can_differ(teacher, baseline, student, group.feedback_type):
+            key = Compared(teacher, student, group.instruction_type, group.feedback_type)
+            if key not in differ:
+                differ[key] = can_differ(teacher, baseline, student, group.feedback_type)
+            if other is None or not differ[key]:
                 continue
             own, others = paired(cell, other)
             if len(own.seeds):
-                key = Compared(teacher, student, group.instruction_type, group.feedback_type)
-                all_.setdefault(key, {})[group] = own, others
-    return all_
+                every.setdefault(key, {})[group] = own, others
+    return every
 
 
 def scores(families: Sequence[tuple[Endings, Endings]], among: frozenset[int] | None = None) -> Numbers:
@@ -94,13 +98,21 @@ def scores(families: Sequence[tuple[Endings, Endings]], among: frozenset[int] | 
         families: a teacher and the baseline in each family.
         among: the seeds that count; None: all.
     """
-    sums: dict[int, list[float]] = {}
-    for own, other in families:
-        counts = np.ones(len(own.seeds), bool) if among is None else np.isin(own.seeds, list(among))
-        if counts.any():
-            for seed, score in zip(own.seeds[counts], symmetric(own.regret[counts], other.regret[counts]), strict=True):
-                sums.setdefault(int(seed), []).append(float(score))
-    return np.array([np.mean(sums[seed]) for seed in sorted(sums)])
+    parts = [_kept(each, among) for each in families]
+    seeds = np.concatenate([seeds for seeds, *_ in parts]) if parts else np.empty(0, np.int64)
+    values = np.concatenate([symmetric(own, other) for _, own, other in parts]) if parts else np.empty(0)
+    _, place = np.unique(seeds, return_inverse=True)
+    means: Numbers = np.bincount(place, weights=values) / np.bincount(place)
+    return means
+
+
+def _kept(family: tuple[Endings, Endings], among: frozenset[int] | None) -> tuple[NDArray[np.int64], Numbers, Numbers]:
+    """The seeds that count, with both regrets."""
+    own, other = family
+    if among is None or among.issuperset(own.seeds.tolist()):
+        return own.seeds, own.regret, other.regret
+    counts = np.isin(own.seeds, list(among))
+    return own.seeds[counts], own.regret[counts], other.regret[counts]
 
 
 def primary(
@@ -118,7 +130,7 @@ def primary(
     there = {
         key: mine
         for key, families in pairs(found, baseline).items()
-        if (mine := {group: each for group, each in families.items() if len(scores([each], among))})
+        if (mine := {group: each for group, each in families.items() if len(_kept(each, among)[0])})
     }
     every = [list(families.values()) for families in there.values()]
     declared = [_declared(key, patterns) for key in there]

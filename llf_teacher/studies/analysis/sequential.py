@@ -56,12 +56,10 @@ def adjusted(p: float, analysis: int, design: InterimAnalyses) -> float:
     """
     if len(design.at) == 1:
         return p
-    level, error = _table(_shares(design), design.spending)[analysis - 1]
-    if p > level[-1]:
+    least, greatest, log_error = _errors(_shares(design), design.spending)[analysis - 1]
+    if p > greatest:
         return 1.0
-    if p <= level[0]:
-        return float(error[0])
-    return float(math.exp(interpolate.pchip_interpolate(np.log(level), np.log(error), math.log(p))))
+    return math.exp(log_error(math.log(max(p, least))))
 
 
 def _shares(design: InterimAnalyses) -> tuple[float, ...]:
@@ -69,13 +67,17 @@ def _shares(design: InterimAnalyses) -> tuple[float, ...]:
 
 
 @cache
-def _table(shares: tuple[float, ...], spending: str) -> list[tuple[Any, Any]]:
-    """For each analysis its ascending levels in designs of the errors `_ERRORS`, and these errors."""
+def _errors(shares: tuple[float, ...], spending: str) -> list[tuple[float, float, interpolate.PchipInterpolator]]:
+    """For each analysis its least and greatest level in designs of `_ERRORS`, and the logarithm of the error by that of
+    the level.
+    """  # noqa: D205
     found = np.array([levels(shares, spending, float(error)) for error in _ERRORS])
     table = []
     for column in found.T:
         level, last = np.unique(column[::-1], return_index=True)  # of equal levels the greatest error
-        table.append((level, _ERRORS[::-1][last]))
+        error = np.log(_ERRORS[::-1][last])
+        curve = interpolate.PchipInterpolator(np.log(level), error) if len(level) > 1 else None
+        table.append((float(level[0]), float(level[-1]), curve or (lambda _, only=error[0]: only)))
     return table
 
 

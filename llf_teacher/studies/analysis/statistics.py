@@ -8,6 +8,7 @@ the rule, `llf dev calibration` measures it, and docs/statistics.md has its tabl
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -176,11 +177,18 @@ def rate_interval(successes: int, n: int) -> Estimate:
     Raises:
         ValueError: n is below 1, or successes are not from 0 to n.
     """
-    interval = stats.binomtest(successes, n).proportion_ci(LEVEL, method="exact")
+    low, high = _exact(successes, n, LEVEL)
     if n < LEAST:
         values = (0.0,) * (n - successes) + (1.0,) * successes
         return Estimate(successes / n, math.nan, math.nan, n, _few(n), values)
-    return Estimate(successes / n, float(interval.low), float(interval.high), n)
+    return Estimate(successes / n, low, high, n)
+
+
+@cache
+def _exact(successes: int, n: int, level: float) -> tuple[float, float]:
+    """Ends of the interval of Clopper and Pearson."""
+    interval = stats.binomtest(successes, n).proportion_ci(level, method="exact")
+    return float(interval.low), float(interval.high)
 
 
 def _few(n: int) -> str:
@@ -215,10 +223,10 @@ def rate_differences(shares: ArrayLike, others: ArrayLike) -> Band:
     n, level = len(difference), (1 + LEVEL) / 2
     ends = []
     for column in difference.T:
-        gained, lost = (
-            stats.binomtest(int((column == sign).sum()), n).proportion_ci(level, method="exact") for sign in (1, -1)
+        (low_gained, high_gained), (low_lost, high_lost) = (
+            _exact(int((column == sign).sum()), n, level) for sign in (1, -1)
         )
-        ends.append((gained.low - lost.high, gained.high - lost.low))
+        ends.append((low_gained - high_lost, high_gained - low_lost))
     low, high = np.array(ends).T
     return Band(difference.mean(axis=0), low, high)
 
