@@ -245,11 +245,16 @@ def power(
     from llf_teacher.studies import load
     from llf_teacher.studies.analysis.outcomes import outcomes
     from llf_teacher.studies.analysis.power import needs
+    from llf_teacher.studies.analysis.primary import primary_needs
     from llf_teacher.studies.definition.design import BASELINE
 
     with load(pilot) as results:
-        against = baseline or results.manifest.get("study", {}).get("baseline", BASELINE)
-        found = sorted(needs(outcomes(results.rows()), against, effect, of, chance), key=lambda need: -need.safe)
+        study = results.manifest.get("study", {})
+        against = baseline or study.get("baseline", BASELINE)
+        played = outcomes(results.rows())
+    found = sorted(needs(played, against, effect, of, chance), key=lambda need: -need.safe)
+    primary = primary_needs(played, against, effect, chance, study.get("primary", ())) if of == "gain" else []
+    primary.sort(key=lambda need: -need.safe)
     if not found:
         raise ValueError(
             f"{pilot} has too few episodes: it needs two seeds of a student that uses feedback, with {against!r} and "
@@ -267,15 +272,17 @@ def power(
             f"{n.seeds}",
             f"{n.safe}",
         )
-        for n in found
+        for n in (*primary, *found)
     ]
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     for row in (head, *rows):
         typer.echo("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
-    typer.echo(
-        f"To find an effect of {effect:g} against {against} with a probability of {chance:g} in every comparison, use "
-        f"{max(need.seeds for need in found)} seeds, or {found[0].safe} to be safe."
-    )
+    for which, each in (("primary comparison, of all families together", primary), ("comparison of a family", found)):
+        if each:
+            typer.echo(
+                f"To find an effect of {effect:g} against {against} with a probability of {chance:g} in every {which}, "
+                f"use {max(need.seeds for need in each)} seeds, or {each[0].safe} to be safe."
+            )
 
 
 def merge(

@@ -1,7 +1,5 @@
 """Estimators over many tasks, each against an independent computation."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 from scipy import integrate, stats
@@ -65,14 +63,20 @@ def test_the_probability_of_improvement_is_that_of_mann_and_whitney():
 
 
 def test_its_interval_draws_pairs():
-    a, b = SCORES[0][:5], SCORES[1][:5]
-    samples = [
-        np.mean([(a[i] > b[j]) + 0.5 * (a[i] == b[j]) for i, j in product(drawn, drawn)])
-        for drawn in product(range(5), repeat=5)  # every sample there is
-    ]
+    a, b = SCORES[0][:10], SCORES[1][:10]
+    wins = (a[:, None] > b) + 0.5 * (a[:, None] == b)
+    rng = np.random.default_rng(6)
+    samples = [wins[np.ix_(drawn, drawn)].mean() for drawn in rng.integers(0, 10, (4000, 10))]
     estimate = probability_of_improvement([a], [b])
     assert estimate.low == pytest.approx(np.quantile(samples, 0.025), abs=0.04)
     assert estimate.high == pytest.approx(np.quantile(samples, 0.975), abs=0.04)
+
+
+def test_few_runs_have_no_interval():
+    for runs in (np.arange(9.0), np.arange(10.0)):
+        estimate = interquartile_mean([SCORES[0][:10], runs])
+        assert np.isnan(estimate.low) == (len(runs) < 10)
+        assert estimate.why == ("9 runs of a task" if len(runs) < 10 else "")
 
 
 def test_one_run_has_no_interval():

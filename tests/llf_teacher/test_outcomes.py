@@ -10,6 +10,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.studies.analysis.contrasts import can_differ, least_p
 from llf_teacher.studies.analysis.outcomes import outcomes, paired
 from llf_teacher.studies.analysis.power import needs, power, seeds_needed
+from llf_teacher.studies.analysis.primary import primary_needs
 from llf_teacher.studies.analysis.statistics import paired_difference
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.execution.play import play
@@ -134,6 +135,18 @@ def test_a_pilot_says_what_its_comparisons_need():
     assert need.seeds == seeds_needed(0.1, need.spread) < need.safe
 
 
+def test_primary_comparisons_need_what_their_scores_need():
+    rng = np.random.default_rng(5)
+    silent, oracle = rng.uniform(8, 12, 9), rng.uniform(4, 8, 9)
+    rows = [row(regret, seed=seed) for seed, regret in enumerate(silent)]
+    rows += [row(regret, seed=seed, teacher="oracle") for seed, regret in enumerate(oracle)]
+    (found,) = primary_needs(outcomes(rows), "silent", 0.5)
+    assert (found.family, found.pairs) == ("all", 9)
+    assert found.spread == pytest.approx(np.std((silent - oracle) / (silent.mean() + oracle.mean()), ddof=1))
+    assert found.seeds == seeds_needed(1 / 3, found.spread)  # half the regret is a score of a third
+    assert primary_needs(outcomes(rows), "silent", 0.5, patterns=[{"teacher": "hinter"}]) == []
+
+
 def test_the_safe_number_is_enough_in_four_pilots_of_five():
     rng = np.random.default_rng(3)
     true = seeds_needed(0.5, 1.0)
@@ -156,12 +169,16 @@ def test_the_command_reads_a_pilot(tmp_path):
         for spec in study.episodes():
             store.add(play(spec))
         (vague, oracle) = sorted(needs(outcomes(store.rows()), "silent", 0.2), key=lambda need: -need.safe)
+        together = primary_needs(outcomes(store.rows()), "silent", 0.2)
     said = CliRunner().invoke(app, ["study", "power", str(tmp_path / "pilot.db"), "--effect", "0.2"]).output
-    assert said.splitlines()[1].split()[-4:] == ["3", f"{vague.spread:.3f}", f"{vague.seeds}", f"{vague.safe}"]
-    assert (
-        f"against silent with a probability of 0.8 in every comparison, use {max(vague.seeds, oracle.seeds)} seeds, or"
-        in said
-    )
+    assert said.splitlines()[3].split()[-4:] == ["3", f"{vague.spread:.3f}", f"{vague.seeds}", f"{vague.safe}"]
+    for which, found in (
+        ("primary comparison, of all families together", together),
+        ("comparison of a family", [vague, oracle]),
+    ):
+        needed = max(each.seeds for each in found), max(each.safe for each in found)
+        end = f"in every {which}, use {needed[0]} seeds, or {needed[1]} to be safe."
+        assert f"against silent with a probability of 0.8 {end}" in said
     with pytest.raises(ValueError, match=r"has too few episodes: .* with 'placebo' and with another teacher"):
         CliRunner().invoke(
             app,

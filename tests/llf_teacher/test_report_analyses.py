@@ -80,7 +80,7 @@ def test_attempts_are_told(store, page):
 def test_the_estimates_over_all_families_are_told(store, page):
     (best, *_) = overall(read(store, STUDY).taught, "retry_only")
     assert best.tasks == 4
-    assert f"oracle 4 {best.middle.mean:.2f} [" in part(page, "overall")
+    assert f"oracle 4 {best.middle.mean:.2f} no interval" in part(page, "overall")
 
 
 def drawn(data, name):

@@ -22,7 +22,7 @@ def calibration(
     store: Annotated[
         Path, typer.Option(help="Store of the episodes that studies are dealt from; it gets those that it lacks.")
     ] = Path("llf-calibration.db"),
-    worlds: Annotated[int, typer.Option(min=20, help="Seeds of these episodes.")] = 60,
+    worlds: Annotated[int, typer.Option(min=20, help="Seeds of these episodes.")] = 120,
     studies: Annotated[int, typer.Option(min=1, help="Studies per row of error rates and power.")] = 1000,
     draws: Annotated[int, typer.Option(min=10, help="Draws per cell of coverage.")] = 4000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all that is drawn.")] = 0,

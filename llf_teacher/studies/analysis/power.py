@@ -1,9 +1,9 @@
 """Power analysis: how many seeds a study needs, from the paired differences of a pilot study.
 
 A comparison of a teacher with the baseline is a test of paired differences. Its power is that of the paired t-test, by
-the noncentral t distribution (Cohen 1988), which the sign-flip test approaches (Hoeffding 1952), at the level of Holm's
-first comparison. The standard deviation of a pilot is uncertain: the number of seeds is given for it and, to be safe,
-for the upper end of its one-sided 80 % interval (Browne 1995).
+the noncentral t distribution (Cohen 1988), which the sign-flip test approaches (Hoeffding 1952), at the level of the
+first comparison of Holm's method over all of them. The standard deviation of a pilot is uncertain: the number of seeds
+is given for it and, to be safe, for the upper end of its one-sided 80 % interval (Browne 1995).
 """
 
 import math
@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from llf_teacher.studies.analysis.contrasts import can_differ
-from llf_teacher.studies.analysis.outcomes import Outcomes, paired
+from llf_teacher.studies.analysis.outcomes import Numbers, Outcomes, paired
 from teachers.spec import unknown
 
 ALPHA, POWER = 0.05, 0.8
@@ -82,7 +82,7 @@ def seeds_needed(effect: float, spread: float, alpha: float = ALPHA, wanted: flo
 def needs(
     pilot: Outcomes, baseline: str, effect: float, measure: str = "gain", wanted: float = POWER
 ) -> Iterator[Need]:
-    """What every comparison of a pilot needs; teachers that cannot differ and single seeds are left out.
+    """What every comparison in the families' tables of a pilot needs; single seeds are left out.
 
     Args:
         pilot: the outcomes of its episodes.
@@ -96,33 +96,49 @@ def needs(
     """
     if measure not in MEASURES:
         raise ValueError(unknown("measure", measure, MEASURES))
-    for group, cells in pilot.items():
-        pairs = [
-            (teacher, student)
-            for teacher, student in cells
-            if (baseline, student) in cells and can_differ(teacher, baseline, student, group.feedback_type)
-        ]
-        for teacher, student in pairs:
-            cell, other = paired(cells[teacher, student], cells[baseline, student])
-            n = len(cell.seeds)
-            if n < 2:
-                continue
-            unit = other.regret.mean() if measure == "gain" else 1.0
-            if unit <= 0:  # the baseline leaves nothing to gain
-                continue
-            differences = (other.regret - cell.regret if measure == "gain" else cell.success - other.success) / unit
-            spread = float(np.std(differences, ddof=1))
-            above = spread * math.sqrt((n - 1) / stats.chi2.ppf(1 - _CONFIDENCE, n - 1))
-            seeds, safe = (seeds_needed(effect, each, ALPHA / len(pairs), wanted) for each in (spread, above))
-            yield Need(
-                group.family,
-                group.ids,
-                group.instruction_type,
-                group.feedback_type,
-                teacher,
-                student,
-                n,
-                spread,
-                seeds,
-                safe,
-            )
+    pairs = [
+        (group, teacher, student)
+        for group, cells in pilot.items()
+        for teacher, student in cells
+        if (baseline, student) in cells and can_differ(teacher, baseline, student, group.feedback_type)
+    ]
+    for group, teacher, student in pairs:
+        cell, other = paired(pilot[group][teacher, student], pilot[group][baseline, student])
+        unit = other.regret.mean() if measure == "gain" and len(other.seeds) else 1.0
+        if len(cell.seeds) < 2 or unit <= 0:  # the baseline leaves nothing to gain
+            continue
+        differences = (other.regret - cell.regret if measure == "gain" else cell.success - other.success) / unit
+        fields = group.family, group.ids, group.instruction_type, group.feedback_type, teacher, student
+        yield need(*fields, differences, effect, len(pairs), wanted)
+
+
+def need(
+    family: str,
+    ids: tuple[str, ...],
+    instruction_type: str,
+    feedback_type: str,
+    teacher: str,
+    student: str,
+    differences: Numbers,
+    effect: float,
+    comparisons: int,
+    wanted: float = POWER,
+) -> Need:
+    """What one comparison needs.
+
+    Args:
+        family: of the comparison, as the next ones.
+        ids: its environments.
+        instruction_type: its type.
+        feedback_type: its type.
+        teacher: what is compared with the baseline.
+        student: whom it teaches.
+        differences: of at least two seeds of the pilot.
+        effect: the smallest mean difference that matters.
+        comparisons: number of those that are tested together.
+        wanted: power, 0 to 1.
+    """
+    n, spread = len(differences), float(np.std(differences, ddof=1))
+    above = spread * math.sqrt((n - 1) / stats.chi2.ppf(1 - _CONFIDENCE, n - 1))
+    seeds, safe = (seeds_needed(effect, each, ALPHA / comparisons, wanted) for each in (spread, above))
+    return Need(family, ids, instruction_type, feedback_type, teacher, student, n, spread, seeds, safe)

@@ -9,6 +9,7 @@ its sign alone, so that sign flips are exchangeable if both are alike.
 The error rate of a study is that of these comparisons, over its interim analyses too.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatchcase
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from llf_teacher.studies.analysis.contrasts import Test, can_differ, least_p, tested
 from llf_teacher.studies.analysis.outcomes import Endings, Group, Numbers, Outcomes, paired
-from llf_teacher.studies.analysis.power import POWER, seeds_needed
+from llf_teacher.studies.analysis.power import POWER, Need, need, seeds_needed
 from llf_teacher.studies.analysis.sequential import ALPHA
 from llf_teacher.studies.analysis.statistics import Difference, holm
 from llf_teacher.studies.definition.study import Study
@@ -175,3 +176,26 @@ def least(comparisons: Sequence[Primary], test: Test) -> float:
 def enough(comparisons: int) -> int:
     """The least number of seeds at which one of so many comparisons can be significant in a single test."""
     return next(seeds for seeds in range(1, 64) if comparisons * 2 / 2**seeds <= ALPHA)
+
+
+def primary_needs(
+    pilot: Outcomes, baseline: str, effect: float, wanted: float = POWER, patterns: Sequence[Mapping[str, str]] = ()
+) -> list[Need]:
+    """What every primary comparison of a pilot needs; single seeds are left out.
+
+    Args:
+        pilot: the outcomes of its episodes.
+        baseline: the teacher to compare with.
+        effect: the smallest difference that matters, as a share of the baseline's mean regret.
+        wanted: power, 0 to 1.
+        patterns: those of `Study.primary`.
+    """
+    declared = {key: each for key, each in pairs(pilot, baseline).items() if _declared(key, patterns)}
+    score = effect / (2 - effect) if effect < 2 else math.inf  # of regrets that are less by this share
+    found = []
+    for key, families in declared.items():
+        values, ids = scores(list(families.values())), tuple(id for group in families for id in group.ids)
+        if len(values) > 1:
+            fields = key.instruction_type, key.feedback_type, key.teacher, key.student
+            found.append(need("all", ids, *fields, values, score, len(declared), wanted))
+    return found
