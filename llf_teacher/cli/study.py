@@ -65,7 +65,7 @@ def add_to(app: typer.Typer) -> None:
 def quickstart(
     context: typer.Context, store: Store_ = STORE, report: Report_ = REPORT, workers: Workers_ = None
 ) -> None:
-    """Run the built-in quickstart study, with every family, controls and some personalities."""
+    """Run the built-in study of all families, which asks whether late or wrong words cost a student more."""
     if context.invoked_subcommand is None:
         from llf_teacher.studies.definition import study
         from llf_teacher.studies.execution.runner import RunOptions

@@ -26,7 +26,7 @@ _FIGURES, _SHOWN = (
 )  # bytes of figures with their data, and of transcripts, that browsers display well
 
 
-_FEW = 6  # different values that are listed
+_FEW = 4  # different values that are listed
 
 
 class ByteBudget:
@@ -150,14 +150,14 @@ def _hash(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
-def _every(values: Sequence[float], digits: int, scale: float = 1) -> str:
-    """All values."""
-    return ", ".join(f"{scale * value:.{digits}f}" for value in values)
+def _every(values: Sequence[float], digits: int, scale: float = 1) -> list[str]:
+    """All values as texts."""
+    return [f"{scale * value:.{digits}f}".replace("-", "\N{MINUS SIGN}") for value in values]
 
 
 def _counted(values: Sequence[float], digits: int, scale: float = 1) -> str:
     """The different values with their numbers, or the first and the last if they are many."""
-    counts = Counter(f"{scale * value:.{digits}f}" for value in values)
+    counts = Counter(_every(values, digits, scale))
     if len(counts) > _FEW:
         first, *_, last = counts
         return f"{first} to {last}"
