@@ -83,7 +83,7 @@ def table(lines: Iterable[Line]) -> list[str]:
         for name, lives in found.items():
             mean = np.mean(lives, axis=0)
             gains = [paired_difference(rules[rule], mean).estimate for rule in (ALL, NEAR)]
-            cells = [f"{each.mean:.2f} [{each.low:.2f}, {each.high:.2f}]" for each in (mean_interval(mean), *gains)]
+            cells = [each.text() for each in (mean_interval(mean), *gains)]
             single = ", ".join(f"{np.mean(each):.2f}" for each in lives) if name.startswith((LEARNED, LAST)) else ""
             rows.append(f"| {budget} | {name} | {' | '.join(cells)} | {single} |")
     return rows

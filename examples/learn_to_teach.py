@@ -290,11 +290,8 @@ def compare(areas: Mapping[str, np.ndarray], learned: str) -> None:
     print("|---|---|---|---|")
     for teacher, area in areas.items():
         estimate, gain = mean_interval(area), paired_difference(area, areas[learned])
-        saved = f"{gain.estimate.mean:.2f} [{gain.estimate.low:.2f}, {gain.estimate.high:.2f}] | {gain.p:.4f}"
-        print(
-            f"| {teacher} | {estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}] | "
-            f"{saved if teacher != learned else ' | '} |"
-        )
+        saved = f"{gain.estimate.text()} | {gain.p:.4f}"
+        print(f"| {teacher} | {estimate.text()} | {saved if teacher != learned else ' | '} |")
 
 
 def draw(stages: list[Stage], areas: Mapping[str, np.ndarray], path: str) -> None:

@@ -203,7 +203,7 @@ def read(path: Path) -> list[Line]:
 
 def shown(estimate: Estimate) -> str:
     """In a cell."""
-    return f"{estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}]"
+    return estimate.text()
 
 
 def over_trainings(gains: np.ndarray) -> str:

@@ -137,12 +137,10 @@ def compare(areas: Mapping[str, np.ndarray]) -> None:
     print("| teacher | regret per episode |", *(f"less than with {other} |" for other in BESIDE))
     print("|---|---|" + "---|" * len(BESIDE))
     for teacher, area in areas.items():
-        estimate = mean_interval(area)
-        cells = [f"{estimate.mean:.2f} [{estimate.low:.2f}, {estimate.high:.2f}]"]
+        cells = [mean_interval(area).text()]
         for other in BESIDE:
             gain = paired_difference(areas[other], area)
-            low, mean, high = gain.estimate.low, gain.estimate.mean, gain.estimate.high
-            cells.append("" if other == teacher else f"{mean:.2f} [{low:.2f}, {high:.2f}], p = {gain.p:.4f}")
+            cells.append("" if other == teacher else f"{gain.estimate.text()}, p = {gain.p:.4f}")
         print(f"| {teacher} | {' | '.join(cells)} |")
 
 

@@ -112,4 +112,4 @@ def some_rows(names: Sequence[str]) -> dict[str, Row]:
 
 def describe(estimate: Estimate, digits: int = 2) -> str:
     """An estimate with its interval, as text."""
-    return f"{estimate.mean:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
+    return estimate.text(digits)

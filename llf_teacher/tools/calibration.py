@@ -55,8 +55,8 @@ Step = Callable[[], None]
 """Called after each study or draw."""
 
 
-class Plan(NamedTuple):
-    """The size of a calibration."""
+class Extent(NamedTuple):
+    """How much a calibration draws."""
 
     studies: int
     """Studies per row of the tables of error rates and power."""
@@ -137,12 +137,12 @@ class Tried(NamedTuple):
     """Mean scores of the primary comparisons over all seeds, shape (studies, comparisons)."""
 
 
-def tried(pool: Pool, plan: Plan, families: int, effect: float, step: Step) -> Tried:
+def tried(pool: Pool, extent: Extent, families: int, effect: float, step: Step) -> Tried:
     """Deal and test studies; all of them together, which is fast."""
-    rng = plan.rng(1 if not effect else 2, families)
+    rng = extent.rng(1 if not effect else 2, families)
     scored: list[list[Numbers]] = [[] for _ in AT]
     differing: list[list[Numbers]] = [[] for _ in AT]
-    for _ in range(plan.studies):
+    for _ in range(extent.studies):
         chosen = [str(name) for name in rng.choice(list(pool), min(families, len(pool)), replace=False)]
         outcomes = deal(pool, chosen, rng, _shift(pool, chosen, effect))
         for teacher, student in product(TEACHERS, STUDENTS):
@@ -151,7 +151,7 @@ def tried(pool: Pool, plan: Plan, families: int, effect: float, step: Step) -> T
                 scored[place].append(scores(both, frozenset(range(seeds))))
                 differing[place] += [own.regret[:seeds] - other.regret[:seeds] for own, other in both]
         step()
-    shape = plan.studies, -1
+    shape = extent.studies, -1
     return Tried(
         np.stack([_p_values(each).reshape(shape) for each in scored], axis=-1),
         np.stack([_p_values(each).reshape(shape) for each in differing], axis=-1),
@@ -171,27 +171,28 @@ def adjusted(p_values: Numbers, test: Test) -> list[float]:
     return holm([min(test.adjusted(float(p), number) for number, p in enumerate(row, 1)) for row in p_values])
 
 
-def errors(pool: Pool, plan: Plan, step: Step) -> str:
+def errors(pool: Pool, extent: Extent, step: Step) -> str:
     """The share of studies without an effect that find one, among primary and among secondary comparisons."""
     designs = tests()
     rows: dict[tuple[str, int], tuple[str, ...]] = {}
     for count in FAMILIES:
-        found = tried(pool, plan, count, 0.0, step)
+        found = tried(pool, extent, count, 0.0, step)
         for name, test in designs.items():
             shares = (
-                _rate(sum(min(adjusted(each, test)) <= ALPHA for each in table_), plan.studies) for table_ in found[:2]
+                _rate(sum(min(adjusted(each, test)) <= ALPHA for each in table_), extent.studies)
+                for table_ in found[:2]
             )
             rows[name, count] = name.replace("_", " "), f"{count}", *itertools.chain(*shares)
     ordered = [rows[key] for key in product(designs, FAMILIES)]
     return table(("design", "families", "primary, %", "at most, %", "secondary, %", "at most, %"), ordered)
 
 
-def powers(pool: Pool, plan: Plan, step: Step) -> str:
+def powers(pool: Pool, extent: Extent, step: Step) -> str:
     """The share of comparisons with a standardized difference of `EFFECT` that are found."""
     designs = tests()
     rows: dict[tuple[str, int], tuple[str, ...]] = {}
     for count in FAMILIES:
-        found = tried(pool, plan, count, EFFECT, step)
+        found = tried(pool, extent, count, EFFECT, step)
         for name, test in designs.items():
             single = sum(
                 adjusted(p[:1], test)[0] <= ALPHA and mean[0] > 0
@@ -202,8 +203,8 @@ def powers(pool: Pool, plan: Plan, step: Step) -> str:
                 for table_, means in zip(found.primary, found.score, strict=True)
                 for p, mean in zip(adjusted(table_, test), means, strict=True)
             )
-            low = stats.binomtest(single, plan.studies).proportion_ci(LEVEL).low
-            shares = single / plan.studies, low, every / found.score.size
+            low = stats.binomtest(single, extent.studies).proportion_ci(LEVEL).low
+            shares = single / extent.studies, low, every / found.score.size
             rows[name, count] = name.replace("_", " "), f"{count}", *(f"{100 * each:.1f}" for each in shares)
     ordered = [rows[key] for key in product(designs, FAMILIES)]
     return table(("design", "families", "of one, %", "at least, %", "of each of eight, %"), ordered)
@@ -249,12 +250,12 @@ SHAPES: dict[str, tuple[Draws, float]] = {
 """Distributions by name, with their means: zeros are of a mixture with the exponential distribution."""
 
 
-def coverage(plan: Plan, step: Step) -> str:
+def coverage(extent: Extent, step: Step) -> str:
     """Coverage of Student's t, and of what a report shows: how often an interval, and its coverage."""
     rows = []
     for number, (name, (draw, mean)) in enumerate(SHAPES.items()):
         for n in SIZES:
-            values = draw(plan.rng(3, number, n), (n, plan.draws))
+            values = draw(extent.rng(3, number, n), (n, extent.draws))
             spread = stats.sem(values, axis=0)
             reach = stats.t.isf((1 - LEVEL) / 2, n - 1) * spread
             plain = np.abs(values.mean(axis=0) - mean) <= reach
@@ -278,13 +279,13 @@ PAIRED = ((0.05, 0.05), (0.3, 0.1), (0.6, 0.1))
 """Shares of pairs of which only the first succeeds, and only the second."""
 
 
-def binary_coverage(plan: Plan, step: Step) -> str:
+def binary_coverage(extent: Extent, step: Step) -> str:
     """Coverage of the exact intervals of rates, and of differences of paired rates."""
     rows = []
     for number, rate in enumerate(RATES):
         cells = []
         for n in SIZES:
-            counts = plan.rng(4, number, n).binomial(n, rate, plan.draws)
+            counts = extent.rng(4, number, n).binomial(n, rate, extent.draws)
             by_count = {int(count): rate_interval(int(count), n) for count in np.unique(counts)}
             cells.append(np.mean([by_count[count].low <= rate <= by_count[count].high for count in counts.tolist()]))
             step()
@@ -292,8 +293,8 @@ def binary_coverage(plan: Plan, step: Step) -> str:
     for number, (gained, lost) in enumerate(PAIRED):
         cells = []
         for n in SIZES:
-            drawn = plan.rng(5, number, n).choice(
-                (1.0, -1.0, 0.0), (n, plan.draws), p=(gained, lost, 1 - gained - lost)
+            drawn = extent.rng(5, number, n).choice(
+                (1.0, -1.0, 0.0), (n, extent.draws), p=(gained, lost, 1 - gained - lost)
             )
             band = rate_differences(drawn == 1, drawn == -1)
             cells.append(np.mean((band.low <= gained - lost) & (gained - lost <= band.high)))
@@ -306,15 +307,15 @@ RUNS, TASKS = (5, 10, 20), (1, 4)
 _FEWER = 10  # one draw for so many of the other tables: each is a bootstrap
 
 
-def bootstrap_coverage(plan: Plan, step: Step) -> str:
+def bootstrap_coverage(extent: Extent, step: Step) -> str:
     """Coverage of the bootstrap intervals of estimators over many tasks."""
     rows = []
-    ranked = np.sort(np.random.default_rng(plan.seed).exponential(size=1_000_000))
+    ranked = np.sort(np.random.default_rng(extent.seed).exponential(size=1_000_000))
     centres = {"normal": 0.0, "exponential": float(ranked[250_000:750_000].mean())}
     for (name, centre), tasks, runs in product(centres.items(), TASKS, RUNS):
-        rng, draw = plan.rng(6, tasks, runs), SHAPES[name][0]
+        rng, draw = extent.rng(6, tasks, runs), SHAPES[name][0]
         counts = np.zeros(2)
-        number = max(1, plan.draws // _FEWER)
+        number = max(1, extent.draws // _FEWER)
         for _ in range(number):
             first, second = (list(draw(rng, (tasks, runs))) for _ in range(2))
             middle, better = interquartile_mean(first), probability_of_improvement(first, second)
@@ -326,23 +327,23 @@ def bootstrap_coverage(plan: Plan, step: Step) -> str:
     return table(("runs are", "tasks", "runs each", "interquartile mean", "probability of improvement"), rows)
 
 
-def steps(plan: Plan) -> dict[str, int]:
+def steps(extent: Extent) -> dict[str, int]:
     """The number of steps of each table."""
-    many = plan.studies * len(FAMILIES)
+    many = extent.studies * len(FAMILIES)
     return {
         "errors": many,
         "powers": many,
         "coverage": len(SHAPES) * len(SIZES),
         "binary": (len(RATES) + len(PAIRED)) * len(SIZES),
-        "bootstrap": 2 * len(TASKS) * len(RUNS) * max(1, plan.draws // _FEWER),
+        "bootstrap": 2 * len(TASKS) * len(RUNS) * max(1, extent.draws // _FEWER),
     }
 
 
-def tables(plan: Plan, names: Sequence[str], pool: Pool, step: Callable[[str], Step]) -> Iterator[tuple[str, str]]:
+def tables(extent: Extent, names: Sequence[str], pool: Pool, step: Callable[[str], Step]) -> Iterator[tuple[str, str]]:
     """Each table with its name, one by one.
 
     Args:
-        plan: its size.
+        extent: how much is drawn.
         names: some of those of `steps`.
         pool: the episodes for error rates and power.
         step: gives what is called after each step of a table.
@@ -350,6 +351,6 @@ def tables(plan: Plan, names: Sequence[str], pool: Pool, step: Callable[[str], S
     plain: dict[str, Any] = {"coverage": coverage, "binary": binary_coverage, "bootstrap": bootstrap_coverage}
     for name in names:
         if name in plain:
-            yield name, plain[name](plan, step(name))
+            yield name, plain[name](extent, step(name))
         else:
-            yield name, {"errors": errors, "powers": powers}[name](pool, plan, step(name))
+            yield name, {"errors": errors, "powers": powers}[name](pool, extent, step(name))

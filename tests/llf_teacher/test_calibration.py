@@ -10,7 +10,7 @@ from llf_teacher.studies.analysis.primary import pairs, primary
 from llf_teacher.studies.analysis.statistics import holm
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.tools import calibration as measured
-from llf_teacher.tools.calibration import BASELINE, EFFECT, SEEDS, STUDENTS, TEACHERS, Plan
+from llf_teacher.tools.calibration import BASELINE, EFFECT, SEEDS, STUDENTS, TEACHERS, Extent
 
 POOL = {
     name: np.random.default_rng(number).gamma(2, size=(30, 10)) * 10**number
@@ -35,10 +35,10 @@ def test_arms_are_dealt_from_the_same_worlds():
 
 @pytest.mark.parametrize("effect", [0.0, EFFECT])
 def test_studies_are_tested_as_reports_do(effect):
-    plan = Plan(3, 10, 4)
-    found = measured.tried(POOL, plan, 2, effect, lambda: None)
-    rng = plan.rng(2 if effect else 1, 2)
-    for number in range(plan.studies):
+    extent = Extent(3, 10, 4)
+    found = measured.tried(POOL, extent, 2, effect, lambda: None)
+    rng = extent.rng(2 if effect else 1, 2)
+    for number in range(extent.studies):
         chosen = [str(name) for name in rng.choice(list(POOL), 2, replace=False)]
         outcomes = measured.deal(POOL, chosen, rng, measured._shift(POOL, chosen, effect))
         for test in measured.tests().values():
@@ -57,24 +57,24 @@ def test_studies_are_tested_as_reports_do(effect):
 
 
 def test_the_positive_control_has_its_effect():
-    found = measured.tried(POOL, Plan(200, 10, 0), 2, EFFECT, lambda: None)
+    found = measured.tried(POOL, Extent(200, 10, 0), 2, EFFECT, lambda: None)
     spread = found.score.std(axis=0, ddof=1) * SEEDS**0.5  # of the scores of seeds, from that of their means
     assert found.score.mean(axis=0) / spread == pytest.approx(np.full(8, EFFECT), rel=0.25)
 
 
 def test_tables_count_what_is_found():
-    plan = Plan(20, 10, 0)
-    rows = [line.split("|")[1:-1] for line in measured.errors(POOL, plan, lambda: None).splitlines()[2:]]
+    extent = Extent(20, 10, 0)
+    rows = [line.split("|")[1:-1] for line in measured.errors(POOL, extent, lambda: None).splitlines()[2:]]
     assert [(row[0].strip(), int(row[1])) for row in rows] == [
         (name, n) for name in ("one test", "obrien fleming", "pocock") for n in measured.FAMILIES
     ]
     assert all(float(row[2]) <= 20 and float(row[3]) > float(row[2]) for row in rows)
-    rows = [line.split("|")[1:-1] for line in measured.powers(POOL, plan, lambda: None).splitlines()[2:]]
+    rows = [line.split("|")[1:-1] for line in measured.powers(POOL, extent, lambda: None).splitlines()[2:]]
     assert all(float(row[2]) > 60 for row in rows)
 
 
 def test_coverage_of_the_whole_table():
-    rows = [line.split("|")[1:-1] for line in measured.coverage(Plan(1, 2000, 0), lambda: None).splitlines()[2:]]
+    rows = [line.split("|")[1:-1] for line in measured.coverage(Extent(1, 2000, 0), lambda: None).splitlines()[2:]]
     told = {(row[0].strip(), int(row[1])): [cell.strip() for cell in row[2:]] for row in rows}
     assert float(told["half zeros", 5][0]) == pytest.approx(0.79, abs=0.04)
     assert float(told["lognormal", 40][0]) == pytest.approx(0.88, abs=0.03)
@@ -83,7 +83,7 @@ def test_coverage_of_the_whole_table():
         if shape in ("normal", "exponential", "half zeros", "80 % zeros", "lognormal") and float(shown) >= 1:
             assert float(covers) >= 0.9, (shape, n)
     assert float(told["normal", 10][1]) > 85
-    rates = measured.binary_coverage(Plan(1, 500, 0), lambda: None).splitlines()[2:]
+    rates = measured.binary_coverage(Extent(1, 500, 0), lambda: None).splitlines()[2:]
     assert all(float(cell) >= 0.93 for line in rates for cell in line.split("|")[2:-1])
 
 

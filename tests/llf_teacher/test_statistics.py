@@ -25,6 +25,8 @@ def test_interval_is_students():
     theirs = stats.ttest_1samp(values, 0).confidence_interval(0.95)
     assert estimate[:4] == pytest.approx((values.mean(), *theirs, 12))
     assert (estimate.why, estimate.values) == ("", ())
+    assert estimate.text(1) == f"{estimate.mean:.1f} [{estimate.low:.1f}, {estimate.high:.1f}]"
+    assert mean_interval([0.0, 0, 0, 0, 3]).text() == "0.60 (no interval: skewed)"
 
 
 EXPONENTIAL = np.random.default_rng(1).exponential(size=79)

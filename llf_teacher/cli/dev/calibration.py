@@ -42,7 +42,7 @@ def calibration(
     for name in only or ():
         if name not in NAMES:
             raise typer.BadParameter(unknown("table", name, NAMES))
-    plan = measured.Plan(studies, draws, seed)
+    extent = measured.Extent(studies, draws, seed)
     console = Console(stderr=True)
     names = [name for name in NAMES if name in (only or NAMES)]
     pool: measured.Pool = {}
@@ -50,8 +50,8 @@ def calibration(
         with StudyProgress(console) as playing:
             pool = measured.read_pool(store, worlds, playing)
     with Progress(console=console) as progress:
-        tasks = {name: progress.add_task(name, total=measured.steps(plan)[name]) for name in names}
-        for name, text in measured.tables(plan, names, pool, lambda name: lambda: progress.advance(tasks[name])):
+        tasks = {name: progress.add_task(name, total=measured.steps(extent)[name]) for name in names}
+        for name, text in measured.tables(extent, names, pool, lambda name: lambda: progress.advance(tasks[name])):
             if file is None:
                 typer.echo(f"{name}\n\n{text}")
             else:

@@ -45,6 +45,12 @@ class Estimate(NamedTuple):
     values: tuple[float, ...] = ()
     """Without an interval, the values in ascending order."""
 
+    def text(self, digits: int = 2) -> str:
+        """The mean with its interval, or with the reason why there is none."""
+        if self.low != self.low:  # NaN
+            return f"{self.mean:.{digits}f} (no interval: {self.why})"
+        return f"{self.mean:.{digits}f} [{self.low:.{digits}f}, {self.high:.{digits}f}]"
+
 
 class Band(NamedTuple):
     """Means with their 95 % intervals, pointwise; arrays of shape (m,) in the unit of the values.
