@@ -26,7 +26,7 @@ def test_interval_is_students():
     assert estimate[:4] == pytest.approx((values.mean(), *theirs, 12))
     assert (estimate.why, estimate.values) == ("", ())
     assert estimate.text(1) == f"{estimate.mean:.1f} [{estimate.low:.1f}, {estimate.high:.1f}]"
-    assert mean_interval([0.0, 0, 0, 0, 3]).text() == "0.60 (no interval: skewed)"
+    assert mean_interval([0.0, 0, 0, 0, 3]).text() == "0.60 (no interval: 4 of 5 are 0)"
 
 
 EXPONENTIAL = np.random.default_rng(1).exponential(size=79)

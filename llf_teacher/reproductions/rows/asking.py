@@ -73,7 +73,7 @@ def read(values: Values) -> Reading:
         f"gain: the regret is higher by {describe(worse)} moves an episode, and by {describe(better)} more if the "
         "teacher answers all questions."
     )
-    same = worse.low <= 0 or kept >= 0.95
+    same = not worse.low > 0 or kept >= 0.95
     agrees = "yes" if less.low > 0 and same else "in part" if less.low > 0 and kept > 0.5 else "no"
     why = (
         "The student's rule matters: asking where values differ much, as the paper's *ask important*, comes too late "

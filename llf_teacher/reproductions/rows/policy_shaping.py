@@ -55,7 +55,7 @@ def read(values: Values) -> Reading:
         why = "Advise believes labels with C = 0.8; where they are right less often, it trusts them too much."
     else:
         why = ""
-    agrees = "no" if rare.low <= 0 else "in part" if harmed["advise"] else "yes"
+    agrees = "no" if not rare.low > 0 else "in part" if harmed["advise"] else "yes"
     return Reading(agrees, ours, why, table)
 
 
