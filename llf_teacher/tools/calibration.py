@@ -32,7 +32,7 @@ from llf_teacher.studies.analysis.statistics import (
 )
 from llf_teacher.studies.definition.design import SPENDING, InterimAnalyses
 from llf_teacher.studies.definition.study import Study
-from llf_teacher.studies.execution.runner import RunOptions, run
+from llf_teacher.studies.execution.runner import RunOptions, play_missing
 from llf_teacher.studies.store import Store
 from llf_teacher.tools.markdown import table
 from pz_envs.family import all_families
@@ -87,7 +87,7 @@ def read_pool(path: Path, worlds: int, progress: Callable[[int, int], None] | No
     """The pool of a store, which gets the episodes that it lacks."""
     study = pool_study(worlds)
     with Store(path) as store:
-        run(study, store, 1, progress, options=RunOptions("here"))
+        play_missing(study, store, 1, progress, options=RunOptions("here"))
         wanted = {spec.key for spec in study.episodes()}
         found: dict[str, Numbers] = {}
         for row in store.rows():
