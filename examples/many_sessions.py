@@ -88,12 +88,12 @@ def play(server: subprocess.Popen[str], settings: argparse.Namespace) -> None:
         """One visitor: the seconds of each step, of each picture, and of the beginning."""
         page, beginning = begin(number, seat)
         steps, pictures = [], []
-        over, mark = False, ""
+        over, mark, turn = False, "", 0
         while not over:
-            answer, taken = ask(port, "POST", f"{page}/move", {**SEATS[seat], "since": mark})
+            answer, taken = ask(port, "POST", f"{page}/move", {**SEATS[seat], "since": mark, "turn": turn})
             steps.append(taken)
             told = json.loads(answer)
-            over, mark = told["over"], told["mark"]
+            over, mark, turn = told["over"], told["mark"], told["turn"]
             pictures.append(ask(port, "GET", f"{page}/frame.png")[1])
         return steps, pictures, beginning
 

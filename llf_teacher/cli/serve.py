@@ -36,6 +36,14 @@ def serve(
     idle: Annotated[
         float, typer.Option(help="Minutes without a request after which a lesson is dropped.", min=0.1)
     ] = 60.0,
+    connections: Annotated[
+        int | None,
+        typer.Option(
+            help="Most connections at a time, of which one address has at most half; by default half of the files that "
+            "the process may open, at most 512.",
+            min=2,
+        ),
+    ] = None,
 ) -> None:
     """Serve a page in the browser for both seats: play, watch, and replay stored episodes. Ctrl-C stops it.
 
@@ -43,9 +51,8 @@ def serve(
     """
     draw_off_screen()
     try:
-        import uvicorn
-
         from llf_teacher.web.app import make_app
+        from llf_teacher.web.connections import ConnectionLimits, LimitedServer, default_connections
         from llf_teacher.web.guard import LOCAL
     except ModuleNotFoundError as error:
         if error.name not in ("starlette", "uvicorn"):
@@ -72,7 +79,6 @@ def serve(
         shown = f"[{host}]" if ":" in host else host
         address = f"http://{shown}:{listening.getsockname()[1]}/"
         typer.echo(f"{address}?key={key}" if key else address)
-        # no log of visits, for privacy
-        settings = uvicorn.Config(app, access_log=False, log_level="warning", server_header=False, proxy_headers=False)
+        limits = ConnectionLimits(connections or default_connections())
         with contextlib.suppress(KeyboardInterrupt):
-            uvicorn.Server(settings).run(sockets=[listening])
+            LimitedServer(app, limits).run(sockets=[listening])

@@ -13,7 +13,7 @@ from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from teachers.seeds import Seeds
 
-__all__ = ["WATCHER", "LiveLesson", "Saying"]
+__all__ = ["WATCHER", "LiveLesson", "OutOfTurnError", "Saying"]
 
 WATCHER = "watcher"
 """Moves where no person has a seat: each move is a turn of both."""
@@ -21,6 +21,10 @@ Saying = Sequence[int] | int | str | None
 """What a person in the teacher's seat says: claims by their numbers, kinds by a subset's number, words, or None, what
 the personality would.
 """
+
+
+class OutOfTurnError(ValueError):
+    """A move comes too late, too early, or from the wrong seat."""
 
 
 class LiveLesson:
@@ -80,12 +84,13 @@ class LiveLesson:
         """One turn: a student's text, a teacher's `Saying`; of a watcher anything.
 
         Raises:
-            ValueError: it is another seat's turn, or nothing that can be said; nothing has changed.
+            OutOfTurnError: it is another seat's turn, or the episode is over.
+            ValueError: it is nothing that can be said; nothing has changed.
         """
         if self.over:
-            raise ValueError("the episode is over; begin a new lesson to go on")
+            raise OutOfTurnError("the episode is over; begin a new lesson to go on")
         if seat != self.to_move:
-            raise ValueError("it is the turn of the other seat; wait until it has moved")
+            raise OutOfTurnError("it is the turn of the other seat; wait until it has moved")
         if seat == TEACHER:
             self._say(what)
         else:

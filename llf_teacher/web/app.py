@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import logging
 from collections.abc import AsyncIterator, Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, asynccontextmanager
@@ -10,17 +11,18 @@ from typing import Any, ParamSpec, TypeVar
 
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import HTMLResponse, JSONResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
+from llf_teacher.episodes.live import OutOfTurnError
 from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.escaping import escape_control_chars
 from llf_teacher.registry import entries
 from llf_teacher.studies import load
-from llf_teacher.studies.store import Store
+from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.theme import pages, prepare_turns, style
 from llf_teacher.web.downloads import DOWNLOADS, content
 from llf_teacher.web.guard import LOCAL, Guard
@@ -43,6 +45,7 @@ _PHRASES = {
     "Method Not Allowed": "this page does not allow the request's method; begin at /",
 }
 """Sentences for Starlette's own errors."""
+_LOG = logging.getLogger("uvicorn.error")
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -104,7 +107,7 @@ class _Pages:
             Route("/static/theme.css", self.theme),
             Mount("/static", StaticFiles(directory=_STATIC)),
         ]
-        handlers: Any = {ValueError: _refused, HTTPException: _refused, Exception: _broken}
+        handlers: Any = {ValueError: _refused, HTTPException: _refused, StoreError: _damaged, Exception: _broken}
         return Guard(Starlette(routes=routes, exception_handlers=handlers, lifespan=self._lifespan), names, key)
 
     @asynccontextmanager
@@ -192,17 +195,17 @@ class _Pages:
         return await self._state(opened, seat, _since(given))
 
     async def move(self, request: Request) -> Response:
-        """A turn: `act`, `claims`, `say`, `personality` or `step`."""
+        """A turn, whose number is in `turn`: `act`, `claims`, `say` or `personality`; of a watcher nothing else."""
         opened, seat = await self._found(request)
         given = await _body(request)
-        await self._do(self.lessons.move, opened, seat, _parse_turn(given, seat))
+        await self._do(self.lessons.move, opened, seat, _parse_turn(given, seat), given.get("turn"))
         return await self._state(opened, seat, _since(given))
 
     async def undo(self, request: Request) -> Response:
-        """Take the last turn back."""
+        """Take the last turn back, that of the number `turn`."""
         opened, seat = await self._found(request)
         given = await _body(request)
-        await self._do(self.lessons.undo, opened, seat)
+        await self._do(self.lessons.undo, opened, seat, given.get("turn"))
         return await self._state(opened, seat, _since(given))
 
     async def frame(self, request: Request) -> Response:
@@ -255,8 +258,10 @@ class _Pages:
 
     async def replay(self, request: Request) -> Response:
         """A stored episode, turn by turn."""
-        _, store = self._store(request)
+        number, store = self._store(request)
         key = request.path_params["key"]
+        if not await self._do(_has, store, key):
+            raise HTTPException(404, f"{store.path.name} has no episode {key!r:.40}; begin at /stored/{number}")
         row = dict(await self._do(store.episode, key))
         turns = prepare_turns(await self._do(store.turns, key), row["family"])
         return self._page("episode.html.j2", episode=row, turns=turns, downloads={})
@@ -268,20 +273,30 @@ class _Pages:
         return number, self._stores[number]
 
 
+def _has(store: Store, key: str) -> bool:
+    try:
+        return store.has(key)
+    except ValueError:  # it is no hexadecimal number
+        return False
+
+
 async def _body(request: Request) -> dict[str, Any]:
     """The request body as a JSON object.
 
     Raises:
         ValueError: it is something else.
-        HTTPException: it is too long, or of another content type.
+        HTTPException: it is too long, incomplete, or of another content type.
     """
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
         raise HTTPException(415, "the content type must be application/json; send JSON")
     body = b""
-    async for part in request.stream():
-        body += part
-        if len(body) > LARGEST:
-            raise HTTPException(413, f"the request body is too long; allowed: at most {LARGEST} bytes")
+    try:
+        async for part in request.stream():
+            body += part
+            if len(body) > LARGEST:
+                raise HTTPException(413, f"the request body is too long; allowed: at most {LARGEST} bytes")
+    except ClientDisconnect:  # whom the answer does not reach
+        raise HTTPException(400, "the request body is incomplete; send it again") from None
     try:
         given = json.loads(body or b"{}")
     except (ValueError, RecursionError):
@@ -327,7 +342,15 @@ async def _refused(request: Request, error: Exception) -> Response:
         status, why = error.status_code, _PHRASES.get(error.detail, error.detail)
     elif isinstance(error, FullError):
         status = 503
+    elif isinstance(error, OutOfTurnError):
+        status = 409
     return _sentence(request, escape_control_chars(why), status)
+
+
+async def _damaged(request: Request, error: Exception) -> Response:
+    """An error of a store, whose message names a file of the server."""
+    _LOG.error("%s", error)
+    return _sentence(request, "a store of this server cannot be used; its terminal shows why", 500)
 
 
 async def _broken(request: Request, error: Exception) -> Response:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from llf_teacher.episodes.live import OutOfTurnError
 from llf_teacher.episodes.record import Record
 from llf_teacher.studies.store import Store
 from llf_teacher.web.lesson import PlannedLesson
@@ -127,16 +128,24 @@ class OpenLessons:
         opened.codes[seat] = code if self.terms.codes else ""
         opened.version += 1
 
-    def move(self, opened: OpenLesson, seat: str, what: Any) -> None:
+    def move(self, opened: OpenLesson, seat: str, what: Any, turn: Any) -> None:
         """Play a turn in a seat; an episode that ends is written to the store.
 
+        Args:
+            opened: the lesson.
+            seat: the seat.
+            what: as of `PlannedLesson.move`.
+            turn: the turn that the move is for, so that the same move does not count twice.
+
         Raises:
+            OutOfTurnError: the lesson is at another turn, or as of `PlannedLesson.move`.
             ValueError: as of `PlannedLesson.move`, or a person has not taken its seat.
         """
         lesson = opened.lesson
         if waiting := lesson.plan.people - opened.codes.keys():
             who = "you have" if seat in waiting else f"the {NAMES[min(waiting)]} has"
             raise ValueError(f"{who} not taken a seat yet; the lesson begins when all people have")
+        _check_turn(lesson, turn)
         lesson.move(seat, what)
         opened.version += 1
         if lesson.over and lesson.plan.people and self.terms.store is not None:
@@ -144,16 +153,18 @@ class OpenLessons:
                 store.add(_as_new_sample(self.record(opened), store))
             opened.kept = True
 
-    def undo(self, opened: OpenLesson, seat: str) -> None:
-        """Undo the last turn.
+    def undo(self, opened: OpenLesson, seat: str, turn: Any) -> None:
+        """Undo the last turn; `turn` as for `move`.
 
         Raises:
+            OutOfTurnError: the lesson is at another turn.
             ValueError: as of `PlannedLesson.undo`, or undo is not allowed.
         """
         if not self.terms.undo:
             raise ValueError("this server does not allow to take turns back; begin a new lesson")
         if opened.kept:
             raise ValueError("the episode is in the store already; begin a new lesson")
+        _check_turn(opened.lesson, turn)
         opened.lesson.undo(seat)
         opened.version += 1
 
@@ -168,6 +179,14 @@ class OpenLessons:
 
 NAMES = {STUDENT: "student", TEACHER: "teacher"}
 """The seats by the words of the page."""
+
+
+def _check_turn(lesson: PlannedLesson, turn: Any) -> None:
+    now = lesson.session.moment.turn
+    if type(turn) is not int:
+        raise ValueError(f"turn must be a whole number, the turn of the lesson's state, got {turn!r:.60}")
+    if turn != now:
+        raise OutOfTurnError(f"the lesson is at turn {now}, and this was sent for turn {turn}; look at its state first")
 
 
 def _as_new_sample(record: Record, store: Store) -> Record:

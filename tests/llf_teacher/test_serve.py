@@ -3,6 +3,7 @@
 import contextlib
 import json
 import signal
+import socket
 import subprocess
 import sys
 import urllib.error
@@ -18,8 +19,10 @@ def serving(*arguments):
     command = [sys.executable, "-m", "llf_teacher", "serve", "--port", "0", *map(str, arguments)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as server:
         yield server, server.stdout.readline().strip()
-        server.send_signal(signal.SIGINT)
-        _, errors = server.communicate(timeout=60)
+        errors = ""
+        if server.poll() is None:
+            server.send_signal(signal.SIGINT)
+            _, errors = server.communicate(timeout=60)
     assert "Traceback" not in errors
     assert server.returncode == 0, errors
 
@@ -41,6 +44,20 @@ def test_a_page_on_this_machine(tmp_path):
         assert store.exists()
         taken = llf("serve", "--port", "0", "--store", store)
         assert (taken.returncode, "another run writes to" in taken.stderr) == (2, True)
+
+
+def test_bad_requests_are_one_line_of_the_log():
+    """And requests that are half there do not keep the server from ending."""
+    with serving() as (server, address), contextlib.ExitStack() as held:
+        port = int(address.rstrip("/").rpartition(":")[2])
+        for data in [b"nonsense\r\n\r\n"] * 20 + [b"GET / HTTP/1.1\r\n"]:
+            connection = held.enter_context(socket.create_connection(("127.0.0.1", port), 60))
+            connection.sendall(data)
+            if data.startswith(b"nonsense"):
+                assert connection.recv(1000).startswith(b"HTTP/1.1 400 ")
+        server.send_signal(signal.SIGINT)
+        _, errors = server.communicate(timeout=60)
+    assert errors == "WARNING: Invalid HTTP request received.\n"
 
 
 def test_beyond_this_machine_there_is_a_key():
@@ -75,6 +92,7 @@ def test_what_does_not_work_is_one_line(arguments, why):
 
 def test_what_is_missing_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "uvicorn", None)
+    monkeypatch.delitem(sys.modules, "llf_teacher.web.connections", raising=False)
     result = llf("serve")
     assert result.returncode == 2
     assert "the page needs 'uvicorn', which is not installed; run: pip install 'llf-teacher[web]'" in result.stderr

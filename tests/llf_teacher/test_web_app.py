@@ -36,10 +36,20 @@ def told(answer):
     return answer.json()
 
 
+def move(visitor, page, sent, what="move"):
+    """What the page sends at the turn that it shows."""
+    turn = told(visitor.get(f"{page}/state"))["turn"]
+    return visitor.post(f"{page}/{what}", json={**sent, "turn": turn})
+
+
+def undo(visitor, page, since=""):
+    return move(visitor, page, {"since": since}, "undo")
+
+
 def finish(visitor, page, sent=None):
     state = told(visitor.get(f"{page}/state"))
     while not state["over"]:
-        state = told(visitor.post(f"{page}/move", json=sent or {}))
+        state = told(move(visitor, page, sent or {}))
     return state
 
 
@@ -50,11 +60,11 @@ def test_a_student_plays_a_lesson():
     state = told(visitor.get(f"{page}/state"))
     assert (state["seat"], state["mine"], state["turn"], state["words"][0]) == ("student", True, 0, "north")
     assert [said["kind"] for said in state["said"]] == ["", "", "", "fp", "fn"]
-    after = told(visitor.post(f"{page}/move", json={"act": "west", "since": state["mark"]}))
+    after = told(move(visitor, page, {"act": "west", "since": state["mark"]}))
     assert (after["turn"], after["first"], len(after["turns"])) == (1, 1, 1)
     assert '<code class="action">west</code>' in after["turns"][0]
     assert visitor.get(f"{page}/state", params={"version": after["version"]}).status_code == 204
-    back = told(visitor.post(f"{page}/undo", json={"since": after["mark"]}))
+    back = told(undo(visitor, page, after["mark"]))
     assert (back["turn"], back["first"], back["turns"], back["undo"]) == (0, 0, state["turns"], False)
 
 
@@ -62,7 +72,7 @@ def test_a_student_is_told_the_checks_when_it_is_over():
     """And neither regret nor truth before."""
     visitor = client()
     page = begin(visitor, seat="student", teacher="mistake(eps=1)")
-    state = told(visitor.post(f"{page}/move", json={"act": "west"}))
+    state = told(move(visitor, page, {"act": "west"}))
     hidden = ("regret", "✗", "✓", 'class="claim"')
     assert not [word for word in hidden if word in json.dumps(state, ensure_ascii=False)]
     assert visitor.get(f"{page}/episode", headers=HTML).status_code == 400
@@ -85,12 +95,12 @@ def test_two_people_see_what_is_theirs():
     waiting = told(visitor.get(f"{page}/state"))
     assert (waiting["mine"], waiting["waits"]) == (False, "teacher")
     assert "claims" not in waiting
-    answer = visitor.post(f"{page}/move", json={"act": "west"})
+    answer = move(visitor, page, {"act": "west"})
     assert (answer.status_code, answer.json()["error"]) == (
-        400,
+        409,
         "it is the turn of the other seat; wait until it has moved",
     )
-    told(visitor.post(f"{address}/move", json={"claims": [0]}))
+    told(move(visitor, address, {"claims": [0]}))
     fresh = told(visitor.get(f"{page}/state", params={"version": waiting["version"], "since": waiting["mark"]}))
     assert (fresh["mine"], [said["kind"] for said in fresh["said"]][-1]) == (True, "fp")
 
@@ -99,7 +109,7 @@ def test_what_people_say_is_text():
     visitor = client()
     page = begin(visitor, seat="teacher", speech="own words")
     evil = "<script>alert(1)</script>\u202e {{ 7 * 7 }}"
-    state = told(visitor.post(f"{page}/move", json={"say": evil}))
+    state = told(move(visitor, page, {"say": evil}))
     assert "&lt;script&gt;" in state["turns"][0]
     assert "\\u202e {{ 7 * 7 }}" in state["turns"][0]
     finish(visitor, page, {"say": evil})
@@ -146,16 +156,44 @@ def test_a_bad_turn_changes_nothing(seat, sent, why):
     visitor = client()
     page = begin(visitor, seat=seat)
     before = told(visitor.get(f"{page}/state"))
-    answer = visitor.post(f"{page}/move", json=sent)
+    answer = move(visitor, page, sent)
     assert answer.status_code == 400
     assert why in answer.json()["error"]
     assert told(visitor.get(f"{page}/state")) == before
 
 
+@pytest.mark.parametrize(
+    ("turn", "status", "why"),
+    [
+        (None, 400, "turn must be a whole number, the turn of the lesson's state, got None"),
+        (True, 400, "turn must be a whole number"),
+        (0, 409, "the lesson is at turn 1, and this was sent for turn 0; look at its state first"),
+        (2, 409, "the lesson is at turn 1, and this was sent for turn 2"),
+    ],
+)
+def test_a_move_is_for_its_turn_only(turn, status, why):
+    visitor = client()
+    page = begin(visitor, seat="student")
+    before = told(move(visitor, page, {"act": "west"}))
+    for what in ("move", "undo"):
+        answer = visitor.post(f"{page}/{what}", json={"act": "west", "turn": turn})
+        assert answer.status_code == status
+        assert why in answer.json()["error"]
+    assert told(visitor.get(f"{page}/state"))["version"] == before["version"]
+
+
+def test_nothing_moves_when_it_is_over():
+    visitor = client()
+    page = begin(visitor, seat="student", max_turns=1)
+    finish(visitor, page, {"act": "west"})
+    answer = move(visitor, page, {"act": "west"})
+    assert (answer.status_code, answer.json()["error"][:19]) == (409, "the episode is over")
+
+
 def test_half_a_character_is_a_text_that_is_no_action():
     visitor = client()
     page = begin(visitor, seat="student")
-    body = b'{"act": "\\ud800"}'
+    body = b'{"act": "\\ud800", "turn": 0}'
     state = told(visitor.post(f"{page}/move", content=body, headers={"content-type": "application/json"}))
     assert "No action could be read from" in state["turns"][-1]
 
@@ -274,9 +312,25 @@ def test_stored_episodes_can_be_looked_at(tmp_path):
     assert "✗ false" in shown
     assert "To take along" not in shown
     assert "There is none." in visitor.get("/stored/0", params={"q": "<b>"}).text
-    assert "has no episode &#39;00&#39;" in visitor.get("/stored/0/00", headers=HTML).text
+    for key in ("00", "zz"):
+        answer = visitor.get(f"/stored/0/{key}")
+        why = f"study.db has no episode '{key}'; begin at /stored/0"
+        assert (answer.status_code, answer.json()) == (404, {"error": why})
+        assert "has no episode &#39;" in visitor.get(f"/stored/0/{key}", headers=HTML).text
     with pytest.raises(ValueError, match="there is no file"):
         client(stores=[tmp_path / "none.db"])
+
+
+def test_a_damaged_store_does_not_show_where_it_is(tmp_path, caplog):
+    path = stored(tmp_path / "study.db", Study(ids=[GRID], teachers=["oracle"], students=["obedient"], seeds=1))
+    visitor = client(stores=[path])
+    (row,) = load(path).rows()
+    with contextlib.closing(sqlite3.connect(path)) as db, db:
+        db.execute("UPDATE story SET packed = x'00'")
+    answer = visitor.get(f"/stored/0/{row['key']}")
+    why = "a store of this server cannot be used; its terminal shows why"
+    assert (answer.status_code, answer.json()) == (500, {"error": why})
+    assert f"{path} is incomplete or damaged" in caplog.text
 
 
 def test_people_agree_before_anything_is_kept(tmp_path):
@@ -292,18 +346,18 @@ def test_people_agree_before_anything_is_kept(tmp_path):
         ({"agreed": True}, "the code must be"),
     ):
         assert why in visitor.post(f"{page}/sit", json=sent).json()["error"]
-    assert "you have not taken a seat yet" in visitor.post(f"{page}/move", json={"act": "west"}).json()["error"]
+    assert "you have not taken a seat yet" in move(visitor, page, {"act": "west"}).json()["error"]
     told(visitor.post(f"{page}/sit", json={"agreed": True, "code": "p1"}))
     assert told(visitor.get(f"{page}/state"))["waits"] == "teacher"
-    assert "the teacher has not taken a seat yet" in visitor.post(f"{page}/move", json={"act": "west"}).json()["error"]
+    assert "the teacher has not taken a seat yet" in move(visitor, page, {"act": "west"}).json()["error"]
     told(visitor.post(f"{teacher}/sit", json={"agreed": True, "code": "p2"}))
     assert not path.exists()
     for _ in range(3):
-        told(visitor.post(f"{teacher}/move", json={"personality": True}))
-        told(visitor.post(f"{page}/move", json={"act": "west"}))
-    state = told(visitor.post(f"{teacher}/move", json={"claims": []}))
+        told(move(visitor, teacher, {"personality": True}))
+        told(move(visitor, page, {"act": "west"}))
+    state = told(move(visitor, teacher, {"claims": []}))
     assert (state["over"], state["kept"], state["undo"]) == (True, True, False)
-    assert "is in the store already" in visitor.post(f"{teacher}/undo", json={}).json()["error"]
+    assert "is in the store already" in undo(visitor, teacher).json()["error"]
     (row,) = load(path).rows()
     assert row["student"] == "llf_teacher.people:PersonLearning(code='p1')"
     assert row["teacher"] == "llf_teacher.people:PersonTeaching(code='p2', offers='mistake(eps=0.5)')"
@@ -319,7 +373,7 @@ def test_the_same_world_again_is_another_sample(tmp_path):
         page = begin(visitor, seat=seat, max_turns=1)
         finish(visitor, page, {"act": "west"})
         assert told(visitor.get(f"{page}/state"))["undo"] is False
-        assert "does not allow to take turns back" in visitor.post(f"{page}/undo", json={}).json()["error"]
+        assert "does not allow to take turns back" in undo(visitor, page).json()["error"]
     assert sorted(row["sample"] for row in load(path).rows()) == [0, 1]
     with contextlib.closing(sqlite3.connect(path)) as db:
         assert db.execute("SELECT count(*) FROM result").fetchone() == (2,)
@@ -347,7 +401,7 @@ def test_lessons_are_bounded_in_number_and_age():
 def test_a_page_that_comes_back_finds_all_as_it_was():
     visitor = client()
     page = begin(visitor, seat="student")
-    state = told(visitor.post(f"{page}/move", json={"act": "west"}))
+    state = told(move(visitor, page, {"act": "west"}))
     again = told(visitor.get(f"{page}/state"))
     assert {**again, "first": 0, "turns": []} == {**state, "first": 0, "turns": []}
     assert len(again["turns"]) == 2

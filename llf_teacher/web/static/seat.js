@@ -31,7 +31,7 @@ const send = async (what, sent) => {
   problem.textContent = "";
   document.body.setAttribute("aria-busy", "true");
   try {
-    show(await ask(`${here}/${what}`, { ...sent, since: known.mark }));
+    show(await ask(`${here}/${what}`, { ...sent, turn: known.turn, since: known.mark }));
     return true;
   } catch (error) {
     problem.textContent = error.answered ? error.message : "The server cannot be reached; try again.";
