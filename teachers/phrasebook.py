@@ -130,10 +130,11 @@ class Phrasebook:
         utterance.atoms = tuple(atoms)
         return utterance
 
-    def first(self, claims: Sequence[Claim], paraphrase: Paraphrase) -> tuple[str, ...]:
-        """A sentence for each claim; where a paraphrase would be drawn at random, the first. Nothing is drawn."""
-        chosen = 0 if paraphrase == "random" else paraphrase
-        return tuple(atom.text for atom in Phrasebook.say(self, claims, 0, _UNDRAWN, chosen).atoms)
+    def sentences_of(
+        self, claims: Sequence[Claim], numbers: Sequence[float], paraphrase: Paraphrase
+    ) -> tuple[str, ...]:
+        """The sentence of each claim that `say` would draw by these numbers; no voice rewrites it."""
+        return tuple(atom.text for atom in Phrasebook.say(self, claims, 0, Drawn(numbers), paraphrase).atoms)
 
     def _word(self, claim: Claim, draw: float, paraphrase: Paraphrase, late: str | None = None) -> str:
         templates = self._templates[type(claim)]
@@ -195,18 +196,21 @@ class Draws:
         return begin
 
 
-class _Undrawn(Draws):
-    """Zeros in place of random numbers that are not used."""
+class Drawn(Draws):
+    """Numbers that were drawn before.
 
-    def __init__(self) -> None:
-        """Make draws without a generator."""
+    Args:
+        numbers: one for each claim.
+    """
+
+    def __init__(self, numbers: Sequence[float]) -> None:
+        self.numbers = list(numbers)
 
     def take(self, n: int) -> int:
-        self.numbers = [0.0] * n
+        """All of them."""
         return 0
 
 
-_UNDRAWN = _Undrawn()
 # With the cached sentences of templates, these bare constructors take a sixth off a turn of bandits.
 _new_atom = tuple.__new__
 _new_text = str.__new__

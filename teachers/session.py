@@ -160,13 +160,14 @@ class Offer:
         self._notice: tuple[Claim[Any], ...] | None = None  # with which the oracle starts
         self._claims: tuple[Claim[Any], ...] | None = None
         self._suggestion: Utterance | None = None
+        self._numbers: list[float] | None = None  # one for each claim, by which its words are drawn
         self._kinds = -1
 
     def see(self, moment: Moment[Any], asked: bool = False, briefs: bool = False) -> None:
         """The moment to speak of; `briefs`: the suggestion of this moment begins with the instruction."""
         self.moment, self.asked, self._briefs = moment, asked, briefs
         self.said = self._claims = self._suggestion = self._notice = None
-        self.chosen, self._kinds = (), -1
+        self.chosen, self._kinds, self._numbers = (), -1, None
 
     def claims(self) -> tuple[Claim[Any], ...]:
         """The claims of this moment, notices included; the teacher is asked once a moment, when they are needed."""
@@ -193,16 +194,21 @@ class Offer:
         return said
 
     @property
-    def prepared(self) -> tuple[bool, bool]:
-        """Whether claims and suggestion of this moment were made; `undo` makes them again, to keep streams equal."""
-        return self._claims is not None, self._suggestion is not None
+    def prepared(self) -> tuple[bool, bool, bool]:
+        """Whether claims, suggestion and sentences of this moment were made; `undo` makes them again.
 
-    def prepare(self, claims: bool, suggestion: bool) -> None:
+        So streams stay equal.
+        """
+        return self._claims is not None, self._suggestion is not None, self._numbers is not None
+
+    def prepare(self, claims: bool, suggestion: bool, sentences: bool) -> None:
         """Ask for them."""
         if claims:
             self.claims()
         if suggestion:
             self.suggestion()
+        if sentences:
+            self._drawn(())
 
     def available(self) -> int:
         """The kinds that can be said now, as a subset's number."""
@@ -234,11 +240,17 @@ class Offer:
         return [claim for claim in self.claims() if claim.kind is not None][:CLAIMS]
 
     def sentences(self) -> tuple[str, ...]:
-        """Each of those in one of its wordings; another may be drawn when it is said.
+        """Each of those in the words in which it is said if it is chosen; a voice that rewrites is asked only then."""
+        teacher, listed = self.teacher, self.listed()
+        return teacher.voice.sentences_of(listed, self._drawn(listed), teacher.paraphrase)
 
-        Nothing is drawn for it, and no voice that rewrites is asked.
-        """
-        return self.teacher.voice.first(self.listed(), self.teacher.paraphrase)
+    def _drawn(self, claims: Sequence[Claim[Any]]) -> list[float]:
+        """The numbers that draw the words of some claims of this moment; all are drawn once, whatever is chosen."""
+        known = self.claims()
+        if self._numbers is None:
+            self._numbers = self.teacher.draw(len(known))
+        wanted = {id(claim) for claim in claims}
+        return [number for claim, number in zip(known, self._numbers, strict=True) if id(claim) in wanted]
 
     def choices(self) -> list[int]:
         """The choices that are legal, in order: 0 ends the turn, i says claim i - 1 of `listed`."""
@@ -265,7 +277,7 @@ class Offer:
         listed = self.listed()
         kept = {id(listed[i]) for i in self.chosen}
         said = [claim for claim in self.claims() if claim.kind is None or id(claim) in kept]
-        return self.teacher.say(tuple(said), self.moment.turn)
+        return self.teacher.say(tuple(said), self.moment.turn, self._drawn(said))
 
     def allowed(self, words: Any) -> str:
         """As much of some words as the feedback type and the budget allow.
@@ -354,7 +366,7 @@ class Session:
         """The claims that the student has heard since it last acted or asked."""
         self.asked = False
         """Whether the student has asked in this turn."""
-        self._inputs: list[tuple[Callable[..., Any], tuple[Any, ...], list[tuple[bool, bool]]]] | None = None
+        self._inputs: list[tuple[Callable[..., Any], tuple[Any, ...], list[tuple[bool, bool, bool]]]] | None = None
         self.heard = False
         """Whether the student has heard all teachers since it last acted or asked."""
 

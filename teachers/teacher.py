@@ -1,6 +1,6 @@
 """The teacher: an oracle, a personality and a voice."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
 from teachers.oracle import Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
-from teachers.phrasebook import Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
+from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
 from teachers.seeds import Seeds
 from teachers.voice import Change
 
@@ -200,8 +200,20 @@ class Teacher:
         """What a rewriting voice did to numbers and names in the last utterance; nothing with any other voice."""
         return self.voice.changes if isinstance(self.voice, Rewriting) else ()
 
-    def say(self, claims: tuple[Claim, ...], turn: int) -> Utterance:
-        """Put claims into words."""
+    def draw(self, count: int) -> list[float]:
+        """The numbers by which `say` would draw the words of this many claims; they are used up."""
+        begin = self._draws.take(count)
+        return self._draws.numbers[begin : begin + count]
+
+    def say(self, claims: tuple[Claim, ...], turn: int, numbers: Sequence[float] | None = None) -> Utterance:
+        """Put claims into words.
+
+        Args:
+            claims: what is said.
+            turn: the number of the turn.
+            numbers: of `draw`, one for each claim; None: they are drawn now.
+        """
         if claims or type(self.voice) is Rewriting:  # which has to know that this time it changed nothing
-            return self.voice.say(claims, turn, self._draws, self._paraphrase)
+            draws = self._draws if numbers is None else Drawn(numbers)
+            return self.voice.say(claims, turn, draws, self._paraphrase)
         return SILENCE

@@ -4,7 +4,6 @@ import io
 from typing import Any
 
 import jinja2
-import numpy as np
 from PIL import Image
 
 from llf_teacher.episodes.live import WATCHER
@@ -14,7 +13,6 @@ from llf_teacher.theme import prepare_turns
 from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.phrasebook import Draws
 
 _MANY_WORDS = 24  # of a world, for each of which there is a button
 
@@ -82,15 +80,10 @@ def _to_teach(lesson: PlannedLesson) -> dict[str, Any]:
     offer = lesson.teacher_view.offer
     if lesson.settings.speech == "message":
         return {"suggestion": escape_control_chars(offer.suggestion())}
-    voice, turn = offer.teacher.voice, offer.moment.turn
     return {
         "claims": [
-            # In the first paraphrase; the one that is said is drawn later.
-            {
-                "kind": f"{claim.kind}",
-                "text": escape_control_chars(voice.say((claim,), turn, Draws(np.random.default_rng(0)), 0)),
-            }
-            for claim in offer.listed()
+            {"kind": f"{claim.kind}", "text": escape_control_chars(sentence)}
+            for claim, sentence in zip(offer.listed(), offer.sentences(), strict=True)
         ]
     }
 

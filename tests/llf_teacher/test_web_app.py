@@ -105,6 +105,32 @@ def test_two_people_see_what_is_theirs():
     assert (fresh["mine"], [said["kind"] for said in fresh["said"]][-1]) == (True, "fp")
 
 
+def test_what_a_teacher_ticks_is_what_the_student_hears():
+    """Also after it was looked at twice and a turn was taken back, and in the film and the store of the episode."""
+    visitor = client()
+    page = begin(visitor, seat="teacher", two=True, max_turns=2)
+    student = visitor.get(page).text.partition('data-path="')[2].partition('"')[0]
+    heard = []
+    for turn, chosen in enumerate(([1], [0], [0, 1])):
+        for again in (False, True):
+            state = told(visitor.get(f"{page}/state"))
+            ticked = [state["claims"][i]["text"] for i in chosen]
+            told(move(visitor, page, {"claims": chosen}))
+            if not again and turn < 2:
+                undo(visitor, page)
+            elif not again:
+                break
+        said = [said["text"] for said in told(visitor.get(f"{student}/state"))["said"]]
+        assert said[-len(ticked) :] == ticked
+        heard.append(ticked)
+        if turn < 2:
+            told(move(visitor, student, {"act": "south"}))
+    turns = visitor.get(f"{page}/episode.json").json()["turns"]
+    assert [
+        [atom["text"] for atom in turn["atoms"]][-len(said) :] for turn, said in zip(turns, heard, strict=True)
+    ] == heard
+
+
 def test_what_people_say_is_text():
     visitor = client()
     page = begin(visitor, seat="teacher", speech="own words")

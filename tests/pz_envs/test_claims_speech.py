@@ -42,16 +42,32 @@ def test_one_claim_of_several_of_a_kind_is_said():
     assert env.agent_selection == STUDENT
 
 
-def test_candidates_have_sentences():
-    env = after_a_list(paraphrase=2)
-    info = env.infos[TEACHER]
-    assert len(info["sentences"]) == len(info["claims"]) > 1
-    env.step(2)
-    env.step(0)
-    assert str(env.observe(STUDENT)["feedback"]) == info["sentences"][1]
+@pytest.mark.parametrize("paraphrase", [2, "random"])
+@pytest.mark.parametrize("chosen", [(1,), (0, 2)])
+def test_candidates_are_said_in_the_sentences_shown(paraphrase, chosen):
+    env = after_a_list(paraphrase=paraphrase)
+    for _ in range(3):
+        info = env.infos[TEACHER]
+        assert len(info["sentences"]) == len(info["claims"]) > 2
+        for number in chosen:
+            env.step(1 + number)
+        env.step(0)
+        assert [atom.text for atom in env.observe(STUDENT)["feedback"].atoms] == [info["sentences"][i] for i in chosen]
+        env.step(TITLES)
 
 
-def test_sentences_of_candidates_draw_nothing_and_ask_no_voice():
+def test_the_words_of_a_claim_do_not_depend_on_what_else_is_chosen():
+    said = []
+    for chosen in ((2,), (0, 2)):
+        env = after_a_list()
+        for number in chosen:
+            env.step(1 + number)
+        env.step(0)
+        said.append(env.observe(STUDENT)["feedback"].atoms[-1].text)
+    assert said[0] == said[1]
+
+
+def test_sentences_of_candidates_are_drawn_once_and_ask_no_voice():
     asked = []
     env = after_a_list(voice=lambda sentence: asked.append(sentence) or sentence.upper())
     assert len(env.infos[TEACHER]["sentences"]) > 1
@@ -60,7 +76,8 @@ def test_sentences_of_candidates_draw_nothing_and_ask_no_voice():
     env.step(0)
     assert len(asked) == 1
     twin, first = after_a_list(), after_a_list()
-    twin.teacher_view.offer.sentences()
+    for _ in range(3):
+        twin.teacher_view.offer.sentences()
     for one in (first, twin):
         one.step(1)
         one.step(0)
