@@ -161,6 +161,12 @@ class EpisodeRenderer:
         self.picture.draw(canvas, Sight(tuple(self.turns), seen))
         return canvas.pixels()
 
+    def fine_view(self, seen: str) -> Frame:
+        """The world alone at twice that size, with the truth if it is shown: for pages, which have the words."""
+        canvas = Canvas(VIEW[1], VIEW[0], self.theme)
+        self.picture.draw(canvas, self.sight(seen))
+        return canvas.fine_pixels()
+
     def frame(self, seen: str) -> Frame:
         """The frame of the last turn, uint8 (480, 640, 3)."""
         canvas = Canvas(WIDTH, HEIGHT, self.theme)

@@ -4,17 +4,18 @@ import io
 from typing import Any
 
 import jinja2
+from gymnasium import spaces
 from PIL import Image
 
 from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.escaping import escape_control_chars
-from llf_teacher.theme import prepare_turns
+from llf_teacher.theme import MARKS, prepare_turns
 from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
 from pz_envs.seats import STUDENT, TEACHER
 
-_MANY_WORDS = 24  # of a world, for each of which there is a button
+_MANY_WORDS = 24  # of a world, or numbers of its actions, for each of which there is a button
 
 
 def state(
@@ -38,6 +39,7 @@ def state(
     away = sorted(lesson.plan.people - opened.codes.keys())
     mine = lesson.to_move == seat and not away
     moment = lesson.session.moment
+    _, (did, _), *world = renderer.text(lesson.view.description())
     return {
         "version": opened.version,
         "mark": f"{now}.{len(lesson.rows)}",
@@ -55,9 +57,14 @@ def state(
         "consent": terms.consent,
         "codes": terms.codes,
         "kept": opened.kept,
-        "now": escape_control_chars("".join(piece for piece, _ in renderer.text(lesson.view.description()))),
+        "now": escape_control_chars("".join(piece for piece, _ in world)),
+        "did": escape_control_chars(did.strip()),
         "said": [
-            {"kind": f"{spoken.kind or ''}", "text": escape_control_chars(spoken.text)}
+            {
+                "kind": f"{spoken.kind or ''}",
+                "text": escape_control_chars(spoken.text),
+                "mark": MARKS.get(spoken.verdict, ""),
+            }
             for spoken in renderer.sentences
             if renderer.heard
         ],
@@ -91,7 +98,9 @@ def _to_teach(lesson: PlannedLesson) -> dict[str, Any]:
 def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
     """The actions of a person that learns."""
     world = lesson.session.world
-    words = list(world.action_words)
+    words, space = list(world.action_words), world.action_space
+    if not words and isinstance(space, spaces.Discrete):
+        words = [f"{space.start + number}" for number in range(space.n)]
     return {
         "words": words if len(words) <= _MANY_WORDS else [],
         "expected": escape_control_chars(world.action_syntax),
@@ -100,12 +109,12 @@ def _to_learn(lesson: PlannedLesson) -> dict[str, Any]:
 
 
 def picture(lesson: PlannedLesson, seat: str, theme: str) -> bytes:
-    """The frame of the last turn as a seat may see it, as a PNG.
+    """The world as a seat may see it, as a PNG: without words, which the page has.
 
     Raises:
         ValueError: there is no such theme.
     """
-    frame = lesson.renderer(seat).with_theme(theme).frame(lesson.view.description())
+    frame = lesson.renderer(seat).with_theme(theme).fine_view(lesson.view.description())
     file = io.BytesIO()
     Image.fromarray(frame).save(file, "png", compress_level=1)  # fast, and a third larger
     return file.getvalue()

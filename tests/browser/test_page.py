@@ -1,12 +1,17 @@
 """The page as people use it: the three seats, two people, bad inputs, a connection that is lost, keyboard and phone."""
 
+import pytest
 from browsing import GRID, browsing, serving
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 
-from llf_teacher.studies import Study
+from llf_teacher.studies import Study, load
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.store import Store
+
+BANDIT = "llf-bandits-BanditTenArmedGaussian-v0"
+WINDOWS = [(390, 844), (768, 1024), (1200, 900)]
+"""A phone, a tablet, a screen."""
 
 
 def to_the_end(visitor, name):
@@ -25,16 +30,18 @@ def test_the_students_seat(address, visitor):
     assert "You are in a house of many rooms" in visitor.text("#said")
     assert [button.text for button in visitor.all("#buttons button")] == ["north", "east", "west", "south"]
     assert not visitor.all(".holds, .fails:not(:empty), .claim")
+    assert all(visitor.text("body").count(text) == 1 for text in visitor.text("#said").splitlines() if len(text) > 4)
     visitor.press("west")
     visitor.shows("#status", "Turn 1 of 3")
-    visitor.shows("#turns > li:last-child", "west")
-    visitor.press("Take the last turn back")
+    visitor.shows("#did", "The student: west")
+    visitor.press("Take back")
     visitor.shows("#status", "Turn 0 of 3")
-    assert len(visitor.all("#turns > li")) == 1
+    assert visitor.text("#past") == ""
     visitor.one("#answer").send_keys("west" + Keys.ENTER)
     visitor.shows("#status", "Turn 1 of 3")
     to_the_end(visitor, "west")
     visitor.shows("#end", "Over after 3 turns")
+    assert visitor.all("#said .fails")
     assert visitor.all("#turns .fails")
     visitor.click("#whole")
     visitor.shows("h2", "To take along")
@@ -53,7 +60,7 @@ def test_the_teachers_seat(address, visitor):
     visitor.shows("#status", "Turn 1 ")
     assert "✓ true" in visitor.text("#turns > li:first-child")
     visitor.press("Say nothing")
-    visitor.shows("#turns > li:last-child", "(silence)")
+    visitor.shows("#turns > li:nth-child(2)", "(silence)")
     to_the_end(visitor, "Let oracle speak")
     visitor.shows("#end", "solved")
 
@@ -71,7 +78,7 @@ def test_who_watches(address, visitor):
     visitor.begin(address, seat="watch", seed=7)
     visitor.press("Next turn")
     visitor.shows("#status", "Turn 1 ")
-    visitor.press("Take the last turn back")
+    visitor.press("Take back")
     visitor.shows("#status", "Turn 0 ")
     visitor.press("Play on")
     visitor.shows("#status", "Turn 2 ")
@@ -90,7 +97,7 @@ def test_two_people(address, visitor):
         other.all("#claims input")[0].click()
         other.press("Say it")
         visitor.shows("#status", "It is your turn")
-        assert visitor.text("#said").splitlines()[-1].startswith("fp")
+        assert visitor.text("#said p:last-child .kind") == "fp"
         visitor.press("west")
         visitor.shows("#status", "Waiting for the teacher")
         other.shows("#status", "Turn 1 of 2, reward 0 in all. It is your turn")
@@ -114,8 +121,10 @@ def test_bad_inputs_are_answered_by_sentences(address, visitor):
     assert visitor.one("button[type=submit]").is_enabled()
     visitor.begin(address, seat="student", seed=7)
     visitor.one("#answer").send_keys("fly to the moon" + Keys.ENTER)
-    visitor.shows("#turns > li:last-child", "No action could be read from:")
-    visitor.shows("#turns > li:last-child pre", "fly to the moon")
+    visitor.shows("#did", "The student: (not understood) fly to the moon")
+    visitor.press("west")
+    visitor.shows("#turns > li:nth-child(2)", "No action could be read from:")
+    visitor.shows("#turns > li:nth-child(2) pre", "fly to the moon")
     visitor.driver.execute_script("document.getElementById('answer').maxLength = 9999")
     visitor.driver.execute_script("document.getElementById('answer').value = 'x'.repeat(5000)")
     visitor.press("Act")
@@ -143,6 +152,20 @@ def test_a_connection_that_is_lost(address, visitor):
     visitor.driver.get(page)
     visitor.shows("#status", "It is your turn")
     assert len(visitor.all("#turns > li")) == 1
+
+
+def test_a_page_that_is_behind_makes_no_move(address, visitor):
+    """It says so, and shows what has happened."""
+    visitor.begin(address, seat="student", seed=7)
+    with browsing() as other:
+        other.driver.get(visitor.driver.current_url)
+        other.shows("#status", "Turn 0 ")
+        visitor.press("west")
+        visitor.shows("#status", "Turn 1 ")
+        other.press("north")
+        other.shows("#problem", "the lesson is at turn 1, and this was sent for turn 0")
+        other.shows("#status", "Turn 1 ")
+        other.shows("#did", "The student: west")
 
 
 def test_people_agree_first(visitor, tmp_path):
@@ -176,6 +199,9 @@ def test_stored_episodes_turn_by_turn(visitor, tmp_path):
     with serving("--replay", path) as address:
         visitor.driver.get(address)
         visitor.click("a[href='/stored/0']")
+        with browsing(390, 844) as phone:
+            phone.driver.get(f"{address}stored/0")
+            assert phone.inside(".episodes td")
         visitor.one("#q").send_keys("obedient" + Keys.ENTER)
         visitor.until(lambda: visitor.driver.current_url.endswith("q=obedient"), "page of the episodes found")
         visitor.click("tbody a")
@@ -202,9 +228,28 @@ def test_the_keyboard_is_enough(address, visitor):
     focused.send_keys(Keys.ENTER)
     visitor.until(lambda: "/seat/" in visitor.driver.current_url, "page of a seat")
     visitor.shows("#status", "It is your turn")
+    visitor.until(lambda: focus(visitor) == "status", "focus on the status")
+    ActionChains(visitor.driver).send_keys(Keys.TAB).perform()
+    assert visitor.driver.switch_to.active_element.text == "north"
     visitor.one("#answer").send_keys("west" + Keys.ENTER)
     visitor.shows("#status", "Turn 1 ")
-    assert visitor.driver.switch_to.active_element == visitor.one("#answer")
+    assert focus(visitor) == "answer"
+
+
+def focus(visitor):
+    return visitor.driver.switch_to.active_element.get_attribute("id")
+
+
+def test_the_focus_stays_on_the_page(address, visitor):
+    """Where it was may be gone: then it is on the line that says whose turn it is."""
+    visitor.begin(address, seat="teacher", seed=7, max_turns=1)
+    visitor.click("#claims input")
+    visitor.press("Say it")
+    visitor.shows("#status", "Turn 1 ")
+    assert focus(visitor) or visitor.driver.switch_to.active_element.text == "Say it"
+    visitor.press("Let oracle speak")
+    visitor.shows("#end", "Over after 1 turns")
+    visitor.until(lambda: focus(visitor) == "status", "focus on the status")
 
 
 def test_a_screen_reader_is_told_all(address, visitor):
@@ -227,11 +272,124 @@ def test_a_phone_shows_one_column(address):
             visitor.drawn()
             wide = visitor.driver.execute_script("return [document.documentElement.scrollWidth, innerWidth]")
             assert wide == [360, 360]
-            world, talk = (section.rect for section in visitor.all("#lesson > section"))
-            assert world["x"] == talk["x"]
-            assert talk["y"] >= world["y"] + world["height"]
+            world, talk = visitor.one("#picture").rect, visitor.one(".talk").rect
+            assert world["y"] >= talk["y"] + talk["height"]
+            assert world["width"] == 360
             sizes = [button.rect for button in visitor.all("button") if button.is_displayed()]
             assert min(size["height"] for size in sizes) >= 44
+
+
+@pytest.mark.parametrize(("width", "height"), WINDOWS)
+def test_what_there_is_to_do_is_in_view(address, width, height):
+    """From the first turn on, without scrolling, with a few turns below; and nothing is wider than the window."""
+    with browsing(width, height) as visitor:
+        for seat, id, turns in (
+            ("student", GRID, ["west"]),
+            ("student", BANDIT, ["0", "9"]),
+            ("student", "llf-reco-movie-v0", []),
+            ("teacher", GRID, ["Say it", "Let oracle speak"]),
+            ("watch", GRID, ["Next turn"]),
+        ):
+            visitor.begin(address, seat=seat, id=id, seed=7)
+            visitor.drawn()
+            for turn, name in enumerate((None, *turns)):
+                if name is not None:
+                    visitor.press(name)
+                    visitor.shows("#status", f"Turn {turn} ")
+                    visitor.driver.execute_script("scrollTo(0, 0)")
+                assert visitor.inside("#status"), (seat, id, turn)
+                assert visitor.inside(".do button, .do textarea, #claims label"), (seat, id, turn)
+                assert visitor.inside("#said p:first-child"), (seat, id, turn)
+                scale = visitor.driver.execute_script("return document.getElementById('picture').clientWidth / 384")
+                assert scale > 0.95, "the letters of the picture have their size"
+            assert visitor.driver.execute_script("return document.documentElement.scrollWidth") == width
+
+
+@pytest.mark.parametrize(("width", "height"), WINDOWS)
+def test_a_misspelled_teacher_does_not_widen_the_page(address, width, height):
+    with browsing(width, height) as visitor:
+        visitor.driver.get(address)
+        visitor.one("#teacher").send_keys("x" * 100)
+        visitor.press("Begin")
+        visitor.shows("#problem", "unknown personality 'oraclexxx")
+        assert visitor.driver.execute_script("return document.documentElement.scrollWidth") == width
+        assert visitor.inside("#problem, button[type=submit]")
+
+
+def test_what_cannot_be_chosen_looks_so(address, visitor):
+    visitor.driver.get(address)
+    student, teacher = visitor.one("#student"), visitor.one("#teacher")
+    looks = ("background-color", "border-top-style", "color")
+
+    def look(field):
+        return [field.value_of_css_property(name) for name in looks]
+
+    assert not student.is_enabled()
+    assert not any(one == other for one, other in zip(look(student), look(teacher), strict=True))
+    visitor.click("input[name=seat][value=teacher]")
+    visitor.until(lambda: look(student) == look(teacher), "field that looks enabled")
+
+
+def test_bandits_have_a_button_for_each_arm(address, visitor):
+    visitor.begin(address, seat="student", id=BANDIT, seed=7)
+    assert [button.text for button in visitor.all("#buttons button")] == [f"{arm}" for arm in range(10)]
+    visitor.press("3")
+    visitor.shows("#did", "The student: 3 (reward ")
+
+
+def test_what_is_ticked_is_heard(address, visitor):
+    visitor.begin(address, seat="student", two=True, seed=7)
+    with browsing() as other:
+        other.driver.get(visitor.one("#link").get_attribute("value"))
+        for turn in range(3):
+            other.shows("#status", f"Turn {turn} ")
+            other.shows("#status", "It is your turn")
+            last = other.all("#claims label")[-1]
+            ticked = last.text.splitlines()[-1]
+            last.click()
+            other.press("Say it")
+            visitor.shows("#status", "It is your turn")
+            assert visitor.text("#said").splitlines()[-1] == ticked
+            visitor.press("south")
+
+
+@pytest.mark.parametrize(("width", "height"), WINDOWS)
+def test_a_report_shows_its_findings(width, height, tmp_path):
+    """And says of what is wider than the window that it can be scrolled."""
+    study = Study(ids=[GRID], teachers=["oracle", "silent"], students=["obedient", "text_only"], seeds=5, max_turns=5)
+    with Store(tmp_path / "study.db") as store:
+        for spec in study.episodes():
+            store.add(play(spec))
+    with load(tmp_path / "study.db") as results:
+        (tmp_path / "report.html").write_text(results.report(study).html, encoding="utf-8")
+    with browsing(width, height) as visitor:
+        visitor.driver.get((tmp_path / "report.html").as_uri())
+        assert visitor.driver.execute_script("return document.documentElement.scrollWidth") == width
+        visitor.driver.execute_script("document.getElementById('findings').scrollIntoView()")
+        (plot,) = [each for each in visitor.all("#findings-gains svg") if each.is_displayed()]
+        assert 0 <= plot.rect["x"] < plot.rect["x"] + plot.rect["width"] <= width
+        for text in visitor.driver.execute_script(LETTERS):
+            assert text["left"] >= 0, text
+            assert text["right"] <= width, text
+            assert text["height"] >= 9, text
+        wider, cues = visitor.driver.execute_script(
+            """
+            const wide = [...document.querySelectorAll(".wide")].filter((each) => each.checkVisibility());
+            const cue = (each) => getComputedStyle(each, "::before").content.includes("scroll to the right");
+            return [wide.map((each) => each.scrollWidth > each.clientWidth + 1), wide.map(cue)];
+            """
+        )
+        assert wider == cues
+        assert any(wider) or width > 390
+
+
+LETTERS = """
+const shown = [...document.querySelectorAll("#findings text, #findings li")].filter((each) => each.checkVisibility());
+return shown.map((each) => {
+  const { left, right, height } = each.getBoundingClientRect();
+  return { left, right, height, text: each.textContent };
+});
+"""
 
 
 def test_nothing_is_asked_of_another_place(address, visitor):

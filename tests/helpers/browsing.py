@@ -143,10 +143,26 @@ class Visitor:
         self.until(lambda: "/seat/" in self.driver.current_url, "page of a seat")
         self.shows("#status", "Turn 0")
 
+    def inside(self, selector):
+        """Whether all elements that are shown lie in the window, and nothing lies on them."""
+        return self.driver.execute_script(
+            """
+            const shown = [...document.querySelectorAll(arguments[0])].filter((each) => each.checkVisibility());
+            return shown.length > 0 && shown.every((each) => {
+              const { left, top, right, bottom } = each.getBoundingClientRect();
+              if (left < 0 || top < 0 || right > innerWidth || bottom > innerHeight) return false;
+              const [x, y] = [(left + right) / 2, (top + bottom) / 2];
+              const above = document.elementFromPoint(x, y);
+              return above !== null && (each.contains(above) || above.contains(each));
+            });
+            """,
+            selector,
+        )
+
     def drawn(self):
         """Wait until the picture is there."""
         script = "const p = document.getElementById('picture'); return p.complete && p.naturalWidth"
-        self.until(lambda: self.driver.execute_script(script) == 640, "picture")
+        self.until(lambda: self.driver.execute_script(script) == 768, "picture")
 
 
 def take_pictures(folder):
@@ -166,7 +182,7 @@ def take_pictures(folder):
             visitor.driver.execute_script("document.activeElement.blur(); scrollTo(0, 0)")
             path = Path(folder) / f"in-the-browser-{seat}.png"
             image = Image.open(io.BytesIO(visitor.driver.get_screenshot_as_png())).convert("RGB")
-            image.quantize(96, dither=Image.Dither.NONE).save(path, optimize=True)
+            image.quantize(192, dither=Image.Dither.NONE).save(path, optimize=True)
             print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 

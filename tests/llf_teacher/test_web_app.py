@@ -85,6 +85,28 @@ def test_a_student_is_told_the_checks_when_it_is_over():
     assert light > 2 * dark
 
 
+def test_actions_by_number_have_a_button_each():
+    visitor = client()
+    page = begin(visitor, id="llf-bandits-BanditTenArmedGaussian-v0", seat="student")
+    state = told(visitor.get(f"{page}/state"))
+    assert state["words"] == [f"{arm}" for arm in range(10)]
+    after = told(move(visitor, page, {"act": state["words"][9]}))
+    assert after["did"].startswith("The student: 9 (reward ")
+    page = begin(visitor, id="llf-optimization-Booth-v0", seat="student")
+    assert told(visitor.get(f"{page}/state"))["words"] == []
+
+
+def test_marks_are_for_those_who_see_the_truth():
+    """The picture has the world alone, at twice the size of that in a frame."""
+    visitor = client()
+    for seat, marks in (("student", {""}), ("watch", {"✗ false"})):
+        page = begin(visitor, seat=seat, teacher="mistake(eps=1)")
+        state = told(move(visitor, page, {"act": "west"}))
+        assert {said["mark"] for said in state["said"]} == marks
+        with Image.open(io.BytesIO(visitor.get(f"{page}/frame.png").content)) as picture:
+            assert picture.size == (768, 884)
+
+
 def test_two_people_see_what_is_theirs():
     visitor = client()
     page = begin(visitor, seat="student", two=True)

@@ -85,6 +85,10 @@ class Canvas:
         """The finished picture."""
         return np.array(self._image.reduce(SCALE))
 
+    def fine_pixels(self) -> Frame:
+        """The picture as it was drawn, at `SCALE` times its size, for screens with small pixels."""
+        return np.array(self._image)
+
     def _at(self, points: Sequence[Point]) -> list[Point]:
         x, y = self._x, self._y
         return [((px + x) * SCALE, (py + y) * SCALE) for px, py in points]

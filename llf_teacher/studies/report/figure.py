@@ -17,7 +17,7 @@ from urllib.parse import quote
 import matplotlib.style
 from matplotlib.figure import Figure
 
-from llf_teacher.studies.report.plots import STYLE
+from llf_teacher.studies.report.plots import STYLE, make_narrow
 from llf_teacher.theme import SHADES
 
 _STYLES: list[str | Path | dict[str, Any]] = ["default", STYLE]
@@ -68,11 +68,14 @@ class Plot:
         files[2].write_text(self.csv, encoding="utf-8")
         return files
 
-    def svg(self) -> str:
-        """An SVG element with unique ids, whose colours and fonts are the page's."""
+    def svg(self, narrow: bool = False) -> str:
+        """An SVG element with unique ids, whose colours and fonts are the page's; `narrow`: for a phone."""
         buffer = io.StringIO()
         with matplotlib.style.context(_STYLES):
-            self.draw().savefig(buffer, format="svg", metadata=_NOTHING, transparent=True)
+            figure = self.draw()
+            if narrow:
+                make_narrow(figure)
+            figure.savefig(buffer, format="svg", metadata=_NOTHING, transparent=True)
         svg = buffer.getvalue()
         svg = svg[svg.index("<svg") :]
         svg = re.sub(r' (width|height)="[\d.]+pt"', "", svg, count=2)
@@ -85,7 +88,7 @@ class Plot:
         svg = re.sub(r'<path d="[^"]*" fill="none"/>', "", svg)  # invisible paths
         used = set(re.findall(r"#([\w.-]+)", svg))
         svg = re.sub(r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", svg)
-        svg = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{self.name}-", svg)
+        svg = re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{self.name}-{'narrow-' if narrow else ''}", svg)
         svg = re.sub(r">\s+<", "><", svg)
         for name, shade in SHADES.items():
             svg = svg.replace(shade.light, f"var(--{name})")

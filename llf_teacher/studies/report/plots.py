@@ -26,6 +26,7 @@ _STRIPE = 8.0  # points
 _BESIDE = 2  # panels in a row
 WIDTH = 10.0
 """Width of figures in inches; the page scales them."""
+_NARROW = 4.1  # width in inches for a phone, where letters then are as large as beside a wide figure
 STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
     "axes.edgecolor": SHADES["muted"].light,
@@ -315,14 +316,27 @@ def named(label: str) -> str:
     return f" {label}" if label.startswith("_") else label
 
 
-def legend(figure: Figure, ax: Axes, handle: float) -> None:
-    """Add a legend above all axes, in as many columns as fit.
+def legend(figure: Figure, ax: Axes, handle: float, most: int = 125) -> int:
+    """Add a legend above all axes, in as many columns as fit; returns the number of its rows.
 
     Args:
         figure: gets the legend.
         ax: has the series.
         handle: length of a line, in ems.
+        most: characters that fit into a row.
     """
     handles, labels = ax.get_legend_handles_labels()
-    columns = max(1, min(len(labels), int(125 / (max(map(len, labels)) + 8))))
+    columns = max(1, min(len(labels), int(most / (max(map(len, labels)) + 8))))
     figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=handle, columnspacing=1.8)
+    return math.ceil(len(labels) / columns)
+
+
+def make_narrow(figure: Figure) -> None:
+    """Lay a figure of one panel out for a phone: the same letters on less width."""
+    for ax in figure.axes:
+        ax.set_xlabel(textwrap.fill(ax.get_xlabel(), 40))
+        ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    (old,) = figure.legends
+    old.remove()
+    rows = legend(figure, figure.axes[0], old.handlelength, 45)
+    figure.set_size_inches(_NARROW, figure.get_figheight() + 0.17 * rows)

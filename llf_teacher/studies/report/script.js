@@ -31,6 +31,19 @@ field.addEventListener("input", () => {
   for (const row of document.querySelectorAll("tbody tr")) row.hidden = !row.cells[0].textContent.toLowerCase().includes(words);
 });
 document.querySelector("nav").append(field);
+// What is wider than its place says so, and can be scrolled by keys.
+const wide = document.querySelectorAll(".wide");
+const fit = () => {
+  for (const each of wide) {
+    const more = each.scrollWidth > each.clientWidth + 1;
+    each.classList.toggle("more", more);
+    if (more) each.tabIndex = 0;
+    else each.removeAttribute("tabindex");
+  }
+};
+addEventListener("resize", fit);
+document.addEventListener("toggle", fit, true);
+fit();
 // What a link points into is opened.
 const open = () => {
   const target = location.hash && document.getElementById(decodeURIComponent(location.hash.slice(1)));

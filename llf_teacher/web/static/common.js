@@ -21,6 +21,6 @@ export const ask = async (path, sent = null) => {
   const answer = await fetch(path, { ...settings, credentials: "same-origin" });
   if (answer.status === 204) return null;
   const body = await answer.json().catch(() => ({ error: "the server gave no answer that can be read" }));
-  if (!answer.ok) throw Object.assign(new Error(body.error), { answered: true });
+  if (!answer.ok) throw Object.assign(new Error(body.error), { answered: true, status: answer.status });
   return body;
 };

@@ -35,7 +35,7 @@ const send = async (what, sent) => {
     return true;
   } catch (error) {
     problem.textContent = error.answered ? error.message : "The server cannot be reached; try again.";
-    if (!error.answered) later();
+    if (!error.answered || error.status === 409) later(); // another page has moved, or the answer was lost
     return false;
   } finally {
     document.body.removeAttribute("aria-busy");
@@ -46,9 +46,12 @@ const kinds = (kind) => make("abbr", kind || "task", { class: "kind" });
 
 const sentences = (state) => {
   const said = byId("said");
-  const shown = state.said.map(({ kind, text }) => {
+  byId("did").textContent = state.did;
+  const shown = state.said.map(({ kind, text, mark }) => {
     const line = make("p");
-    line.append(kinds(kind), " ", make("span", text));
+    const words = make("span", text);
+    if (mark) words.append(" ", make("span", mark, { class: mark.startsWith("✓") ? "holds" : "fails" }));
+    line.append(kinds(kind), words);
     return line;
   });
   if (!shown.length) shown.push(make("p", state.heard ? "(silence)" : "(nothing yet)", { class: "quiet" }));
@@ -61,11 +64,15 @@ const drawTurns = (state) => {
   while (list.children.length > state.first) list.lastElementChild.remove();
   // The server's own template has made and escaped this; nothing in it can run, by the page's security policy.
   for (const turn of state.turns) list.insertAdjacentHTML("beforeend", turn);
+  // The last one is above already, in large.
+  [...list.children].forEach((turn, number) => { turn.hidden = number === state.turn; });
+  byId("past").hidden = state.join || ![...list.children].some((turn) => !turn.hidden);
 };
 
 const status = (state) => {
   const total = Number(state.total.toPrecision(4));
-  const turn = `Turn ${state.turn} of ${state.most}, reward ${total} in all.`;
+  const solved = state.success && !state.over ? " Solved." : "";
+  const turn = `Turn ${state.turn} of ${state.most}, reward ${total} in all.${solved}`;
   if (state.over) return `${turn} It is over.`;
   if (state.seat === "watcher") return turn;
   return state.mine ? `${turn} It is your turn.` : `${turn} Waiting for the ${state.waits}.`;
@@ -73,11 +80,12 @@ const status = (state) => {
 
 const student = (state) => {
   byId("expected").textContent = `The answer must be ${state.expected}.`;
+  byId("expected").classList.toggle("unseen", state.words.length > 0); // the buttons say it
   byId("answer").rows = state.lines ? 4 : 1;
   if (byId("buttons").childElementCount !== state.words.length) {
     byId("buttons").replaceChildren(...state.words.map((word) => {
       const button = make("button", word, { type: "button" });
-      button.addEventListener("click", () => send("move", { act: word }));
+      button.addEventListener("click", () => move({ act: word }));
       return button;
     }));
   }
@@ -116,7 +124,10 @@ const show = (state) => {
   byId("act").hidden = !(state.mine && state.seat === "student");
   byId("teach").hidden = !(state.mine && state.seat === "teacher");
   byId("watch").hidden = !(state.mine && state.seat === "watcher");
+  byId("intro").hidden = state.turn > 0 && state.seat !== "watcher";
   byId("undo").hidden = !state.undo;
+  const row = byId("do").querySelector("form:not([hidden]) .row") ?? byId("do");
+  if (byId("undo").parentElement !== row) row.append(byId("undo"));
   if (state.seat === "student") student(state);
   if (state.mine && state.seat === "teacher") teacher(state);
   byId("end").hidden = !state.over;
@@ -132,13 +143,30 @@ const show = (state) => {
 
 const picture = (state) => {
   const theme = dark.matches ? "dark" : "light";
-  byId("picture").src = `${here}/frame.png?theme=${theme}&version=${state.version}`;
+  byId("large").href = byId("picture").src = `${here}/frame.png?theme=${theme}&version=${state.version}`;
 };
 
 const stop = () => {
   clearInterval(playing);
   playing = null;
   byId("play").setAttribute("aria-pressed", "false");
+};
+
+// A move of this person. What is clicked while one is under way is left out.
+let moving = false;
+const move = async (sent, what = "move") => {
+  if (moving) return false;
+  moving = true;
+  const done = await send(what, sent);
+  moving = false;
+  refocus();
+  return done;
+};
+
+// Where the focus was on what is no longer there, it goes to the line that says whose turn it is.
+const refocus = () => {
+  const focused = document.activeElement;
+  if (!focused || focused === document.body || !focused.checkVisibility()) byId("status").focus({ preventScroll: true });
 };
 
 const submit = (id, act) => byId(id).addEventListener("submit", (event) => {
@@ -148,29 +176,28 @@ const submit = (id, act) => byId(id).addEventListener("submit", (event) => {
 
 submit("sit", async () => {
   const { agreed, code } = byId("sit").elements;
-  if (await send("sit", { agreed: agreed.checked, code: code.value })) byId("status").focus();
+  await move({ agreed: agreed.checked, code: code.value }, "sit");
 });
 submit("act", async () => {
   if (!byId("answer").value.trim()) return;
-  if (await send("move", { act: byId("answer").value })) byId("answer").value = "";
-  byId("answer").focus();
+  if (await move({ act: byId("answer").value })) byId("answer").value = "";
 });
 submit("teach", async () => {
   if (!byId("claims").hidden) {
     const chosen = [...byId("claims").querySelectorAll("input:checked")].map((box) => Number(box.value));
-    await send("move", { claims: chosen });
-  } else if (await send("move", { say: byId("words-own").value })) {
+    await move({ claims: chosen });
+  } else if (await move({ say: byId("words-own").value })) {
     byId("words-own").value = "";
   }
 });
-submit("watch", () => send("move", {}));
-byId("silence").addEventListener("click", () => send("move", byId("claims").hidden ? { say: "" } : { claims: [] }));
-byId("personality").addEventListener("click", () => send("move", { personality: true }));
-byId("undo").addEventListener("click", () => send("undo", {}));
+submit("watch", () => move({}));
+byId("silence").addEventListener("click", () => move(byId("claims").hidden ? { say: "" } : { claims: [] }));
+byId("personality").addEventListener("click", () => move({ personality: true }));
+byId("undo").addEventListener("click", () => move({}, "undo"));
 byId("play").addEventListener("click", () => {
   if (playing) return stop();
   byId("play").setAttribute("aria-pressed", "true");
-  playing = setInterval(() => send("move", {}), 1500);
+  playing = setInterval(() => move({}), 1500);
 });
 byId("answer").addEventListener("keydown", (event) => {
   if (event.key !== "Enter" || event.isComposing) return;
@@ -186,4 +213,4 @@ if (byId("link")) {
 }
 document.addEventListener("visibilitychange", () => { if (!document.hidden) look(); });
 dark.addEventListener("change", () => picture(known));
-look();
+look().then(refocus);
