@@ -34,6 +34,7 @@ def reproduce(
     from llf_teacher.reproductions.page import stored, write
     from llf_teacher.reproductions.play import play
     from llf_teacher.reproductions.row import all_rows, some_rows
+    from llf_teacher.reproductions.rule import judge, verdict
 
     rows = some_rows(only or ())
     for name in [name for name, row in rows.items() if row.missing()]:
@@ -47,5 +48,5 @@ def reproduce(
     values = {name: found for name, each in there.items() if (found := values.get(name, each))}
     write({name: row for name, row in all_rows().items() if name in values}, values, page)
     for name, row in rows.items():
-        typer.echo(f"{name}: {row.read(values[name]).agrees}")
+        typer.echo(f"{name}: {verdict(judge(row.rule, values[name], row.measures))}")
     typer.echo(f"Written to {page}; measurements are in {store}.")

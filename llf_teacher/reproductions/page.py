@@ -1,4 +1,4 @@
-"""The page of known results: a table of claims, then each row with its protocol, values and plot."""
+"""The page of known results: a table of verdicts, then each row with its protocol, rule, values and plot."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -6,16 +6,27 @@ from pathlib import Path
 
 import numpy as np
 
-from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Reading, Row, Values, digest
+from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Reading, Row, Values, describe, digest
+from llf_teacher.reproductions.rule import NO, OPEN, YES, Judged, judge, verdict
+from llf_teacher.studies.analysis.statistics import mean_interval
 
 HEAD = """# Known results
 
 Reproductions of known results about teaching. Each row is a claim of a paper, tried with our worlds, teachers and
-students on seeds that were not used for tuning. `llf reproduce` plays all rows and writes this page;
-`llf reproduce --only NAME` plays one row and keeps the others, and `--quick` plays a few seeds of each as a trial.
-Measurements are stored as they end, so that an interrupted run goes on where it stopped. Intervals are 95 % bootstrap
-intervals over seeds; a difference is significant if its interval excludes 0. Rows that train networks need the extra
-`learn`, and are left out without it.
+students. Its rule was written before its seeds were played: what is compared, in which direction, and the smallest
+effect that counts. The verdict is made in the same way for all rows: each comparison is tested against the smallest
+effect that counts, by a two-sided sign-flip test over seeds, with Holm's correction for all comparisons of the row.
+
+- **yes**: every effect is significantly greater than the smallest that counts;
+- **no**: at least one is significantly smaller, so that the claim does not hold here as it is stated;
+- **open**: neither; the seeds do not decide it.
+
+A verdict is about our worlds and students, not about the paper's. Intervals are 95 % intervals of means over seeds
+([statistics](statistics.md)).
+
+`llf reproduce` plays all rows and writes this page; `llf reproduce --only NAME` plays one row and keeps the others;
+`--quick` plays a few seeds of each as a trial, too few for any verdict but open. Measurements are stored as they end,
+so that an interrupted run continues. Rows that train networks need the extra `learn`, and are left out without it.
 
 A teacher can also learn when to speak. This needs the extra `learn` and has its own commands, beside its results:
 [A teacher that learned](learn-to-teach.md).
@@ -37,17 +48,19 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
         plot(row, values[name], folder / f"{name}.png")
         (folder / f"{name}.json").write_text(raw(row, values[name]), encoding="utf-8")
     together = sum(values[name].seconds for name in rows)
-    lines = [HEAD, "| claim | source | here | agrees | command | minutes of 2 cores | share |", f"|{'---|' * 7}"]
+    judged = {name: judge(row.rule, values[name], row.measures) for name, row in rows.items()}
+    lines = [HEAD, "| claim | source | verdict | here | command | minutes of 2 cores | share |", f"|{'---|' * 7}"]
     for name, row in rows.items():
         link = f"[{row.claim}](#{name.replace('_', '-')})"
         command = f"`llf reproduce --only {name}`"
         seconds = values[name].seconds
         cost = f"{seconds / 120:.1f}", f"{seconds / together:.0%}"
-        lines.append(f"| {' | '.join((link, row.source, found[name].ours, found[name].agrees, command, *cost))} |")
+        cells = link, row.source, f"**{verdict(judged[name])}**", found[name].ours, command, *cost
+        lines.append(f"| {' | '.join(cells)} |")
     quick = sum(values[name].seconds * min(1, QUICK / values[name].seeds) for name in rows)
     lines += ["", f"All of it takes {together / 120:.0f} minutes of 2 cores, {quick / 120:.1f} with `--quick`."]
     for name, row in rows.items():
-        lines += ["", *section(name, row, found[name], f"{folder.name}/{name}.png")]
+        lines += ["", *section(name, row, found[name], judged[name], f"{folder.name}/{name}.png")]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -77,14 +90,43 @@ def stored(row: Row, path: Path) -> Values | None:
     return Values(tables, kept["seconds"])
 
 
-def section(name: str, row: Row, finding: Reading, picture: str) -> list[str]:
+def section(name: str, row: Row, finding: Reading, judged: Sequence[Judged], picture: str) -> list[str]:
     """The section of a row."""
-    lines = [f"## {name.replace('_', ' ')}", "", f"**{row.claim}** ({row.source})", "", row.protocol, "", finding.ours]
+    lines = [f"## {name.replace('_', ' ')}", "", f"**{row.claim}** ({row.source})", "", row.protocol, ""]
+    lines += [
+        f"**{verdict(judged).capitalize()}**: {counted(judged)}",
+        "",
+        *table(rule_table(judged)),
+        "",
+        finding.ours,
+    ]
     if finding.why:
         lines += ["", finding.why]
     data = picture.removesuffix("png") + "json"
     measured = f"[Measurements]({data}) by seed: {', '.join(row.measures)}."
     return [*lines, "", f"![{row.claim}]({picture})", "", *table(finding.table), "", measured]
+
+
+def counted(judged: Sequence[Judged]) -> str:
+    """How many comparisons have which verdict, in a sentence."""
+    verdicts, seeds = [each.verdict for each in judged], len(judged[0].effects)
+    return (
+        f"of {len(judged)} expected effects, {verdicts.count(YES)} are significantly greater than the smallest that "
+        f"counts, {verdicts.count(NO)} significantly smaller, and {verdicts.count(OPEN)} neither, over {seeds} seeds."
+    )
+
+
+def rule_table(judged: Sequence[Judged]) -> list[list[str]]:
+    """The comparisons of a rule with their outcomes: heads, then a row each."""
+    rows = [["expected", "measure", "smallest effect that counts", "effect seen", "p after Holm", "verdict"]]
+    for each in judged:
+        share = f" ({each.comparison.least:.0%})" if each.comparison.share_of is not None else ""
+        p = "< 0.001" if each.p < 0.001 else f"{each.p:.3f}"
+        seen = describe(mean_interval(each.effects))
+        rows.append(
+            [each.comparison.expects, each.comparison.measure, f"{each.least:.2f}{share}", seen, p, each.verdict]
+        )
+    return rows
 
 
 def table(rows: Sequence[Sequence[str]]) -> list[str]:

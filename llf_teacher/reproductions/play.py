@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 import llf_teacher
-from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Row, Setting, Values, all_rows, digest
+from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Row, Values, all_rows, digest
+from llf_teacher.reproductions.rule import Setting
 
 
 class Task(NamedTuple):
@@ -30,7 +31,7 @@ class Task(NamedTuple):
 
 def tasks(name: str, row: Row, quick: bool) -> list[Task]:
     """Every measurement of a row."""
-    seeds = range(FIRST_SEED, FIRST_SEED + (min(QUICK, row.seeds) if quick else row.seeds))
+    seeds = range(FIRST_SEED, FIRST_SEED + (min(QUICK, row.rule.seeds) if quick else row.rule.seeds))
     return [Task(name, setting, seed) for seed in seeds for setting in row.settings]
 
 

@@ -38,15 +38,18 @@ class Notes:
         bare = claim.claim if isinstance(claim, Late) else claim
         return Remark(self._way[turn if bare.kind is FP else turn - 1], action_of(bare), bare.kind is not HN)
 
+    def new(self, remarks: Sequence[Remark]) -> list[int]:
+        """The indices of the remarks that tell something: the best action of the room has not been named."""
+        settled = {each.room for each in self._said if each.right}
+        return [i for i, each in enumerate(remarks) if each not in self._said and each.room not in settled]
+
     def best(self, remarks: Sequence[Remark]) -> int | None:
         """The index of the most useful remark; None if no remark is new.
 
         It is new, about a right action rather than a wrong one, and about the room that was visited most in this
         episode.
         """
-        visits = Counter(self._way)
-        settled = {each.room for each in self._said if each.right}
-        new = [i for i, each in enumerate(remarks) if each not in self._said and each.room not in settled]
+        visits, new = Counter(self._way), self.new(remarks)
         return max(new, key=lambda i: (remarks[i].right, visits[remarks[i].room], i)) if new else None
 
     def say(self, remarks: Sequence[Remark]) -> None:
@@ -68,14 +71,17 @@ def commented(
 ) -> tuple[float, int]:
     """Play a lifetime; gives the moves wasted per episode, and the number of claims.
 
-    The teacher speaks when there is a new remark: it says that claim alone, one per turn, or all claims of its kind.
+    All teachers know what they have said and where the student was, and speak when there is a new remark. With
+    `claims` they say the most useful one, then the next, while there are any; with `new` those that are new among the
+    claims of its kind, in the order of the offer; with `kinds` all claims of its kind, which is all that this form of
+    speech allows.
 
     Args:
         id: an environment of houses.
         student: its spec, with `forget=False`.
         teacher: the personality's spec, which decides the claims on offer, and when.
         feedback: the kinds of claims.
-        speech: `claims` or `kinds`.
+        speech: `claims`, `new` or `kinds`.
         budget: claims in a lifetime.
         seed: of the world, the teacher and the student.
         episodes: number of episodes.
@@ -85,7 +91,7 @@ def commented(
     seats: Any = family.raw_env(
         teacher=teacher,
         feedback_type=feedback,
-        speech=speech,
+        speech="kinds" if speech == "kinds" else "claims",
         episodes=episodes,
         max_cycles=turns,
         budget=budget,
@@ -96,18 +102,22 @@ def commented(
     world = seats.unwrapped.session.world
     env = ParallelSeats(seats, {STUDENT: parse_student(student).seat(family, world)})
     _, infos = env.reset(seed=seed)
-    notes, lost = Notes(), 0.0
+    notes, lost, last, kind = Notes(), 0.0, None, None
     while env.agents:
         moment = infos[TEACHER]["moment"]
         notes.see(moment)
+        if moment is not last:
+            last, kind = moment, None
         listed = offer.listed() if offer.purse.left else []
         remarks = [notes.remark(claim, moment.turn) for claim in listed]
         best, action = notes.best(remarks), 0
+        if best is not None and speech == "new":
+            kind = listed[best].kind if kind is None else kind
+            best = next((i for i in notes.new(remarks) if listed[i].kind is kind), None)
         if best is not None:
             alike = [i for i, claim in enumerate(listed) if claim.kind is listed[best].kind][: offer.purse.left]
-            said = [best] if speech == "claims" else alike
-            notes.say([remarks[i] for i in said])
-            action = 1 + best if speech == "claims" else BIT[listed[best].kind]
+            notes.say([remarks[i] for i in (alike if speech == "kinds" else [best])])
+            action = BIT[listed[best].kind] if speech == "kinds" else 1 + best
         _, rewards, _, _, infos = env.step({TEACHER: action})
         lost -= rewards[TEACHER]
     env.close()

@@ -1,8 +1,9 @@
-"""The interface of a reproduced result: a claim with its source, the settings to play, and how to read their values."""
+"""The interface of a reproduced result: a claim with its source and its rule, what is played, and how to read it."""
 
 import hashlib
 import importlib.util
 import json
+import math
 import pkgutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,19 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from llf_teacher.reproductions import rows
+from llf_teacher.reproductions.rule import Rule, Setting
 from llf_teacher.studies.analysis.statistics import Estimate
 from teachers.spec import unknown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Setting = Mapping[str, Any]
-"""Keyword arguments of a row's `measure`, JSON values. They must determine a measurement, since results are stored."""
-FIRST_SEED = 10_000
-"""First seed of results; smaller seeds are for tuning."""
+FIRST_SEED = 70_000
+"""First seed of results; smaller seeds are for tuning, or were looked at before the rules were written."""
 QUICK = 3
 """Seeds of each setting in a trial."""
-VERDICTS = ("yes", "in part", "no")
 
 
 class Values:
@@ -44,14 +43,12 @@ class Values:
 
 
 class Reading(NamedTuple):
-    """The interpretation of the values."""
+    """What was seen, beside the verdict of the rule."""
 
-    agrees: str
-    """One of `VERDICTS`."""
     ours: str
     """Our result, with its numbers."""
     why: str = ""
-    """Where and why it differs from the source; empty if it does not."""
+    """The reasons, and what differs from the source."""
     table: Sequence[Sequence[str]] = ()
     """All results: a row of heads, then the others."""
 
@@ -64,9 +61,9 @@ class Row:
     source: str
     protocol: str
     """What is played, with all parameters, in complete sentences."""
+    rule: Rule
+    """Declared before any of its seeds is played, the first of them `FIRST_SEED`."""
     settings: Sequence[Setting]
-    seeds: int
-    """Number of seeds of each setting, the first of them `FIRST_SEED`."""
     measure: Callable[..., Sequence[float]]
     """Plays a setting with a `seed`; a global function, since other processes call it."""
     measures: Sequence[str]

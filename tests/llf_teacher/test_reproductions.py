@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -17,9 +18,10 @@ from llf_teacher.reproductions.lessons import regrets
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.play import Measurement, load, play, tasks
 from llf_teacher.reproductions.reviews import Notes, Remark, commented
-from llf_teacher.reproductions.row import FIRST_SEED, VERDICTS, Values, all_rows, digest, some_rows
+from llf_teacher.reproductions.row import FIRST_SEED, Values, all_rows, digest, some_rows
 from llf_teacher.reproductions.rows import classroom, curriculum, embodied
 from llf_teacher.reproductions.rows.growth import exponent
+from llf_teacher.reproductions.rule import ALPHA, VERDICTS, judge
 from llf_teacher.students.parsing import parse_student
 from pz_envs.family import all_families
 from teachers.personality import parse_personality
@@ -30,7 +32,17 @@ ROWS = all_rows()
 @pytest.mark.parametrize("name", ROWS)
 def test_a_row_is_complete(name):
     row = ROWS[name]
-    assert row.seeds >= (6 if row.needs else 20)  # where a seed is a training, it costs more
+    rule = row.rule
+    assert rule.seeds >= 10  # where a seed is a training, or a class, it costs more
+    assert 2 ** (1 - rule.seeds) * len(rule.comparisons) < ALPHA  # so that a verdict is possible
+    played = {digest(setting) for setting in row.settings}
+    for each in rule.comparisons:
+        of = (each.share_of,) if each.share_of is not None else ()
+        assert played >= {digest(setting) for setting in (*each.more, *each.less, *of)}
+        assert each.measure in row.measures
+        assert each.least != 0
+        assert "|" not in each.expects
+    assert len({each.expects for each in rule.comparisons}) == len(rule.comparisons)
     assert len({digest(setting) for setting in row.settings}) == len(row.settings)
     for setting in row.settings:
         if "student" in setting:
@@ -43,12 +55,14 @@ def test_a_row_is_complete(name):
 
 @pytest.mark.parametrize("name", ROWS)
 def test_a_row_reads_and_draws_whatever_was_measured(name, tmp_path):
-    """With numbers drawn at random; a finding is of the allowed words, and its table is whole."""
+    """With numbers drawn at random; its tables are whole."""
     row = ROWS[name]
     rng = np.random.default_rng(0)
     values = Values({digest(setting): rng.random((3, len(row.measures))) for setting in row.settings}, 120.0)
     finding = row.read(values)
-    assert finding.agrees in VERDICTS
+    heads, *judged = page.rule_table(judge(row.rule, values, row.measures))
+    assert {cells[-1] for cells in judged} <= set(VERDICTS)
+    assert {len(cells) for cells in judged} == {len(heads)}
     assert len({len(cells) for cells in finding.table}) == 1
     assert "|" not in finding.ours + finding.why
     page.write({name: row}, {name: values}, tmp_path / "page.md")
@@ -74,7 +88,7 @@ def test_a_row_measures(name, monkeypatch):
 def test_what_was_measured_is_not_measured_again(tmp_path):
     path = tmp_path / "it.jsonl"
     row = ROWS["policy_shaping"]
-    small = {"policy_shaping": type(row)(**{**vars(row), "settings": row.settings[:2], "seeds": 2})}
+    small = {"policy_shaping": replace(row, settings=row.settings[:2], rule=replace(row.rule, seeds=2))}
     values = play(small, path)["policy_shaping"]
     lines = path.read_text().splitlines()
     assert len(lines) == 4
@@ -91,7 +105,7 @@ def test_what_was_measured_is_not_measured_again(tmp_path):
 def reproduced(tmp_path, which=""):
     """What the command says where one row has been measured, and how many measurements that is."""
     there = [task.key for task in tasks("policy_shaping", ROWS["policy_shaping"], quick=True)]
-    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: [[0.5, 0.5], 1.0]}) + "\n" for key in there))
+    (tmp_path / "it.jsonl").write_text("".join(json.dumps({key: [[0.5], 1.0]}) + "\n" for key in there))
     command = f"reproduce {which} --quick --store {tmp_path / 'it.jsonl'} --page {tmp_path / 'page.md'}"
     result = CliRunner().invoke(app, command, env={"COLUMNS": "200"})
     assert result.exit_code == 0, result.output
@@ -100,8 +114,8 @@ def reproduced(tmp_path, which=""):
 
 def test_the_command(tmp_path):
     result, _ = reproduced(tmp_path, "--only policy_shaping")
-    assert "policy_shaping: no" in result.output
-    assert "no" in (tmp_path / "page.md").read_text()
+    assert "policy_shaping: open" in result.output
+    assert "**Open**: of 2 expected effects, 0 are" in (tmp_path / "page.md").read_text()
 
 
 def test_a_page_keeps_the_rows_that_are_not_played(tmp_path):
