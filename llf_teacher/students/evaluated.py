@@ -25,8 +25,9 @@ _DIMENSIONS = 4  # at most; with more, few tiles occur twice
 class Evaluated(Student):
     """Base of students that learn from evaluation. They need discrete actions; with tiles, nearby states share values.
 
-    A verdict counts for the turn that it is about, and for the action of that turn. Claims about another action, advice
-    and warnings are not evaluation and are ignored.
+    A verdict counts for the turn that it is about, and for the action of that turn, also if it comes turns later. Until
+    then the turn counts as one of silence. Claims about another action, advice and warnings are not evaluation and are
+    ignored.
     """
 
     forget: bool = True
@@ -89,8 +90,8 @@ class EvaluatedPolicy(Policy[E_co]):
         words = dict(self._verdicts(info["atoms"]))
         last = words.pop(turn, 0.0)
         for number, label in sorted(words.items()):
-            self.hear(*self.steps[number - 1], label)
-        self.hear(*self.steps[-1], last)
+            self.hear(number, label)
+        self.hear(turn, last)
         self.learn(info, here, over)
 
     def _verdicts(self, atoms: Any) -> Iterator[tuple[int, float]]:
@@ -118,8 +119,15 @@ class EvaluatedPolicy(Policy[E_co]):
         """The next action."""
 
     @abstractmethod
-    def hear(self, state: Features, action: int, label: float) -> None:
-        """Learn from the label of an action in a state: above 0 praise, below 0 blame, 0 silence."""
+    def hear(self, turn: int, label: float) -> None:
+        """Learn from the label of a turn's action.
+
+        Each turn is heard of when it is over, in order, and again if its label comes late.
+
+        Args:
+            turn: its number, from 1; its state and action are `steps[turn - 1]`.
+            label: above 0 praise, below 0 blame, 0 silence; not 0 if it comes late.
+        """
 
     def learn(self, info: dict[str, Any], here: Features, over: bool) -> None:
         """Learn from the outcome of the last action; by default nothing.

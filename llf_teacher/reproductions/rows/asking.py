@@ -111,7 +111,7 @@ ROW = Row(
         "states. Thresholds were chosen on other seeds. The paper has Pac-Man."
     ),
     rule=Rule(
-        seeds=100,
+        seeds=75,
         comparisons=(
             saves("a teacher that looks only when it is asked looks less", _of(JOINT), _of(WATCHED), LOOKED),
             Comparison(

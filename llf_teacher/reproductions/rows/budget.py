@@ -114,7 +114,7 @@ ROW = Row(
         "are moves wasted per episode. The paper has Pac-Man and StarCraft."
     ),
     rule=Rule(
-        seeds=20,
+        seeds=12,
         comparisons=tuple(
             saves(
                 f"{rule} wastes less than {than} with {case[1]} pieces",

@@ -141,7 +141,7 @@ ROW = Row(
         "one student; that a class is alike is tried here."
     ),
     rule=Rule(
-        seeds=100,
+        seeds=40,
         comparisons=tuple(
             saves(
                 f"attention for {attention} of {PUPILS} where most is at stake wastes less than {_worded(rule)}",

@@ -172,7 +172,7 @@ ROW = Row(
         "four benchmarks, of which ALFWorld is one."
     ),
     rule=Rule(
-        seeds=10,
+        seeds=8,
         comparisons=(
             *(
                 _expected(f"lessons of both kinds teach more than {said}", kinds, "many")

@@ -32,7 +32,7 @@ STUDENTS = {
     ("gridworld", "verdicts"): "sabl(forget=False)",
 }
 """Learners by family and what they learn from; `obedient` for all others."""
-PULLS, EPISODES, MOVES, WORLDS = 8, 30, 4, 8
+PULLS, EPISODES, MOVES, WORLDS = 8, 30, 4, 4
 """Pulls per arm; episodes in a house, and greatest number of moves per room in each; worlds of a seed."""
 REGRET, LOGARITHM = MEASURES = "total regret", "its logarithm"
 _NAMES = {"verdicts": "verdicts", "what to avoid": "warnings"}
@@ -179,7 +179,7 @@ ROW = Row(
     ),
     settings=tuple(_setting(family, size, learns) for family in SIZES for size in SIZES[family] for learns in TEACHERS),
     rule=Rule(
-        seeds=20,
+        seeds=16,
         comparisons=tuple(
             expected(family, feedback) for expected in (_ahead, _widening) for family in SIZES for feedback in _NAMES
         ),

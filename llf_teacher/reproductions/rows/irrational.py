@@ -109,7 +109,7 @@ ROW = Row(
         "here of verdicts."
     ),
     rule=Rule(
-        seeds=60,
+        seeds=40,
         comparisons=(
             saves(
                 f"{ROBUST} is not the best under the oracle: TAMER wastes less",

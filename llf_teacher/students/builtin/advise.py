@@ -17,8 +17,9 @@ class _Policy(EvaluatedPolicy["Advise"]):
         """Forget everything."""
         self._values, self._balance = Table(self.actions, self.spec.optimism), Table(self.actions)
 
-    def hear(self, state: Features, action: int, label: float) -> None:
+    def hear(self, turn: int, label: float) -> None:
         """Count the label."""
+        state, action = self.steps[turn - 1]
         if label:
             self._balance.add(state, math.copysign(1.0, label), action)
 
@@ -44,7 +45,7 @@ class Advise(Evaluated):
 
     If a trainer is right with probability C and praised an action `d` times more often than it blamed it, the odds that
     this action is the best are `(C / (1 - C)) ** d`. The resulting policy is multiplied with that of Q-learning with
-    Boltzmann exploration.
+    Boltzmann exploration. The paper has Bayesian Q-learning, whose policy is the probability that an action is the best.
     """
 
     consistency: float = 0.8

@@ -31,31 +31,35 @@ class _Policy(EvaluatedPolicy["Coach"]):
     def begin(self) -> None:
         """Begin an episode with an empty trace."""
         super().begin()
-        self._trace: list[tuple[Features, np.ndarray]] = []
-        """Gradients of the actions' log-probabilities, the latest last."""
+        self._gradients: list[np.ndarray] = []
+        """Of the log-probability of each turn's action, when the turn was over."""
 
     def label(self, claim: Any, action: int) -> float | None:
         """A verdict, or the reward that the claim states."""
         return stated_reward(claim) if self.spec.listens == "rewards" else super().label(claim, action)
 
-    def hear(self, state: Features, action: int, label: float) -> None:
-        """Add the gradient of the action to the trace, and move the preferences along the trace by the label."""
-        spec = self.spec
-        gradient = -softmax(self._preference(state))
-        gradient[action] += 1.0
-        self._trace.append((state, gradient))
+    def hear(self, turn: int, label: float) -> None:
+        """Move the preferences by the label, along the trace as it was when that turn was over."""
+        if turn > len(self._gradients):
+            state, action = self.steps[turn - 1]
+            gradient = -softmax(self._preference(state))
+            gradient[action] += 1.0
+            self._gradients.append(gradient)
         if not label:
             return
+        spec = self.spec
         weight, fading = spec.alpha * label, 1.0 if spec.episodic else spec.trace
-        for past, change in reversed(self._trace):
-            self._move(past, weight * change)
+        if spec.episodic:
+            weight *= spec.gamma ** (turn - 1)
+        for past in reversed(range(turn)):
+            self._move(self.steps[past][0], weight * self._gradients[past])
             weight *= fading
             if not weight:
                 break
 
     def _move(self, state: Features, change: np.ndarray) -> None:
         if self.spec.episodic:
-            self._pending.append((state, change * self.spec.gamma ** (len(self.steps) - 1)))
+            self._pending.append((state, change))
         else:
             self._preference.add(state, change)
 

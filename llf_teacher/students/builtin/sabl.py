@@ -33,12 +33,28 @@ class _Policy(EvaluatedPolicy["Sabl"]):
             return plus.ravel(), minus.ravel()
         return np.array([self.spec.plus]), np.array([self.spec.minus])
 
-    def hear(self, state: Features, action: int, label: float) -> None:
-        """Update the likelihoods of the state's actions."""
+    def begin(self) -> None:
+        """Begin an episode."""
+        super().begin()
+        self._silent = set[int]()
+        """The turns that count as silence."""
+
+    def hear(self, turn: int, label: float) -> None:
+        """Update the likelihoods of the state's actions; a label that comes late takes the place of the silence."""
+        if not label:
+            self._silent.add(turn)
+        elif turn in self._silent:
+            self._silent.remove(turn)
+            self._count(turn, 0.0, -1)
+        self._count(turn, label, 1)
+
+    def _count(self, turn: int, label: float, times: int) -> None:
+        """Multiply the likelihoods by those of a label, or divide them with `times=-1`."""
+        (state, *_), action = self.steps[turn - 1]
         event = int(np.sign(label)) + 1
-        row = self._heard.setdefault(state[0], np.zeros((self.actions, self._log.shape[2])))
-        row += self._log[0, event]
-        row[action] += self._log[1, event] - self._log[0, event]
+        row = self._heard.setdefault(state, np.zeros((self.actions, self._log.shape[2])))
+        row += times * self._log[0, event]
+        row[action] += times * (self._log[1, event] - self._log[0, event])
 
     def weights(self) -> NDArray[np.float64]:
         """The posterior of the strategies, shape (strategies,); given a strategy, states are independent."""
@@ -62,7 +78,8 @@ class Sabl(Evaluated):
     The model: a trainer errs with probability `error`, and is silent with probability `plus` after an action that it
     finds right, with `minus` after one that it finds wrong. So the silence of a trainer that mostly blames is praise.
     With `infers` it is I-SABL, which infers `plus` and `minus` from all labels: here by their posterior on a grid of 10
-    by 10, in the papers by expectation maximisation.
+    by 10, in the papers by expectation maximisation. A turn counts as one of silence until its label comes; in the
+    papers a label comes before the next action, or never.
     """
 
     error: float = 0.1

@@ -12,8 +12,9 @@ class _Policy(EvaluatedPolicy["Tamer"]):
         """Forget all labels."""
         self._human = Table(self.actions)
 
-    def hear(self, state: Features, action: int, label: float) -> None:
+    def hear(self, turn: int, label: float) -> None:
         """A step towards the label; silence is not a label."""
+        state, action = self.steps[turn - 1]
         if label:
             self._human.add(state, self.spec.alpha * (label - self._human(state)[action]), action)
 
@@ -24,7 +25,11 @@ class _Policy(EvaluatedPolicy["Tamer"]):
 
 @dataclass(frozen=True)
 class Tamer(Evaluated):
-    """TAMER (Knox & Stone 2009): supervised learning of the trainer's praise (1) and blame (-1), and greedy actions."""
+    """TAMER (Knox & Stone 2009): supervised learning of the trainer's praise (1) and blame (-1), and greedy actions.
+
+    The paper has linear functions of features, and spreads a label over the last actions by a density of the trainer's
+    delay. Here there is a table, or tiles, and a label says which turn it is about.
+    """
 
     alpha: float = 0.3
     """Step size, 0 to 1."""
