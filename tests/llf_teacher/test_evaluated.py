@@ -48,9 +48,16 @@ def seat(student, id=GRID):
     return policy
 
 
+def live(policy, heard):
+    """Turns of an episode: states, actions, and their labels in time."""
+    for turn, (state, action, label) in enumerate(heard, 1):
+        policy.steps.append(((state,), action))
+        policy.hear(turn, label)
+
+
 @pytest.mark.parametrize("student", STUDENTS)
 def test_verdicts_alone_teach_a_house(student):
-    env = house(lasting(student), episodes=30)
+    env = house(lasting(student), episodes=60 if "episodic" in student else 30)
     taught = np.mean([lifetime(env, VERDICTS, seed)[0][-5:] for seed in range(4)])
     left_alone = np.mean([lifetime(env, "silent", seed)[0][-5:] for seed in range(4)])
     assert taught < 3 < left_alone
@@ -87,8 +94,7 @@ def test_the_posterior_of_strategies_is_that_of_all_policies_together():
     """A sum over every assignment of best actions to two states, by brute force."""
     policy = seat("sabl(infers=True, error=0.2)")
     heard = [("a", 0, 1.0), ("a", 1, 0.0), ("b", 2, -1.0), ("a", 0, 0.0), ("b", 2, 0.0), ("b", 3, 1.0)]
-    for state, action, label in heard:
-        policy.hear((state,), action, label)
+    live(policy, heard)
     error = 0.2
 
     def chance(label, right, plus, minus):
@@ -110,10 +116,7 @@ def test_the_posterior_of_strategies_is_that_of_all_policies_together():
 
 def test_odds_of_advise():
     policy = seat("advise(consistency=0.8, temperature=1.0)")
-    for label in (1.0, 1.0, -1.0, 1.0):
-        policy.hear(("here",), 2, label)
-    policy.hear(("here",), 0, -1.0)
-    policy.hear(("here",), 1, 0.0)
+    live(policy, [*(("here", 2, label) for label in (1.0, 1.0, -1.0, 1.0)), ("here", 0, -1.0), ("here", 1, 0.0)])
     shares = np.array([0.2 / (0.2 + 0.8), 0.5, 0.8**2 / (0.8**2 + 0.2**2), 0.5])
     assert softmax(policy._scores(("here",))) == pytest.approx(shares / shares.sum())
 
@@ -123,7 +126,7 @@ def test_the_gradient_of_coach():
     policy = seat("coach(alpha=1.0)")
     start = np.array([0.3, -0.2, 0.5, 0.0])
     policy._preference.add(("here",), start)
-    policy.hear(("here",), 2, 1.0)
+    live(policy, [("here", 2, 1.0)])
     moved = policy._preference(("here",)) - start
     tiny = 1e-6
     slopes = [
@@ -135,18 +138,14 @@ def test_the_gradient_of_coach():
 
 def test_the_trace_of_coach_fades():
     policy = seat("coach(alpha=1.0, trace=0.5)")
-    policy.hear(("first",), 0, 0.0)
-    policy.hear(("second",), 0, 0.0)
-    policy.hear(("third",), 0, 1.0)
+    live(policy, [("first", 0, 0.0), ("second", 0, 0.0), ("third", 0, 1.0)])
     sizes = [policy._preference((state,))[0] for state in ("third", "second", "first")]
     assert sizes == pytest.approx([0.75, 0.375, 0.1875])
 
 
 def test_by_episodes_a_policy_stays_until_the_end():
     policy = seat("coach(episodic=True, alpha=1.0, gamma=0.5)")
-    policy.steps = [(("first",), 0), (("second",), 0)]
-    policy.hear(("first",), 0, 0.0)
-    policy.hear(("second",), 0, 1.0)
+    live(policy, [("first", 0, 0.0), ("second", 0, 1.0)])
     assert not policy._preference(("first",)).any()
     policy.end()
     assert policy._preference(("first",))[0] == policy._preference(("second",))[0] == pytest.approx(0.5 * 0.75)

@@ -136,7 +136,7 @@ ROW = Row(
         _setting(learner, choice, budget) for learner in LEARNERS for choice in REVIEWS | AT_ONCE for budget in BUDGETS
     ),
     rule=Rule(
-        seeds=25,
+        seeds=20,
         comparisons=tuple(
             saves(
                 f"choosing the very claim wastes less than the new ones of a kind, with {budget} claims ({learner})",

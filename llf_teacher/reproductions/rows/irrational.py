@@ -109,7 +109,7 @@ ROW = Row(
         "here of verdicts."
     ),
     rule=Rule(
-        seeds=40,
+        seeds=24,
         comparisons=(
             saves(
                 f"{ROBUST} is not the best under the oracle: TAMER wastes less",

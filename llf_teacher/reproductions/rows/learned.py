@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ID, EPISODES, TURNS, FAR, GAMMA = "llf-gridworld-v0", 30, 40, 6, 0.95
-NEAR = {4: 3, 16: 6}
+NEAR = {8: 4}
 """By budget, the distance to the treasure within which the rule `near mistakes` corrects."""
 LIFETIMES = 40
 """Lifetimes in which the teacher of a seed is tested; no training has one of them."""
@@ -116,7 +116,7 @@ ROW = Row(
     ),
     settings=tuple(_setting(teacher, budget) for budget in NEAR for teacher in TEACHERS),
     rule=Rule(
-        seeds=10,
+        seeds=8,
         comparisons=tuple(
             saves(
                 f"{teacher}'s teacher wastes less than {rule}, with {budget} pieces",

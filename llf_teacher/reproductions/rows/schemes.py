@@ -103,7 +103,7 @@ ROW = Row(
         "proofs and gridworlds of its own."
     ),
     rule=Rule(
-        seeds=30,
+        seeds=16,
         comparisons=(
             *(
                 saves(

@@ -95,7 +95,7 @@ ROW = Row(
         "a contextual bandit, a maze and people as trainers."
     ),
     rule=Rule(
-        seeds=100,
+        seeds=60,
         comparisons=tuple(
             saves(
                 f"I-SABL needs fewer labels of a trainer that {trainer}"

@@ -45,7 +45,7 @@ class Advise(Evaluated):
 
     If a trainer is right with probability C and praised an action `d` times more often than it blamed it, the odds that
     this action is the best are `(C / (1 - C)) ** d`. The resulting policy is multiplied with that of Q-learning with
-    Boltzmann exploration. The paper has Bayesian Q-learning, whose policy is the probability that an action is the best.
+    Boltzmann exploration. The paper has Bayesian Q-learning, whose policy is an action's probability to be the best.
     """
 
     consistency: float = 0.8

@@ -78,14 +78,22 @@ class _Policy(EvaluatedPolicy["Coach"]):
 class Coach(Evaluated):
     """COACH (MacGlashan et al. 2017): the label replaces the advantage of the action in a policy gradient.
 
+    A label moves the policy along an eligibility trace: the gradients of the actions up to the turn that it is about,
+    each weighted by `trace` to the power of its age. With `trace=0` that turn alone counts.
+
     With `episodic` it is E-COACH (Shah et al. 2021), which converges for labels that depend on the policy, on rewards
     or on advantages: within an episode the policy does not change, the trace does not fade, and a label counts less by
     the factor `gamma` per turn. It learns at the end of an episode, so only in lifetimes.
+
+    The papers assume a known delay of the trainer; here a label says which turn it is about, and moves the trace as it
+    was when that turn was over. A gradient is that of the policy at that time. The policy is a softmax of a table, and
+    step size and trace were chosen in houses, as the best for labels of several kinds. The robot of the first paper had
+    linear functions, a trace for each button of its trainer, and many more turns.
     """
 
-    alpha: float = 0.5
+    alpha: float = 0.2
     """Step size, above 0."""
-    trace: float = 0.0
+    trace: float = 0.9
     """Share of the trace that remains after a turn, 0 to 1; unused with `episodic`."""
     listens: str = "verdicts"
     """Source of labels: `verdicts`, 1 and -1, or `rewards`, the number that the teacher states (r)."""
