@@ -78,7 +78,7 @@ def measure(rule: str, attention: int, seed: int) -> Sequence[float]:
 
 
 def _worded(rule: str) -> str:
-    return rule if rule == "at random" else f"to the one {rule}"
+    return "attention at random" if rule == "at random" else f"attention to the one {rule}"
 
 
 def _lost(values: Values, rule: str, column: int) -> list[NDArray[np.float64]]:
@@ -111,7 +111,8 @@ def read(values: Values) -> Reading:
         f"{' and '.join(saved('who wasted most', 'who wasted least', 1))} more."
     )
     why = (
-        "The best rule depends on the aim: a student that has reached the treasure needs no more attention, so that "
+        "What is at stake in the next move does not tell how long a student will profit. The best rule depends on the "
+        "aim, too: a student that has reached the treasure needs no more attention, so that "
         "favouring good students improves the mean, and favouring poor ones improves the last of the class."
     )
     return Reading(ours, why, table)
@@ -144,7 +145,7 @@ ROW = Row(
         seeds=40,
         comparisons=tuple(
             saves(
-                f"attention for {attention} of {PUPILS} where most is at stake wastes less than {_worded(rule)}",
+                f"where most is at stake, attention for {attention} of {PUPILS} wastes less than {_worded(rule)}",
                 {"rule": STAKE, "attention": attention},
                 {"rule": rule, "attention": attention},
                 REGRET,

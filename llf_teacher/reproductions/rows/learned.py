@@ -74,8 +74,8 @@ def read(values: Values) -> Reading:
             for rule in (*RULES, NEARBY)
         )
         parts.append(
-            f"With {SAID[teacher]} as its reward, a teacher saves this many moves an episode, with budgets of "
-            f"{' and '.join(map(str, NEAR))}: {saved}."
+            f"With {SAID[teacher]} as its reward and {' and '.join(map(str, NEAR))} pieces of advice, a teacher saves "
+            f"this many moves an episode: {saved}."
         )
     why = (
         "Near mistakes is a rule with a number "
