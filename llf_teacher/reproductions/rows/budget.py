@@ -85,8 +85,8 @@ def read(values: Values) -> Reading:
         "Importance saturates: a door changes the distance by one, so that at most 2 moves are at stake, and they are "
         f"in {describe(share)} of the turns of a student without advice. It can save advice in the other turns only. "
         "In the paper importance comes from discounted values, which tell states near the goal from those far away. "
-        "With such an importance advising is better than early advising where the budget is small; where it is enough "
-        "for the whole way, nothing is gained by keeping it for the end."
+        "Such an importance keeps advice for the end of the way, which matters where the budget is small; where it is "
+        "enough for the whole way, there is little to keep it for."
     )
     return Reading(ours, why, table)
 

@@ -76,8 +76,8 @@ def read(values: Values) -> Reading:
     why = (
         "Advise is compared with the best learner from rewards that is here, and not with itself without labels, whose "
         "Boltzmann exploration wastes more: a gain beside that one may be due to any reason to act otherwise. A label "
-        "that is right in 55 % says little of an action, and a house has 80 of them. The paper's worlds are larger, so "
-        "that exploration from rewards takes longer there."
+        "that is right in 55 % says little of an action, and a house has 80 of them. Labels help most where "
+        "exploration from rewards is poor, and greedy learning from optimistic values explores a house well."
     )
     return Reading(ours, why, table)
 
