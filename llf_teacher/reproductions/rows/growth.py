@@ -123,10 +123,10 @@ def read(values: Values) -> Reading:
     why = (
         "The paper's gap is exponential where one sentence rules out a share of all that may be true. Verdicts and "
         "warnings rule out one action at a time, so regret grows with the number of actions or rooms as it does from "
-        "rewards, by another factor. A student that hears warnings alone takes any action that it was not warned of: among "
-        "many arms that costs more than learning from rewards. Advice that names the best action is in the table and not in the rule: a "
-        "student that does what it is told has no regret at any size, by definition, which says nothing about "
-        "learning. The paper's learners hear rewards beside feedback; ours hear one or the other."
+        "rewards, by another factor. A student that hears warnings alone takes any action that it was not warned of: "
+        "among many arms that costs more than learning from rewards. Advice that names the best action is in the table "
+        "and not in the rule: a student that does what it is told has no regret at any size, by definition, which says "
+        "nothing about learning. The paper's learners hear rewards beside feedback; ours hear one or the other."
     )
     return Reading(ours, why, table)
 
