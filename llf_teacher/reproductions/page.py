@@ -120,11 +120,11 @@ def rule_table(judged: Sequence[Judged]) -> list[list[str]]:
     """The comparisons of a rule with their outcomes: heads, then a row each."""
     rows = [["expected", "measure", "smallest effect that counts", "effect seen", "p after Holm", "verdict"]]
     for each in judged:
-        share = f" ({each.comparison.least:.0%})" if each.comparison.share_of is not None else ""
+        share = f" ({each.expectation.least:.0%})" if each.expectation.share_of is not None else ""
         p = "< 0.001" if each.p < 0.001 else f"{each.p:.3f}"
         seen = describe(mean_interval(each.effects))
         rows.append(
-            [each.comparison.expects, each.comparison.measure, f"{each.least:.2f}{share}", seen, p, each.verdict]
+            [each.expectation.expects, each.expectation.measure, f"{each.least:.2f}{share}", seen, p, each.verdict]
         )
     return rows
 

@@ -29,7 +29,7 @@ Measured = Callable[..., NDArray[np.float64]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Comparison:
+class Expectation:
     """An expected effect: what some settings have more than others, paired by seed."""
 
     expects: str
@@ -57,9 +57,9 @@ class Comparison:
         return np.asarray(self.least * values(**self.share_of)[:, column])
 
 
-def saves(expects: str, setting: Setting, than: Setting, measure: str, least: float = TENTH) -> Comparison:
+def saves(expects: str, setting: Setting, than: Setting, measure: str, least: float = TENTH) -> Expectation:
     """The expectation that a setting has less than another, by a share of the latter's."""
-    return Comparison(expects=expects, more=(than,), less=(setting,), measure=measure, least=least, share_of=than)
+    return Expectation(expects=expects, more=(than,), less=(setting,), measure=measure, least=least, share_of=than)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,14 +68,14 @@ class Rule:
 
     seeds: int
     """Number of seeds of each setting."""
-    comparisons: Sequence[Comparison]
+    comparisons: Sequence[Expectation]
     """All of them must hold; together they are one family for Holm's method."""
 
 
 class Judged(NamedTuple):
-    """A comparison and its verdict."""
+    """An expectation and its verdict."""
 
-    comparison: Comparison
+    expectation: Expectation
     effects: NDArray[np.float64]
     """One per seed."""
     least: float
@@ -87,7 +87,7 @@ class Judged(NamedTuple):
 
 
 def judge(rule: Rule, values: Measured, measures: Sequence[str]) -> list[Judged]:
-    """The verdict on each comparison of a rule, in order.
+    """The verdict on each expectation of a rule, in order.
 
     Args:
         rule: the declaration.
@@ -102,14 +102,14 @@ def judge(rule: Rule, values: Measured, measures: Sequence[str]) -> list[Judged]
         beyond.append(effects - margins)
     adjusted = holm([_p(column) for column in beyond])
     judged = []
-    for (comparison, effects, least), above, p in zip(found, beyond, adjusted, strict=True):
+    for (expectation, effects, least), above, p in zip(found, beyond, adjusted, strict=True):
         verdict = OPEN if p >= ALPHA else YES if above.mean() > 0 else NO
-        judged.append(Judged(comparison, effects, least, p, verdict))
+        judged.append(Judged(expectation, effects, least, p, verdict))
     return judged
 
 
 def verdict(judged: Sequence[Judged]) -> str:
-    """`yes` if every comparison is, `no` if any is, else `open`."""
+    """`yes` if every expectation is, `no` if any is, else `open`."""
     verdicts = {each.verdict for each in judged}
     return NO if NO in verdicts else OPEN if OPEN in verdicts else YES
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from llf_teacher.reproductions.rule import Comparison, Rule, judge, saves, verdict
+from llf_teacher.reproductions.rule import Expectation, Rule, judge, saves, verdict
 
 NORMAL = (np.random.default_rng(0).permutation(np.linspace(-1, 1, 41)), np.linspace(-1, 1, 41))
 
@@ -46,8 +46,8 @@ def test_p_values_are_adjusted_for_all_comparisons():
     """Alone the effect is significant, at p = 0.031; beside others that are not it is open."""
     small = [0.0, -1.0, -2.0, -3.0, -4.0, -5.0]
     values = measured(a=small, b=[0.1] * 6, c=[3.0, -3.0, 2.0, -2.0, 1.0, -1.0])
-    above = Comparison(expects="", more=({"name": "b"},), less=({"name": "a"},), measure="moves", least=0.05)
-    noise = Comparison(expects="", more=({"name": "c"},), measure="moves", least=0.05)
+    above = Expectation(expects="", more=({"name": "b"},), less=({"name": "a"},), measure="moves", least=0.05)
+    noise = Expectation(expects="", more=({"name": "c"},), measure="moves", least=0.05)
     assert outcome(values, above) == ("yes", ["yes"])
     assert outcome(values, above, noise) == ("open", ["open", "open"])
     rule = Rule(seeds=6, comparisons=(above, noise))
@@ -64,7 +64,7 @@ def test_a_loss_may_be_too_small_to_count():
 def test_several_settings_are_added():
     """The gap of a and b is twice that of c and d, on each seed."""
     values = measured(a=20 + NORMAL[0], b=10 + NORMAL[0], c=9 + NORMAL[1], d=4 + NORMAL[1])
-    wider = Comparison(
+    wider = Expectation(
         expects="",
         more=({"name": "a"}, {"name": "d"}),
         less=({"name": "b"}, {"name": "c"}),
@@ -88,7 +88,7 @@ def test_a_verdict_on_noise_is_rare():
     """Of 400 rows with four effects that are just as great as the smallest that counts, 5 % have a verdict on any."""
     rng = np.random.default_rng(1)
     comparisons = [
-        Comparison(expects="", more=({"name": name},), measure="moves", least=1.0) for name in ("a", "b", "c", "d")
+        Expectation(expects="", more=({"name": name},), measure="moves", least=1.0) for name in ("a", "b", "c", "d")
     ]
     wrong = sum(
         set(outcome(measured(**{name: 1 + rng.normal(size=10) for name in "abcd"}), *comparisons)[1]) != {"open"}

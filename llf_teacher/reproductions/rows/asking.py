@@ -7,7 +7,7 @@ import numpy as np
 
 from llf_teacher.reproductions.asking import Answers, Asks, attended
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
-from llf_teacher.reproductions.rule import TENTH, Comparison, Rule, saves
+from llf_teacher.reproductions.rule import TENTH, Expectation, Rule, saves
 from llf_teacher.studies.analysis.statistics import mean_interval, paired_difference
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ ROW = Row(
         seeds=75,
         comparisons=(
             saves("a teacher that looks only when it is asked looks less", _of(JOINT), _of(WATCHED), LOOKED),
-            Comparison(
+            Expectation(
                 expects="and its students waste hardly more: at most a tenth of what is wasted without advice",
                 more=(_of(WATCHED),),
                 less=(_of(JOINT),),

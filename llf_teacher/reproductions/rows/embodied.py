@@ -10,7 +10,7 @@ from llf_teacher.gym import StudentEnv, make
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.household import Sentences, blundering, play
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
-from llf_teacher.reproductions.rule import Comparison, Rule
+from llf_teacher.reproductions.rule import Expectation, Rule
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 
 if TYPE_CHECKING:
@@ -141,11 +141,11 @@ LESSER = {
 }
 
 
-def _expected(expects: str, kinds: str, words: str) -> Comparison:
+def _expected(expects: str, kinds: str, words: str) -> Expectation:
     """A lead of lessons of both kinds in many sentences over these, on new tasks."""
     less = {"kinds": kinds, "words": "one" if kinds == "n" else words}
     more = {"kinds": KINDS["both"], "words": "many"}
-    return Comparison(expects=expects, more=(more,), less=(less,), measure=MEASURES[NEWS], least=LEAST)
+    return Expectation(expects=expects, more=(more,), less=(less,), measure=MEASURES[NEWS], least=LEAST)
 
 
 WHY = (

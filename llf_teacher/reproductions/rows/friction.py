@@ -7,7 +7,7 @@ import numpy as np
 
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
-from llf_teacher.reproductions.rule import TENTH, Comparison, Rule, Setting
+from llf_teacher.reproductions.rule import TENTH, Expectation, Rule, Setting
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.batches import Floats
 
@@ -109,9 +109,9 @@ def _ceiling(family: str) -> dict[str, str]:
     return {"id": IDS[family], "student": CEILING, "teacher": TEACHERS["gold"]}
 
 
-def _expected(expects: str, family: str, more: Setting, less: Setting) -> Comparison:
+def _expected(expects: str, family: str, more: Setting, less: Setting) -> Expectation:
     """A loss of at least a tenth of what the reader loses in a family with retry."""
-    return Comparison(
+    return Expectation(
         expects=f"{READER} in {family} {expects}",
         more=(more,),
         less=(less,),

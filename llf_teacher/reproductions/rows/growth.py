@@ -11,7 +11,7 @@ from scipy import stats
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
-from llf_teacher.reproductions.rule import TENTH, Comparison, Rule
+from llf_teacher.reproductions.rule import TENTH, Expectation, Rule
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval
 
 if TYPE_CHECKING:
@@ -131,10 +131,10 @@ def read(values: Values) -> Reading:
     return Reading(ours, why, table)
 
 
-def _ahead(family: str, feedback: str) -> Comparison:
+def _ahead(family: str, feedback: str) -> Expectation:
     """Less regret than from rewards, at the greatest size, by a tenth."""
     size = SIZES[family][-1]
-    return Comparison(
+    return Expectation(
         expects=f"in {family} of size {size} regret is less from {_NAMES[feedback]} than from rewards",
         more=(_setting(family, size, "rewards"),),
         less=(_setting(family, size, feedback),),
@@ -143,10 +143,10 @@ def _ahead(family: str, feedback: str) -> Comparison:
     )
 
 
-def _widening(family: str, feedback: str) -> Comparison:
+def _widening(family: str, feedback: str) -> Expectation:
     """A ratio of regrets that is greater by a tenth at the greatest size than at the least."""
     least, greatest = SIZES[family][0], SIZES[family][-1]
-    return Comparison(
+    return Expectation(
         expects=f"in {family} the lead of {_NAMES[feedback]} is greater at size {greatest} than at {least}, as a ratio",
         more=(_setting(family, greatest, "rewards"), _setting(family, least, feedback)),
         less=(_setting(family, greatest, feedback), _setting(family, least, "rewards")),

@@ -78,8 +78,8 @@ def read(values: Values) -> Reading:
             f"this many moves an episode: {saved}."
         )
     why = (
-        "Near mistakes is a rule with a number "
-        "that was chosen for each budget. Progress measures the effect of advice on later episodes; the worth of the "
+        "The learned teachers see as much as near mistakes does, a rule with a number that was chosen for the budget, "
+        "and do not find it. Progress measures the effect of advice on later episodes; the worth of the "
         "present action does not, but grows towards the treasure, where advice has the greatest effect. The papers "
         "learn online, by Q-learning, and in other worlds. Online Q-learning over tiles was tried first and was worse "
         "than announced mistake; so both are fitted by least squares here, which compares their rewards and not the "
@@ -103,7 +103,8 @@ ROW = Row(
     source="Zimmer et al. 2014, Fachantidis et al. 2019",
     protocol=(
         f"The setting of a teacher that learned (learn-to-teach.md), in other lifetimes: houses of 20 rooms, the "
-        f"treasure at least {FAR} moves away, {EPISODES} episodes of at most {TURNS} moves from the same room. The "
+        f"treasure at least {FAR} moves away, {EPISODES} episodes of at most {TURNS} moves from the same room, and "
+        f"{' or '.join(map(str, NEAR))} pieces of advice in all. The "
         "student is Q-learning, announces what it means to do, and takes the advised action for the turn. A decision "
         "is whether to correct a mistake that is announced. Zimmer's teacher is paid by the student's reward, here by "
         "its progress; Fachantidis' by what lies between the best and the worst action in discounted values "

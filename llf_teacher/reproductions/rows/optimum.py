@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from llf_teacher.reproductions.drawing import line
 from llf_teacher.reproductions.optimum import Life, Rooms, Span, least, lived
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
-from llf_teacher.reproductions.rule import Comparison, Rule
+from llf_teacher.reproductions.rule import Expectation, Rule
 from llf_teacher.studies.analysis.statistics import Estimate, mean_interval, paired_difference
 from worlds.gridworld import DIRECTIONS, NO_DOOR, Gridworld, Truth, distances_from
 
@@ -171,7 +171,7 @@ ROW = Row(
     rule=Rule(
         seeds=30,
         comparisons=tuple(
-            Comparison(
+            Expectation(
                 expects=f"at the best times for {budget} pieces, moves until taught exceed rooms on the way ({name})",
                 more=(_setting(case, budget),),
                 measure=BEYOND,

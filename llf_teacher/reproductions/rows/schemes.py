@@ -8,7 +8,7 @@ import numpy as np
 from llf_teacher.reproductions.drawing import bars
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
-from llf_teacher.reproductions.rule import TENTH, Comparison, Rule, saves
+from llf_teacher.reproductions.rule import TENTH, Expectation, Rule, saves
 from llf_teacher.studies.analysis.statistics import mean_interval
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ ROW = Row(
                 for scheme in SCHEMES
             ),
             *(
-                Comparison(
+                Expectation(
                     expects=f"COACH stays behind it under {scheme} feedback, by a tenth of the waste without",
                     more=(_setting("COACH", scheme),),
                     less=(_setting("E-COACH", scheme),),
