@@ -109,10 +109,10 @@ def section(name: str, row: Row, finding: Reading, judged: Sequence[Judged], pic
 
 def counted(judged: Sequence[Judged]) -> str:
     """How many comparisons have which verdict, in a sentence."""
-    verdicts, seeds = [each.verdict for each in judged], len(judged[0].effects)
+    found, seeds = [each.verdict for each in judged], len(judged[0].effects)
     return (
-        f"of {len(judged)} expected effects, {verdicts.count(YES)} are significantly greater than the smallest that "
-        f"counts, {verdicts.count(NO)} significantly smaller, and {verdicts.count(OPEN)} neither, over {seeds} seeds."
+        f"significantly greater than the smallest that counts: {found.count(YES)} of {len(judged)} expected effects; "
+        f"significantly smaller: {found.count(NO)}; neither: {found.count(OPEN)} ({seeds} seeds)."
     )
 
 

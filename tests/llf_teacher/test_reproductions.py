@@ -115,7 +115,10 @@ def reproduced(tmp_path, which=""):
 def test_the_command(tmp_path):
     result, _ = reproduced(tmp_path, "--only policy_shaping")
     assert "policy_shaping: open" in result.output
-    assert "**Open**: of 2 expected effects, 0 are" in (tmp_path / "page.md").read_text()
+    assert (
+        "**Open**: significantly greater than the smallest that counts: 0 of 2 expected effects;"
+        in (tmp_path / "page.md").read_text()
+    )
 
 
 def test_a_page_keeps_the_rows_that_are_not_played(tmp_path):

@@ -86,7 +86,7 @@ def read(values: Values) -> Reading:
         saved.append(f"{describe(paired_difference(new, mine).estimate)} ({learner})")
     ours = (
         f"After an episode, with {FEW[-1]} pieces of advice, the obedient student wastes {', '.join(shown)} moves an "
-        f"episode. Beside a teacher that says as little twice, choosing the very claim saves {', '.join(saved)} with "
+        f"episode. Beside a teacher that knows as much, choosing the very claim saves {', '.join(saved)} with "
         f"{FEW[-1]} claims. At once claims and kinds give "
         + (
             "the same in each lifetime."
@@ -98,8 +98,9 @@ def read(values: Values) -> Reading:
         "At once a kind has one claim in a house, so that both choices are the same. After an episode it has many, "
         "most of them about rooms that were mentioned before. A teacher that names kinds repeats them, and a "
         "personality that finds where most is at stake (three or one of a kind) does, too; so a lead over these is due "
-        "to knowing what is new. What is left beside a teacher with the same knowledge is due to the choice: right "
-        "actions before wrong ones, and the rooms visited most."
+        "to knowing what is new. Beside a teacher that knows as much only the order is left: right actions before "
+        "wrong ones, and the rooms visited most before others, instead of the order of the moves. A better order was "
+        "not sought."
     )
     return Reading(ours, why, table)
 

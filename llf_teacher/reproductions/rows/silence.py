@@ -64,9 +64,11 @@ def read(values: Values) -> Reading:
         saved.append(f"{describe(labels, 1)} labels and {describe(regret)} moves an episode ({trainer})")
     ours = f"Beside the same learner that ignores silence, I-SABL saves {'; '.join(saved)}."
     why = (
-        "A trainer that is as silent on right as on wrong actions says nothing by its silence, so that to infer its "
-        "strategy can only cost labels: there the rule asks that it costs less than a tenth. The papers find the "
-        "strategy by expectation maximisation, ours sums its posterior over a grid."
+        "A trainer that praises is seldom silent on right actions: its first praise names one also to a learner that "
+        "ignores silence, and few labels are left to save. A trainer that is as silent on right as on wrong actions "
+        "says nothing by its silence, so that to infer its strategy can only cost labels: there the rule asks that it "
+        "costs less than a tenth. The papers find the strategy by expectation maximisation, ours sums its posterior "
+        "over a grid."
     )
     return Reading(ours, why, table)
 
