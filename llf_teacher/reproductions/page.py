@@ -22,7 +22,7 @@ effect that counts, by a two-sided sign-flip test over seeds, with Holm's correc
 - **open**: neither; the seeds do not decide it.
 
 A verdict is about our worlds and students, not about the paper's. Intervals are 95 % intervals of means over seeds
-([statistics](statistics.md)).
+([statistics](statistics.md)); a star stands where none would cover, since the values are skewed, mostly 0 or all equal.
 
 `llf reproduce` plays all rows and writes this page; `llf reproduce --only NAME` plays one row and keeps the others;
 `--quick` plays a few seeds of each as a trial, too few for any verdict but open. Measurements are stored as they end,

@@ -3,7 +3,6 @@
 import hashlib
 import importlib.util
 import json
-import math
 import pkgutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -108,5 +107,5 @@ def some_rows(names: Sequence[str]) -> dict[str, Row]:
 
 
 def describe(estimate: Estimate, digits: int = 2) -> str:
-    """An estimate with its interval, as text."""
-    return estimate.text(digits)
+    """An estimate with its interval, as text; a star stands for an interval that would not cover."""
+    return f"{estimate.mean:.{digits}f}*" if estimate.why else estimate.text(digits)

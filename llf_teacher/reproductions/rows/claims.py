@@ -116,7 +116,7 @@ def draw(values: Values, figure: "Figure") -> None:
         axes.set_xticks(BUDGETS, BUDGETS)
         axes.minorticks_off()
     panels[0].set_ylabel("regret per episode")
-    panels[0].legend(fontsize="small")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(REVIEWS))
 
 
 ROW = Row(

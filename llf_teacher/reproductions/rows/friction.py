@@ -81,10 +81,10 @@ def read(values: Values) -> Reading:
         f"loses this much more than with retry: {_listed(harm)}."
     )
     why = (
-        "The paper's models have good feedback and do not use all of it. Our readers are programs that do what they are "
-        "told as soon as they are told, so that no friction is left with gold feedback; learners that may choose not "
-        "to follow, such as models, are not asked here. Wrong feedback has little room to harm where retrying already "
-        "loses nearly all that can be lost, and where a mistaken action is no worse than one at random. Students that "
+        "The paper's models have good feedback and do not use all of it. Our readers are programs that do what they "
+        "are told as soon as they are told, so that no friction is left with gold feedback; models, which may choose "
+        "not to follow, are not tried here. Wrong feedback has little room to harm where retrying already loses nearly "
+        "all that can be lost, and where a mistaken action is no worse than one at random. Students that "
         "learn from verdicts alone, or from rewards, are in the table and not in the rule: what they lose before they "
         "try the right action is not friction with feedback, and some of them ignore advice. A placebo is true and "
         "useless, so that students that read claims gain nothing from it."

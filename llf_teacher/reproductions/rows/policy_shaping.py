@@ -93,7 +93,7 @@ def draw(values: Values, figure: "Figure") -> None:
         axes.axhline(alone, color="gray", linestyle="--", label="rewards alone")
         axes.set(title=f"a label in {likelihood:.0%} of turns", xlabel="share of right labels")
     panels[0].set_ylabel("regret per episode")
-    panels[0].legend()
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(LEARNERS) + 1)
 
 
 ROW = Row(
