@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 from rich.progress import Progress
+from rich.table import Table
 
 from llf_teacher.cli import Commands, errors, print_missing
 from llf_teacher.escaping import escape_control_chars
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 
     from llf_teacher.studies.definition.study import Study
     from llf_teacher.studies.execution.runner import RunOptions
+    from llf_teacher.studies.report.data import Data
 
+_SHOWN = 8  # comparisons in the terminal
 STORE, REPORT = Path("llf-study.db"), Path("llf-study.html")
 
 Store_ = Annotated[
@@ -363,11 +366,32 @@ def _play_and_report(
         console.print(f"Played {played} episodes; {path} now has {store.count}.")
         if store.count:
             console.print("Writing the report ...")
-            for student in write_report(store, study, report).unreadable:
+            data = write_report(store, study, report)
+            for student in data.unreadable:
                 errors.print(
                     escape_control_chars(
                         f"warning: no answer of {student} could be read as an action; see `llf study transcript`"
                     )
                 )
+            _print_findings(console, data)
             console.print(f"Report: {report.resolve()}")
     return status
+
+
+def _print_findings(console: Console, data: "Data") -> None:
+    """The findings of the report, and the scores that they are about."""
+    from llf_teacher.studies.report import findings
+
+    for finding in findings(data):
+        console.print(f"- {finding}")
+    table = Table("teacher", "student", "score", "95 %", "p", "seeds", title=f"Against {data.study.baseline}")
+    ranked = sorted(data.primary, key=lambda each: -each.mean)
+    for each in ranked[:_SHOWN]:
+        estimate, tested = each.score.estimate, data.test is not None
+        shown = "" if estimate.why else f"[{estimate.low:.2f}, {estimate.high:.2f}]"
+        names = (escape_control_chars(data.called(name)) for name in each.compared[:2])
+        table.add_row(*names, f"{each.mean:.2f}", shown, f"{each.score.p:.3f}" if tested else "", f"{estimate.n}")
+    if ranked:
+        console.print(table)
+    if len(ranked) > _SHOWN:
+        console.print(f"{len(ranked) - _SHOWN} more are in the report.")

@@ -377,7 +377,7 @@ def test_commands_for_users_and_for_developers():
         *("list", "play", "serve", "study", "audit", "film", "new", "reproduce", "dev")
     }
     developers = {path[1] for path in COMMANDS if path[:1] == ("dev",) and len(path) > 1}
-    assert developers == {"golden", "compare", "tables", "benchmark", "movies"}
+    assert developers == {"golden", "compare", "tables", "benchmark", "movies", "calibration"}
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)

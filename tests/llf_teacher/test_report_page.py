@@ -6,9 +6,11 @@ import hashlib
 import io
 import re
 from dataclasses import replace
+from html import unescape
 from urllib.parse import unquote
 
 import pytest
+from commands import llf
 from studying import stored
 
 from llf_teacher.studies.definition.study import Study, load_study
@@ -164,3 +166,17 @@ def test_print_opens_only_what_is_open(html):
     style = re.search(r"<style>(.*?)</style>", html, re.DOTALL)[1]
     assert "details:not([open])" in style[style.index("@media print") :]
     assert "::details-content" not in style
+
+
+def test_the_terminal_has_the_findings_of_the_page(tmp_path):
+    (tmp_path / "study.toml").write_text(
+        'ids = ["llf-gridworld-v0"]\nteachers = ["oracle", "silent"]\nstudents = ["text_only"]\nseeds = 8\n'
+    )
+    result = llf("study", "study.toml", "--workers", "1", cwd=tmp_path, COLUMNS="200")
+    assert result.returncode == 0, result.stderr
+    listed = [line.removeprefix("- ") for line in result.stderr.splitlines() if line.startswith("- ")]
+    html = unescape(re.sub(r"<[^>]+>", "", (tmp_path / "llf-study.html").read_text(encoding="utf-8")))
+    assert listed
+    assert all(" ".join(line.split()) in " ".join(html.split()) for line in listed)
+    assert re.search(r"oracle +. +text_only +. +[01]\.\d\d ", result.stderr)
+    assert result.stderr.rstrip().endswith("llf-study.html")

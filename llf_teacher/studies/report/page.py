@@ -16,6 +16,7 @@ from llf_teacher.studies.analysis.statistics import exact_p
 from llf_teacher.studies.definition.study import Study
 from llf_teacher.studies.report.data import Data, read
 from llf_teacher.studies.report.parts import PARTS
+from llf_teacher.studies.report.parts import findings as findings_part
 from llf_teacher.studies.report.section import reads
 from llf_teacher.studies.store import Store
 from llf_teacher.theme import pages, style
@@ -122,6 +123,16 @@ class Report:
 
     def _repr_html_(self) -> str:
         return f'<iframe srcdoc="{escape(self.html)}" width="100%" height="800" title="Feedback study"></iframe>'
+
+
+def findings(data: Data) -> list[str]:
+    """The findings at the head of the page, without markup."""
+    environment = _environment()
+    environment.filters["named"] = data.called
+    values = findings_part.PART.values(data) or {}
+    html = environment.get_template("parts/findings_list.html.j2").render(data=data, **values)
+    plain = (Markup(each).striptags() for each in html.split("<li>"))  # noqa: S704 (the template has escaped it)
+    return [escape_control_chars(each) for each in plain if each]
 
 
 def page(data: Data) -> str:
