@@ -12,10 +12,10 @@ TEXT = (Path(__file__).parents[1] / "docs" / "reading-a-study.md").read_text(enc
 def test_every_column_is_described_once():
     table = TEXT[TEXT.index("| column | meaning |") :]
     named = [name for row in re.findall(r"^\| (`.*?) \| ", table, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)]
-    assert named == ["key", *EpisodeSpec._fields, *EpisodeRow._fields]
+    assert named == ["key", *EpisodeSpec._fields, *EpisodeRow._fields, "revision"]
 
 
 def test_its_study_file_is_one(tmp_path):
     (tmp_path / "study.toml").write_text(re.search(r"```toml\n(.*?)```", TEXT, re.DOTALL)[1])
     study = load_study(tmp_path / "study.toml")
-    assert study.transcripts[0]["seeds"] == [0, 3]
+    assert study.transcripts[0]["seeds"] == (0, 3)

@@ -51,8 +51,11 @@ def seats(**settings):
 
 def gym(env):
     env.reset(seed=1)
+    env.action_space.seed(1)
     for _ in range(3):
-        env.step(env.action_space.sample())
+        *_, terminated, truncated, _ = env.step(env.action_space.sample())
+        if terminated or truncated:
+            break
 
 
 def partners():
