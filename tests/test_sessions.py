@@ -3,6 +3,7 @@
 import sys
 
 import gymnasium
+import numpy as np
 import pytest
 from playing import Fixed
 
@@ -54,7 +55,7 @@ def gym(env):
     env.action_space.seed(1)
     for _ in range(3):
         *_, terminated, truncated, _ = env.step(env.action_space.sample())
-        if terminated or truncated:
+        if np.any(terminated) or np.any(truncated):
             break
 
 
