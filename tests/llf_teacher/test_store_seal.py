@@ -67,6 +67,15 @@ def test_a_copy_without_the_log_says_so(killed, tmp_path):
     )
 
 
+def test_a_copy_without_the_log_has_no_archive(killed, tmp_path):
+    """Since the archive's store would pass for whole."""
+    copy, archive = shutil.copy(killed[0], tmp_path / "backup.db"), tmp_path / "backup.zip"
+    result = llf("study", "archive", copy, archive)
+    assert result.returncode == 2
+    assert "copied without its log, backup.db-wal" in result.stderr
+    assert [file.name for file in tmp_path.iterdir() if file.is_file()] == ["backup.db"]
+
+
 def test_an_archive_of_a_store_that_is_written_to_is_whole(tmp_path):
     path, study, counts = tmp_path / "s.db", small(), []
 
@@ -118,6 +127,8 @@ def test_reading_leaves_no_trace(tmp_path):
         ("UPDATE definition SET facts = replace(facts, 'oracle', 'Oracle')", "definition, row 1"),
         ("UPDATE failure SET trace = CAST(x'ff' AS TEXT) WHERE number = 1", "failure, row 1"),
         ("DELETE FROM failure", "seal, row failure"),
+        ("UPDATE story SET packed = 'text' WHERE number = 2", "result, row 2"),
+        ("UPDATE story SET packed = 7 WHERE number = 2", "result, row 2"),
         ("DELETE FROM result WHERE number = 2", "story, row 2"),
         ("DELETE FROM story WHERE number = 2; DELETE FROM result WHERE number = 2", "seal, row result"),
         ("UPDATE result SET revision = 7 WHERE number = 3", "result, row 3"),

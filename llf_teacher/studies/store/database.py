@@ -160,13 +160,8 @@ class Store:
         Every value is compared with the digest of its row, and the rows with the seal of their table. Others may write
         at the same time.
         """
-        if files.has_lost_its_log(self.path):
-            yield (
-                "file",
-                0,
-                f"episodes may be missing: it was copied without its log, {files.log_of(self.path).name}, in which the "
-                "newest are; copy both, or let `llf study archive` copy it",
-            )
+        if problem := self._lost_log():
+            yield "file", 0, problem
         self._db.execute("SAVEPOINT damage")  # all queries see the same state
         self._db.text_factory = lambda text: text.decode("utf-8", "backslashreplace")  # then it differs from its digest
         try:
@@ -190,6 +185,15 @@ class Store:
             with contextlib.suppress(sqlite3.Error):
                 self._db.execute("RELEASE damage")
 
+    def _lost_log(self) -> str:
+        """What is wrong with a copy without its log; empty for others."""
+        if not files.has_lost_its_log(self.path):
+            return ""
+        return (
+            f"episodes may be missing: it was copied without its log, {files.log_of(self.path).name}, in which the "
+            "newest are; copy both, or let `llf study archive` copy it"
+        )
+
     def _broken_pages(self) -> Iterator[tuple[str, int | str, str]]:
         for (message,) in self._db.execute("PRAGMA integrity_check"):
             yield "file", 0, "" if message == "ok" else message
@@ -202,7 +206,7 @@ class Store:
             "FROM result LEFT JOIN setting USING (setting) JOIN story USING (number) ORDER BY number"
         )
         for number, digest, key, *values, packed in self._db.execute(query):
-            differs = _digest((key, *values), packed) != digest
+            differs = not isinstance(packed, bytes) or _digest((key, *values), packed) != digest
             yield "result", number, f"the episode {key} differs from its digest" if differs else ""
 
     def _broken_failures(self) -> Iterator[tuple[str, int | str, str]]:
@@ -482,7 +486,13 @@ class Store:
         return self._facts("SELECT name, value FROM manifest ORDER BY name")
 
     def back_up(self, path: Path) -> None:
-        """Write a whole copy of the store, as it is at one moment; others may write to the store at the same time."""
+        """Write a whole copy of the store, as it is at one moment; others may write to the store at the same time.
+
+        Raises:
+            StoreError: the store is itself a copy that lacks its log, which its copy would not show.
+        """
+        if problem := self._lost_log():
+            raise self._damaged(problem)
         with contextlib.closing(files.connect(path)) as copy:
             self._db.backup(copy)
             files.close(copy)
