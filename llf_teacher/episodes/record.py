@@ -264,8 +264,15 @@ def pack_regrets(regrets: Sequence[float]) -> bytes:
 
 
 def unpack_regrets(packed: bytes) -> NDArray[np.float64]:
-    """The regret of each turn, the opening not included; shape (turns,)."""
-    return np.frombuffer(zlib.decompress(packed), "<f8")
+    """The regret of each turn, the opening not included; shape (turns,).
+
+    Raises:
+        ValueError: the bytes are damaged.
+    """
+    try:
+        return np.frombuffer(zlib.decompress(packed), "<f8")
+    except zlib.error as error:
+        raise ValueError(f"the regrets of an episode cannot be read, {error}; `llf study check` names it") from None
 
 
 def turns_as_dicts(rows: Iterable[TurnRow]) -> list[dict[str, Any]]:

@@ -38,6 +38,8 @@ class Results:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self._store = Store(self.path, read_only=True)
+        if problem := self._store.lost_log():
+            warnings.warn(f"{self.path}: {problem}", RuntimeWarning, stacklevel=2)
 
     def close(self) -> None:
         """Close the file."""

@@ -67,10 +67,17 @@ def test_a_copy_without_the_log_says_so(killed, tmp_path):
     )
 
 
+def test_a_copy_without_the_log_is_read_with_a_warning(killed, tmp_path):
+    copy = shutil.copy(killed[0], tmp_path / "backup.db")
+    with pytest.warns(RuntimeWarning, match=r"backup\.db: episodes may be missing"):
+        load(copy).close()
+
+
 def test_a_copy_without_the_log_has_no_archive(killed, tmp_path):
     """Since the archive's store would pass for whole."""
     copy, archive = shutil.copy(killed[0], tmp_path / "backup.db"), tmp_path / "backup.zip"
-    result = llf("study", "archive", copy, archive)
+    with pytest.warns(RuntimeWarning, match="episodes may be missing"):
+        result = llf("study", "archive", copy, archive)
     assert result.returncode == 2
     assert "copied without its log, backup.db-wal" in result.stderr
     assert [file.name for file in tmp_path.iterdir() if file.is_file()] == ["backup.db"]

@@ -270,9 +270,14 @@ class Study:
             manifest: of the store.
             as_played: whether its episodes have the versions of those in the store, for a report, and not those of this
                 release, which would play it again.
+
+        Raises:
+            ValueError: the manifest is damaged.
         """
         recall(manifest.get("own", {}))
         values = manifest["study"]
+        if lacking := [name for name in ("ids", "teachers", "students") if name not in values]:
+            raise ValueError(f"the study of the store lacks {', '.join(lacking)}; `llf study check` tells more")
         study = object.__new__(cls)
         for each in fields(cls):
             default = each.default_factory() if callable(each.default_factory) else each.default

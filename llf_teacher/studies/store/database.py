@@ -160,7 +160,7 @@ class Store:
         Every value is compared with the digest of its row, and the rows with the seal of their table. Others may write
         at the same time.
         """
-        if problem := self._lost_log():
+        if problem := self.lost_log():
             yield "file", 0, problem
         self._db.execute("SAVEPOINT damage")  # all queries see the same state
         self._db.text_factory = lambda text: text.decode("utf-8", "backslashreplace")  # then it differs from its digest
@@ -185,7 +185,7 @@ class Store:
             with contextlib.suppress(sqlite3.Error):
                 self._db.execute("RELEASE damage")
 
-    def _lost_log(self) -> str:
+    def lost_log(self) -> str:
         """What is wrong with a copy without its log; empty for others."""
         if not files.has_lost_its_log(self.path):
             return ""
@@ -491,7 +491,7 @@ class Store:
         Raises:
             StoreError: the store is itself a copy that lacks its log, which its copy would not show.
         """
-        if problem := self._lost_log():
+        if problem := self.lost_log():
             raise self._damaged(problem)
         with contextlib.closing(files.connect(path)) as copy:
             self._db.backup(copy)
