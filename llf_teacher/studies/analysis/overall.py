@@ -1,7 +1,7 @@
 """One number per teacher over all families, by estimators for many tasks.
 
-A task is a student in a group of environments; a run is a seed, with the score of `primary.symmetric`: what the
-baseline's regret is greater, as a share of the sum of both mean regrets.
+A task is a student in a group of environments; a run is a seed, with the score of `primary.symmetric`:
+how much the baseline's regret exceeds the teacher's, as a share of the sum of both mean regrets.
 """
 
 from collections.abc import Iterator
