@@ -366,7 +366,7 @@ def test_a_report_shows_its_findings(width, height, tmp_path):
         visitor.driver.get((tmp_path / "report.html").as_uri())
         assert visitor.driver.execute_script("return document.documentElement.scrollWidth") == width
         visitor.driver.execute_script("document.getElementById('findings').scrollIntoView()")
-        (plot,) = [each for each in visitor.all("#findings-gains svg") if each.is_displayed()]
+        (plot,) = [each for each in visitor.all("#findings-scores svg") if each.is_displayed()]
         assert 0 <= plot.rect["x"] < plot.rect["x"] + plot.rect["width"] <= width
         for text in visitor.driver.execute_script(LETTERS):
             assert text["left"] >= 0, text
