@@ -11,6 +11,10 @@ from gymnasium.envs.registration import EnvSpec
 import pz_envs  # noqa: F401  (registers with PettingZoo)
 from pz_envs.family import Family, all_families, families_to_register, own_families
 from pz_envs.learning import ActionValues, StateValues
+from pz_envs.registered import PREFIX as GYM
+from pz_envs.registered import registered
+from pz_envs.settings import Settings
+from pz_envs.subject import Subject
 
 PREFIX, ALIAS, TEACHER = "llf-", "verbal-", "teacher/"
 
@@ -19,8 +23,9 @@ class Entry(NamedTuple):
     """One environment."""
 
     id: str
-    """Gymnasium id, as LLF-Bench names it."""
-    family: Family
+    """Gymnasium id, as LLF-Bench names it, or one of Gymnasium's registry with the prefix `gym:`."""
+    family: Subject
+    """A family; of Gymnasium's registry a subject of its own."""
     options: dict[str, Any]
     """Options of the world."""
     sampled: bool
@@ -61,6 +66,8 @@ def ids() -> tuple[str, ...]:
 def entry(id: str) -> Entry:
     """The environment of an id, of its alias `verbal-...`, or of another alias, with one warning per process.
 
+    With the prefix `gym:` the id is one of Gymnasium's registry, which a teacher teaches who plans.
+
     As in Gymnasium, an id without a version is that of the newest one, which is warned of, too.
 
     Raises:
@@ -68,6 +75,9 @@ def entry(id: str) -> Entry:
     """
     if not isinstance(id, str):
         raise ValueError(f"an id must be a string such as {ids()[0]!r}, got {id!r}; `llf list` shows them all")
+    if id.startswith(GYM):
+        subject = registered(id)
+        return Entry(subject.id, subject, {}, False)
     name = PREFIX + id.removeprefix(ALIAS) if id.startswith(ALIAS) else id
     for search in (own_families, all_families):  # other distributions are searched only if necessary
         entries, aliases = _table(search)
@@ -144,11 +154,22 @@ def _register(name: str, seat: str, arrays: bool, **settings: Any) -> None:
     )
 
 
-def supported_types(id: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def supported_types(id: str, **options: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """The instruction types and the kinds of feedback that an environment supports.
 
+    Args:
+        id: of the environment.
+        options: of its world.
+
     Raises:
-        ValueError: an unknown id.
+        ValueError: an unknown id, or an option is not allowed.
     """
-    oracle = entry(id).family.oracle_class()
+    found = entry(id)
+    settings = Settings.of(id, {**found.options, **options}, found.family.options())
+    return types_of(found.family.for_lesson(settings))
+
+
+def types_of(subject: Subject) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The instruction types and the kinds of feedback that a subject's teachers support."""
+    oracle: Any = subject.oracle_class()
     return oracle.instruction_types, tuple(kind.value for kind in oracle.feedback_types)

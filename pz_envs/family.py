@@ -171,6 +171,11 @@ class Family(Subject):
         oracle = self.oracle_class()(world.scratch)
         return worlds, self._load(self.oracle_batch, "teachers.batches")(oracle, worlds)
 
+    @property
+    def drawn(self) -> bool:
+        """Whether it has a class that draws its worlds."""
+        return bool(self.picture)
+
     def make_picture(self, world: "World[Any]") -> "Picture[Any]":
         """The picture of such a world."""
         if not self.picture:

@@ -3,12 +3,16 @@
 import contextlib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import gymnasium
 import numpy as np
 
 from pz_envs.learning import Learning, StateValues, check_learning
+from pz_envs.registered import REWARDS, Registered
+from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
@@ -17,7 +21,7 @@ from teachers.reward_oracle import RewardOracle
 from teachers.voice import Voice
 from worlds.pictures import Picture
 from worlds.world import World
-from worlds.wrapped.gym_world import GymWorld
+from worlds.wrapped.gym_world import GymWorld, same
 from worlds.wrapped.rendered import RenderedPicture
 
 _MAX_TURNS = 100  # of an environment without a limit
@@ -93,13 +97,14 @@ class Lesson(Subject):
         )
         if self.planned is not None:
             self._world.model = self.planned.model
+            self._world.notes = {"objective": self.planned.objective} if self.planned.objective else {}
         self._scratch = self._world.scratch
         self._phrases = {} if phrases is None else phrases
         self.phrasebook()
         spec = self._world.env.spec
         self.name = name or (spec.name if spec else type(self._world.env.unwrapped).__name__)
-        self._limits = _limits(self._world.env)
-        self.max_turns = _least(self._limits) if max_turns is None else max_turns
+        self._limits = limits_of(self._world.env)
+        self.max_turns = least(self._limits) if max_turns is None else max_turns
         check_learning(learning)
         self.repeated, self.regret_unit, self.learning = repeated, regret_unit, learning
 
@@ -118,15 +123,15 @@ class Lesson(Subject):
         world, self._world = self._world, None
         return world or other
 
-    def turns(self, given: int | None = None) -> int:
+    def turns(self, given: int | None = None, **options: Any) -> int:
         """The given turns, which must be those of the plan, and are no more than the environment's where it matters."""
         horizon = None if self.planned is None else self.planned.horizon
-        if given is not None and horizon not in (None, _least([*self._limits, given])):
+        if given is not None and horizon not in (None, least([*self._limits, given])):
             raise ValueError(
                 f"the teacher has planned for episodes of {horizon} turns, got max_turns {given}; "
                 "give max_turns to Lesson or teach, where it plans"
             )
-        return self.max_turns if given is None else _least([*self._limits, given]) if horizon else given
+        return self.max_turns if given is None else least([*self._limits, given]) if horizon else given
 
     def make_picture(self, world: World[Any]) -> Picture[Any]:
         """The picture: the environment's own rendering, if it was made with a render mode."""
@@ -142,11 +147,55 @@ class Lesson(Subject):
         return make_phrasebook(self._phrases, claims, voice)
 
 
+class RegisteredLesson(Lesson):
+    """The lesson of an environment of Gymnasium's registry with some options; see `pz_envs.registered`.
+
+    Args:
+        registered: the environment.
+        given: options.
+        turns: most turns of an episode.
+        drawn: whether its environments can be rendered.
+    """
+
+    def __init__(self, registered: Registered, given: Mapping[str, Any], turns: int, drawn: bool) -> None:
+        self.registered, self.given = registered, {**given}
+        self._arguments = registered, self.given, turns, drawn
+        oracle = given.get("oracle", "auto")
+        if not isinstance(oracle, Planner | str):
+            raise ValueError(
+                f"oracle must be a planner or its spec string, such as 'exact(gamma=0.95)', got {oracle!r}"
+            )
+        super().__init__(
+            partial(registered.make, self.given, "rgb_array" if drawn else None),
+            None if oracle == REWARDS else oracle,
+            name=registered.name,
+            max_turns=turns,
+        )
+        self.summary = registered.summary
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._arguments
+
+    def options(self) -> tuple[str, ...]:
+        """The names of the options."""
+        return self.registered.options()
+
+    def for_lesson(self, settings: Settings) -> "RegisteredLesson":
+        """The lesson of these settings; options that they lack are as in this one."""
+        return self.registered.for_lesson(replace(settings, options={**self.given, **settings.options}))
+
+    def make_world(self, **options: Any) -> World[Any]:
+        """A world; options that are not given are as in this lesson."""
+        if all(name in self.given and same(value, self.given[name]) for name, value in options.items()):
+            return super().make_world()
+        return self.registered.make_world(**{**self.given, **options})
+
+
 def _planned(env: gymnasium.Env | Callable[[], gymnasium.Env], planner: Planner, turns: int | None) -> Planned:
     """Plan with the given environment, or with one that is made for this."""
     given = env if isinstance(env, gymnasium.Env) else env()
     with contextlib.nullcontext() if given is env else contextlib.closing(given):
-        return planner.plan(given, _least([*_limits(given), turns]))
+        return planner.plan(given, least([*limits_of(given), turns]))
 
 
 def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
@@ -163,7 +212,7 @@ def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:
     return made
 
 
-def _limits(env: gymnasium.Env[Any, Any]) -> list[Any]:
+def limits_of(env: gymnasium.Env[Any, Any]) -> list[Any]:
     """What the environment has as its time limit: in its spec, a wrapper or an attribute."""
     limits: list[Any] = [env.spec.max_episode_steps] if env.spec else []
     for name in _LIMITS:
@@ -174,6 +223,6 @@ def _limits(env: gymnasium.Env[Any, Any]) -> list[Any]:
     return limits
 
 
-def _least(limits: Sequence[Any]) -> int:
+def least(limits: Sequence[Any]) -> int:
     """The fewest turns of all limits that are numbers; 100 if there are none."""
     return min((int(each) for each in limits if type(each) in _COUNTS and each > 0), default=_MAX_TURNS)

@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 
     from pz_envs.parallel_seats import ParallelSeats, TurnBasedParallelEnv
     from pz_envs.seats import SeatsEnv
+    from teachers.batches import OracleBatch
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Phrasebook
     from teachers.teacher import Teacher
     from teachers.voice import Voice
+    from worlds.batches import WorldBatch
     from worlds.pictures import Picture
     from worlds.world import World
 
@@ -36,6 +38,8 @@ class Subject(ABC):
     """What is taught: it makes worlds, and teachers and environments for them."""
 
     name: str
+    summary: str
+    """One line for listings."""
     max_turns: int
     """Turns of the student after which an episode is truncated."""
     repeated: bool
@@ -46,6 +50,14 @@ class Subject(ABC):
     """What can be learned from rewards alone."""
     visual: bool = False
     """Whether its worlds have an option `visual` that adds images to the observation."""
+    rules: int = 1
+    """Version of the rules; it increases when the same seed and actions no longer give the same episode."""
+    distribution: str = "llf-teacher"
+    """The distribution that has the worlds."""
+    version: str = ""
+    """The version of another distribution; empty for this one."""
+    world_batch: str = ""
+    """The class of its worlds in arrays; empty if there is none."""
 
     @abstractmethod
     def make_world(self, **options: Any) -> "World[Any, Any, Any]":
@@ -63,12 +75,37 @@ class Subject(ABC):
         """The names of the world's options."""
         return ()
 
+    def for_lesson(self, settings: Settings) -> "Subject":
+        """The subject of a lesson with these settings: another one where teachers plan for options and turns."""
+        return self
+
+    @property
+    def drawn(self) -> bool:
+        """Whether students may see pictures of its worlds."""
+        return False
+
+    def missing(self) -> str:
+        """Why it cannot be taught here: something is not installed. Empty if it can."""
+        return ""
+
+    def batch_options(self) -> tuple[str, ...]:
+        """The names of the options that `make_batch` takes beside the world's."""
+        return ()
+
+    def make_batch(self, rows: int, **options: Any) -> "tuple[WorldBatch[Any, Any], OracleBatch[Any]]":
+        """Worlds in arrays and their oracles in arrays.
+
+        Raises:
+            ValueError: there are none.
+        """
+        raise ValueError(f"{self.name} cannot be played in arrays; leave out vectorization_mode, or set it to 'sync'")
+
     def taught_world(self, **options: Any) -> "World[Any, Any, Any]":
         """A world for a new environment."""
         return self.make_world(**options)
 
-    def turns(self, given: int | None = None) -> int:
-        """Turns after which an episode is truncated, if these are given.
+    def turns(self, given: int | None = None, **options: Any) -> int:
+        """Turns after which an episode is truncated, if these are given, in a world with these options.
 
         Raises:
             ValueError: the teacher has planned for another number.
@@ -117,7 +154,7 @@ class Subject(ABC):
             ValueError: the seating is unknown, or an argument is not allowed.
         """
         found, lesson, own = self._read(seating, settings, keywords)
-        env = found.seats(self, lesson, **own)
+        env = found.seats(self.for_lesson(lesson), lesson, **own)
         env.label = self.label(seating, lesson.options)
         return env
 
@@ -134,7 +171,7 @@ class Subject(ABC):
     ) -> "ParallelEnv":
         """The parallel form of the seating; arguments as in `raw_env`."""
         found, lesson, own = self._read(seating, settings, keywords)
-        env: TurnBasedParallelEnv | ParallelSeats = found.parallel_env(self, lesson, **own)
+        env: TurnBasedParallelEnv | ParallelSeats = found.parallel_env(self.for_lesson(lesson), lesson, **own)
         env.env.label = self.label(seating, lesson.options)
         return env
 

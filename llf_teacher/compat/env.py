@@ -74,7 +74,9 @@ class LLFEnv(LLFWrapper):
         Forwarding.__init__(self, env)
         self._student: StudentEnv = env.unwrapped  # type: ignore[assignment]  # below Gymnasium's wrappers
         self._seed = None
-        self.INSTRUCTION_TYPES, self.FEEDBACK_TYPES = supported_types(self._student.env_id)
+        self.INSTRUCTION_TYPES, self.FEEDBACK_TYPES = supported_types(
+            self._student.env_id, **self._student.settings.options
+        )
         self.action_space = self._actions()
         words = self._student.student_view.words_space
         self.observation_space = spaces.Dict(

@@ -47,10 +47,10 @@ class LiveLesson:
     def __init__(
         self, entry: Entry, settings: Settings, seed: int, people: frozenset[str], student: Student | None = None
     ) -> None:
-        self.family, self.settings, self.seed, self.people = entry.family, settings, seed, people
+        self.family, self.settings, self.seed, self.people = entry.family.for_lesson(settings), settings, seed, people
         self.reads = "words" if student is None else student.reads
-        self.session, self.view, (self.teacher_view,) = assemble(entry.family, settings, undoable=True)
-        self._policy = None if student is None else student.seat(entry.family, self.session.world)
+        self.session, self.view, (self.teacher_view,) = assemble(self.family, settings, undoable=True)
+        self._policy = None if student is None else student.seat(self.family, self.session.world)
         self._recorder = Recorder(self.family.name, self.view)
         self.moves: list[tuple[str, Any]] = []
         """The seat of each move, and the move."""

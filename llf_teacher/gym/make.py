@@ -14,7 +14,9 @@ def make(id: str, *, settings: Settings | None = None, **keywords: Unpack[Settin
     """The student's seat of an environment, with a teacher in the other seat.
 
     Args:
-        id: an id of `ids()`, or its alias `verbal-...`.
+        id: an id of `ids()`, its alias `verbal-...`, or one of Gymnasium's registry with the prefix `gym:`, as in
+            `gym:FrozenLake-v1` or `gym:package.module:ID`, with the arguments of `gymnasium.make` as options, and
+            `oracle`, such as `"exact(gamma=0.95)"`.
         settings: of the lesson; None: the defaults.
         keywords: fields of `pz_envs.settings.Settings` that replace those, such as `teacher`, `feedback_type` or
             `text`, and the world's options.
@@ -23,5 +25,8 @@ def make(id: str, *, settings: Settings | None = None, **keywords: Unpack[Settin
         ValueError: the id is unknown, or an argument is not allowed.
     """
     given: dict[str, Any] = {**keywords} if settings is None else {"settings": settings, **keywords}
-    env: StudentEnv = gymnasium.make(entry(id).id, **given)  # type: ignore[assignment]  # no wrapper is around it
+    found = entry(id)
+    if found.id not in gymnasium.registry:
+        return StudentEnv(found.id, **given)
+    env: StudentEnv = gymnasium.make(found.id, **given)  # type: ignore[assignment]  # no wrapper is around it
     return env

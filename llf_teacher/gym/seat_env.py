@@ -57,6 +57,7 @@ class SeatEnv(gymnasium.Env):
             refused=refused,
             **defaults,
         )
+        self.family = self.family.for_lesson(self.settings)
         self._policy: Any = None
         """The user's policy in the teacher's seat, if there is one."""
         lesson = self.settings

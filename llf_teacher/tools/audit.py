@@ -15,6 +15,7 @@ from llf_teacher.registry import entry
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.students.student import Policy
 from llf_teacher.tools.elsewhere import Elsewhere, Places
+from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.atoms import (
     FP,
@@ -182,7 +183,9 @@ def audit(
     family = id if isinstance(id, Subject) else entry(id).family
     found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
     places = Places(family.name, np.random.default_rng(0))
-    types = tuple(instruction_types or family.make_teacher(family.make_world()).oracle.instruction_types)
+    options = {name: value for name, value in settings.items() if name in family.options()}
+    taught = family.for_lesson(Settings(options=options, max_turns=settings.get("max_turns")))
+    types = tuple(instruction_types or taught.make_teacher(taught.make_world(**options)).oracle.instruction_types)
     combinations = list(itertools.product(map(parse_student, students), types))
     for done, (student, type_) in enumerate(combinations, 1):
         given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}

@@ -1,13 +1,15 @@
 """Oracles for environments that bring none: they plan, and say no more than their tier of planning knows."""
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium
 
 from teachers.planning.exact import Exact
 from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.spec import parse_call
 
-__all__ = ["TIERS", "Auto", "Exact", "Planned", "Planner", "PlanningError", "parse_planner"]
+__all__ = ["TIERS", "Auto", "Exact", "Planned", "Planner", "PlanningError", "parse_planner", "survey"]
 
 TIERS: dict[str, type[Planner]] = {"exact": Exact}
 """Planners by name, those that know the most first."""
@@ -18,28 +20,43 @@ class Auto(Planner):
 
     def plan(self, env: gymnasium.Env[Any, Any], turns: int) -> Planned:
         """Try each tier."""
-        reasons = []
+        refused: dict[str, str] = {}
         for name, planner in TIERS.items():
             try:
-                return planner().plan(env, turns)
+                return replace(planner().plan(env, turns), refused=refused)
             except PlanningError as error:
-                reasons.append(f"{name}: {error}")
+                refused[name] = f"{error}"
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
         raise PlanningError(
-            f"no tier of planning serves {env}; {'; '.join(reasons)}; leave out oracle=... for rewards in words, or "
-            "write an oracle (docs/teach-your-own-environment.md)"
+            f"no tier of planning serves {env}; {reasons}; leave out oracle=..., in a study or a command set "
+            "oracle='rewards', for rewards in words, or write an oracle (docs/teach-your-own-environment.md)"
         )
 
 
-def parse_planner(name: str) -> Planner:
-    """The planner of this name.
+def survey(env: gymnasium.Env[Any, Any], turns: int) -> dict[str, Planned | PlanningError]:
+    """What each tier says of an environment, the highest first: its plan, or why it does not serve."""
+    found: dict[str, Planned | PlanningError] = {}
+    for name, planner in TIERS.items():
+        try:
+            found[name] = planner().plan(env, turns)
+        except PlanningError as error:
+            found[name] = error
+    return found
+
+
+def parse_planner(spec: str) -> Planner:
+    """The planner of a spec string, such as `auto` or `exact(gamma=0.95)`.
 
     Raises:
         ValueError: there is none.
     """
     known: dict[str, type[Planner]] = {"auto": Auto, **TIERS}
-    if name not in known:
+    call = parse_call(
+        "oracle", spec, f"the name of a planner, such as `auto` or `exact(gamma=0.95)`; names: {', '.join(known)}"
+    )
+    if call.name not in known:
         raise ValueError(
             "oracle must be a subclass of teachers.oracle.Oracle, or a function that makes an oracle, a planner, or "
-            f"the name of one ({', '.join(known)}), got {name!r}"
+            f"the name of one ({', '.join(known)}), got {spec!r}"
         )
-    return known[name]()
+    return call.make("oracle", known[call.name])

@@ -40,6 +40,12 @@ class Planned:
     """An observation as text; None: plain numbers."""
     privileged: bool | None = None
     """Whether the teacher knows more of a state than the student sees; None: that is not known."""
+    objective: str = ""
+    """What values are of, for people; lessons have it in the info of a reset."""
+    size: str = ""
+    """How much was planned, for people: so many states or nodes."""
+    refused: Mapping[str, str] = field(default_factory=dict)
+    """Why higher tiers do not serve, by their names."""
 
 
 class Planner(ABC):

@@ -8,6 +8,7 @@ environment that is played cost almost nothing more; the cost is in scratch worl
 import copy
 import inspect
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any, Self
 
 import gymnasium
@@ -54,6 +55,8 @@ class GymWorld(World[Position, Any, Any]):
     reset_options = None
     model: Any = None
     """What a planner knows of the environment, for oracles and their claims. Scratch worlds share it."""
+    notes: Mapping[str, Any] = MappingProxyType({})
+    """What the info of a reset has beside the environment's own."""
 
     def __init__(
         self,
@@ -123,6 +126,11 @@ class GymWorld(World[Position, Any, Any]):
         return min(0.0, low) if self.reward_range != _REWARD_RANGE else 0.0
 
     @property
+    def copied(self) -> bool:
+        """Whether truths are restored by copies of the environment."""
+        return self._copies
+
+    @property
     def env(self) -> _Env:
         """The environment, in the current state."""
         return self._synchronized()
@@ -145,7 +153,7 @@ class GymWorld(World[Position, Any, Any]):
         self._episode = Episode(seed, copy.deepcopy(options), still(self._observation), anchor)
         self._turn, self._shared, self._kept = 0, False, None
         self._at = self._episode, 0
-        return self._observation, {**info, "success": False}
+        return self._observation, {**info, **self.notes, "success": False}
 
     def legal(self, action: Any) -> Any:
         """The action in canonical form."""
@@ -341,7 +349,7 @@ def _play(env: _Env, actions: list[Any]) -> list[Any]:
 def _from_spec(env: _Env) -> _Env:
     if env.spec is None:
         raise ValueError("it has no spec")
-    silent = {"render_mode": None} if "render_mode" in env.spec.kwargs else {}
+    silent = {"render_mode": None} if env.spec.kwargs.get("render_mode") == "human" else {}
     return gymnasium.make(env.spec, **silent)
 
 

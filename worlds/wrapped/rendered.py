@@ -6,7 +6,7 @@ import numpy as np
 
 from worlds.pictures import Sight, TextPicture
 from worlds.pictures.canvas import Canvas
-from worlds.wrapped.gym_world import GymWorld
+from worlds.wrapped.gym_world import GymWorld, Position
 
 __all__ = ["RenderedPicture"]
 
@@ -16,7 +16,8 @@ _MARGIN = 12
 class RenderedPicture(TextPicture):
     """If privileged, the environment's own `rgb_array`, if it has one; otherwise the description.
 
-    An environment may render more than its observation contains.
+    An environment may render more than its observation contains. Many that have been rendered cannot be copied any
+    more; if truths are restored by copies, another environment is drawn than the one that is played.
 
     Args:
         world: the world to draw, in its current state.
@@ -25,14 +26,25 @@ class RenderedPicture(TextPicture):
     def __init__(self, world: GymWorld) -> None:
         super().__init__(world)
         self.world = world
+        self._last: Position | None = None
 
     def draw(self, canvas: Canvas, sight: Sight[Any]) -> None:
         """Draw the image in the largest size that fits."""
         if not sight.privileged or self.world.env.render_mode != "rgb_array":
             super().draw(canvas, sight)
             return
-        image: Any = np.asarray(self.world.env.render(), np.uint8)
+        world = self._another_at(sight.now) if self.world.copied else self.world
+        image: Any = np.asarray(world.env.render(), np.uint8)
         height, width = image.shape[:2]
         share = min((canvas.width - 2 * _MARGIN) / width, (canvas.height - 2 * _MARGIN) / height)
         size = width * share, height * share
         canvas.paste(image, ((canvas.width - size[0]) / 2, (canvas.height - size[1]) / 2), size)
+
+    def _another_at(self, truth: Position) -> GymWorld:
+        """Another world at a truth: the one that was drawn last, if it is there or one step before."""
+        last, self._last = self._last, truth
+        if last is None or last.episode is not truth.episode or truth.turn - last.turn not in (0, 1):
+            self.lab = self.world.scratch()
+        self.lab.restore(truth)
+        lab: GymWorld = self.lab
+        return lab

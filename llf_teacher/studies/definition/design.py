@@ -99,7 +99,8 @@ def check_transfer(table: Any, study: Any, problems: list[str]) -> dict[str, Any
     if unknown_names := [id for id in taught if entry(id).family.name not in families]:
         problems.append(f"transfer: taught: the study has no id of the family of {', '.join(unknown_names)}")
     for id in taught:
-        if lacking := [type_ for type_ in study.instruction_types if type_ not in supported_types(id)[0]]:
+        able = supported_types(id, **study.world_options(id))[0]
+        if lacking := [type_ for type_ in study.instruction_types if type_ not in able]:
             problems.append(f"transfer: taught: {id} cannot have the instruction types {', '.join(lacking)}")
     types = lists.get("feedback_types", study.feedback_types)
     found = Transfer(

@@ -46,7 +46,7 @@ def _check(where: str, id: str, table: Mapping[str, Any], problems: list[str]) -
         visual, failure = table.get("visual", False), table.get("failure_reward", low)
         if not isinstance(visual, bool):
             raise ValueError(f"visual must be true or false, got {visual!r}")
-        if visual and not (family.visual or family.picture):
+        if visual and not (family.visual or family.drawn):
             raise ValueError("visual is not supported, since it has no images; allowed: false")
         if isinstance(failure, bool) or not isinstance(failure, int | float) or not low <= failure <= high:
             raise ValueError(f"failure_reward must be a number from {low} to {high}, got {failure!r}")

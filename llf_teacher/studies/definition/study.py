@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 
 import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.registry import PREFIX, entry, supported_types
+from llf_teacher.registry import PREFIX, entry, types_of
 from llf_teacher.speakers.parsing import needed_of
 from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
@@ -23,6 +23,8 @@ from llf_teacher.studies.definition.primary import check_primary
 from llf_teacher.studies.definition.recalled import recall, student_of, teacher_of
 from llf_teacher.studies.definition.transcript_filter import check_transcripts
 from pz_envs.family import all_families
+from pz_envs.settings import Settings
+from pz_envs.subject import Subject
 from teachers.feedback import format_kinds
 from teachers.seeds import TREE
 from teachers.spec import is_count, unknown
@@ -125,8 +127,9 @@ class Study:
         set_(self, "transcripts", check_transcripts(self.transcripts, problems))
         if not problems:
             unsupported: dict[tuple[str, tuple[str, ...]], list[str]] = {}
-            for id, type_ in itertools.product(self.ids, self.instruction_types):
-                if type_ not in (allowed := supported_types(id)[0]):
+            subjects = self._subjects(problems)
+            for id, type_ in itertools.product(subjects, self.instruction_types):
+                if type_ not in (allowed := types_of(subjects[id])[0]):
                     unsupported.setdefault((type_, allowed), []).append(id)
             problems += [
                 f"instruction_types: {', '.join(unable)} cannot have {type_!r}; allowed: {', '.join(allowed)}"
@@ -134,7 +137,7 @@ class Study:
             ]
             heard = {id: {*self.grid(id).teachers, *self.tests(id).teachers} for id in self.ids}
             for spec in self._specs("teachers"):
-                asked = {id: entry(id).family for id in self.ids if spec in heard[id]}
+                asked = {id: each for id, each in subjects.items() if spec in heard[id]}
                 served = {family.name: family.serves(needed_of(parse_teacher(spec))) for family in asked.values()}
                 if unable := [id for id, family in asked.items() if not served[family.name]]:
                     problems.append(
@@ -168,6 +171,23 @@ class Study:
         if baseline not in self.teachers and baseline != BASELINE:
             problems.append(f"baseline: {unknown('teacher', baseline, self.teachers)}")
         return baseline
+
+    def world_options(self, id: str) -> dict[str, Any]:
+        """The options of an environment's world that the study gives."""
+        given: dict[str, Any] = json.loads(options_of(self.options, id) or "{}")
+        return {name: value for name, value in given.items() if name in entry(id).family.options()}
+
+    def _subjects(self, problems: list[str]) -> dict[str, Subject]:
+        """What is taught in each environment; `problems` gets why it cannot be."""
+        subjects = {}
+        for id in self.ids:
+            found = entry(id)
+            options = {**found.options, **self.world_options(id)}
+            try:
+                subjects[id] = found.family.for_lesson(Settings(max_turns=self.max_turns, options=options))
+            except ValueError as error:
+                problems.append(f"ids: {id}: {error}")
+        return subjects
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
         """`fewer` in canonical form; `problems` gets what is wrong with it."""
@@ -220,7 +240,7 @@ class Study:
     def _of(self, id: str, instruction_type: str, grid: "Grid") -> Iterator[EpisodeSpec]:
         """The episodes of an environment."""
         family = entry(id).family
-        max_turns = self.max_turns or family.max_turns
+        max_turns = family.turns(self.max_turns, **{**entry(id).options, **self.world_options(id)})
         version, rules = self.versions[family.name]
         options = options_of(self.options, id)
         for sample, feedback_type, teacher, student, seed in itertools.product(

@@ -19,7 +19,7 @@ from llf_teacher.studies.definition.transcript_filter import PATTERNS
 from llf_teacher.studies.report.columns import Columns, Curves, Plan, Revision, Sums, columns, plan
 from llf_teacher.studies.report.section import Cell, Section, cell
 from llf_teacher.studies.store import Store
-from pz_envs.family import all_families
+from pz_envs.subject import Subject
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +119,7 @@ class Data:
     @cached_property
     def units(self) -> dict[str, str]:
         """The unit of regret of each family."""
-        return {family.name: family.regret_unit for family in all_families()}
+        return {family.name: family.regret_unit for family in _families(self.study)}
 
     @cached_property
     def outcomes(self) -> Outcomes:
@@ -203,6 +203,12 @@ def _cell(curves: list[Curves], needed: int) -> Cell | None:
     return cell(curves) if len(curves) == needed else None
 
 
+def _families(study: Study) -> list[Subject]:
+    """What is taught in a study, sorted by name."""
+    found = {(family := entry(id).family).name: family for id in study.ids}
+    return [found[name] for name in sorted(found)]
+
+
 def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[str, Any]]:
     """The fields of each section without its cells."""
     groups: dict[tuple[str, str, str], dict[EpisodeSpec, Sums]] = {}
@@ -211,7 +217,7 @@ def _outlines(study: Study, sums: Mapping[EpisodeSpec, Sums]) -> Iterator[dict[s
             continue
         name = entry(setting.id).family.name
         groups.setdefault((name, setting.instruction_type, setting.feedback_type), {})[setting] = each
-    for family, *types in product(all_families(), study.instruction_types, main_types(study.feedback_types)):
+    for family, *types in product(_families(study), study.instruction_types, main_types(study.feedback_types)):
         mine = groups.get((family.name, types[0], types[1]), {})
         there = {setting.id for setting in mine}
         ids = [id for id in study.ids if id in there]

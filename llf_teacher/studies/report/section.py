@@ -20,7 +20,7 @@ from llf_teacher.studies.definition.study import Grid
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.plots import curve_plot, dot_plot
-from pz_envs.family import Family
+from pz_envs.subject import Subject
 
 _CURVES = 8
 """Greatest number of curves in a panel."""
@@ -57,7 +57,7 @@ def cell(curves: Sequence[Curves]) -> Cell | None:
 class Section:
     """The results of one family under one instruction type and feedback type."""
 
-    family: Family
+    family: Subject
     instruction_type: str
     feedback_type: str
     part: int

@@ -30,12 +30,13 @@ from teachers.planning.exact.claims import (
     route,
     used,
 )
-from teachers.planning.exact.exploring import explore
+from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import table_of
 from teachers.planning.exact.worths import Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError
 from teachers.planning.transitions import Transitions
+from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
 
 _Env = gymnasium.Env[Any, Any]
@@ -69,6 +70,10 @@ class Exact(Planner):
     def __post_init__(self) -> None:
         if self.gamma is not None and not 0 <= self.gamma < 1:
             raise ValueError(f"gamma must be None or a number from 0 to below 1, got {self.gamma!r}")
+        if not is_count(self.states):
+            raise ValueError(f"states must be an integer of at least 1, got {self.states!r}")
+        if isinstance(self.seconds, bool) or not isinstance(self.seconds, int | float) or not self.seconds > 0:
+            raise ValueError(f"seconds must be a number above 0, got {self.seconds!r}")
 
     def plan(self, env: _Env, turns: int) -> Planned:
         """Find all transitions, and compute what every action is worth."""
@@ -83,6 +88,12 @@ class Exact(Planner):
         return Planned(
             tier="exact",
             why=source,
+            objective=(
+                f"the sum of rewards within {model.horizon:,} actions, and of equal sums the one with fewer actions"
+                if model.gamma is None
+                else f"the sum of rewards, each worth {model.gamma:g} times as much as one action earlier"
+            ),
+            size=f"{model.size:,} states",
             oracle=CertainOracle if model.certain else ExactOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
             look=look,
@@ -110,7 +121,9 @@ class Exact(Planner):
         fading = None if own.fading is None else own.fading(env)
         if fading is not None and self.gamma is not None:
             raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
-        search = partial(_explore, state, fading, self.states, self.seconds)
+        search = partial(
+            _explore, explored if self.state is None else explore, state, fading, self.states, self.seconds
+        )
         env.reset(seed=0)
         key = state(env)
         try:
@@ -130,9 +143,15 @@ class Exact(Planner):
 
 
 def _explore(
-    state: State, fading: Callable[[int], float] | None, states: int, seconds: float, env: _Env, turn: int
+    find: Callable[..., Transitions],
+    state: State,
+    fading: Callable[[int], float] | None,
+    states: int,
+    seconds: float,
+    env: _Env,
+    turn: int,
 ) -> Transitions:
-    return explore(env, state, turn, fading or _whole, states=states, seconds=seconds)
+    return find(env, state, turn, fading or _whole, states=states, seconds=seconds)
 
 
 def _whole(turn: int) -> float:

@@ -38,6 +38,11 @@ class Atlas:
         return max(values.spread for values in self._known)
 
     @property
+    def size(self) -> int:
+        """The number of states that are known, those after the end included."""
+        return max(len(values.transitions) for values in self._known)
+
+    @property
     def certain(self) -> bool:
         """Whether nothing is left to chance."""
         return all(values.certain for values in self._known)

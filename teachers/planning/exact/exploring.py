@@ -1,7 +1,6 @@
 """Transitions by exploration: all states that can be reached, by copies of the environment."""
 
 import copy
-import time
 from collections import deque
 from collections.abc import Callable, Hashable
 from typing import Any
@@ -9,14 +8,51 @@ from typing import Any
 import gymnasium
 import numpy as np
 
+from teachers.planning import cache
 from teachers.planning.exact.tables import action_count
 from teachers.planning.known import State
 from teachers.planning.planner import PlanningError
+from teachers.planning.progress import ProgressBar
 from teachers.planning.transitions import Transition, Transitions
 
 _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated, with other random numbers and from another way there
+_WALK = 200  # steps by which a stored table is tried
 _CLOSE = 1e-9  # rewards that differ by less are equal
+
+
+def explored(
+    env: _Env, state: State, turn: int, share: Callable[[int], float], *, states: int, seconds: float
+) -> Transitions:
+    """The same as `explore`, once for all processes: what is found is stored, and tried before it is used again.
+
+    To be used with functions of ours as `state`, which the key of a stored table covers.
+    """
+    start = state(env)
+    key = cache.key_of(env, start)
+    found = cache.load(key)
+    if found is None or len(found) > states or not _agrees(env, state, turn, share, found):
+        found = explore(env, state, turn, share, states=states, seconds=seconds)
+        cache.save(key, found)
+    return found
+
+
+def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], found: Transitions) -> bool:
+    """Whether a random walk gives what a stored table says."""
+    rng, count = np.random.default_rng(0), action_count(env)
+    there, now = copy.deepcopy(env), turn
+    for _ in range(_WALK):
+        row = found.get(key := state(there), ())
+        action = int(rng.integers(count))
+        if len(row) != count or len(row[action]) != 1:
+            return False
+        transition, _ = _step(there, action, state, share(now))
+        if not _same(transition, row[action][0]):
+            return False
+        now += 1
+        if transition.state is None or share(now) <= 0:
+            there, now = copy.deepcopy(env), turn
+    return key in found
 
 
 def explore(
@@ -40,7 +76,14 @@ def explore(
     Raises:
         PlanningError: a bound is reached, chance decides what happens, or states of the same key differ.
     """
-    count, begun = action_count(env), time.monotonic()
+    with ProgressBar("exploring", "states") as bar:
+        return _explore(env, state, turn, share, states, seconds, bar)
+
+
+def _explore(
+    env: _Env, state: State, turn: int, share: Callable[[int], float], states: int, seconds: float, bar: ProgressBar
+) -> Transitions:
+    count = action_count(env)
     found: dict[Hashable, list[list[Transition]]] = {}
     ended: set[Hashable] = set()
     queue = deque([(copy.deepcopy(env), state(env), turn)])
@@ -62,10 +105,12 @@ def explore(
                 queue.append((there, after, now + 1))
             elif len(again) < _SAMPLED:
                 again.append((there, after, now + 1))
-        if len(seen) > states or time.monotonic() - begun > seconds:
+        bar.show(len(found), len(seen))
+        if len(seen) > states or bar.seconds > seconds:
             raise PlanningError(
                 f"more than {len(seen) - 1:,} states can be reached, {len(found):,} of which were explored in "
-                f"{time.monotonic() - begun:.0f} s; the bounds are states={states:,} and seconds={seconds:g}"
+                f"{bar.seconds:.0f} s; the bounds are states={states:,} and seconds={seconds:g}; pass other ones, as "
+                f"in oracle='exact(states={2 * states}, seconds={2 * seconds:g})'"
             )
     for there, key, now in again:
         for action in range(count):

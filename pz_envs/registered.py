@@ -1,0 +1,236 @@
+"""Environments of Gymnasium's registry as subjects: `gym:Taxi-v4`, `gym:package.module:ID`."""
+
+import contextlib
+import importlib
+import inspect
+import json
+import re
+import warnings
+from collections.abc import Mapping
+from functools import cache, cached_property
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+from gymnasium.envs.registration import EnvSpec, load_env_creator
+
+from pz_envs.learning import StateValues
+from pz_envs.settings import FIELDS, Settings
+from pz_envs.subject import Subject
+from teachers.spec import unknown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pz_envs.lesson import RegisteredLesson
+    from teachers.oracle import Oracle
+    from teachers.phrasebook import Phrasebook
+    from teachers.voice import Voice
+    from worlds.world import World
+
+__all__ = ["PREFIX", "Registered", "registered"]
+
+PREFIX = "gym:"
+"""The prefix of ids of Gymnasium's registry."""
+REWARDS = "rewards"
+"""The option `oracle` for a teacher who says what is paid, and no more."""
+_HOMES = {"BabyAI-": "minigrid", "MiniGrid-": "minigrid", "highway-": "highway_env"}
+"""By the beginnings of ids, the packages that register them when they are imported."""
+_EXTRAS = {"minigrid": "minigrid"}
+"""By package the extra that installs it."""
+_OURS = "llf_teacher."
+_MAKES = ("max_episode_steps",)  # arguments of `gymnasium.make` that matter here
+_KEPT = 8  # lessons that are planned, of each id
+
+
+class Registered(Subject):
+    """An environment of Gymnasium's registry, with a teacher who plans.
+
+    Its options are the arguments of `gymnasium.make` and `oracle`, the spec string of a planner: `auto`,
+    `exact(gamma=0.95)`, or `rewards` for rewards in words. What is planned for options and turns is a
+    `pz_envs.lesson.Lesson`, which `for_lesson` makes and keeps.
+
+    Args:
+        spec: of the environment.
+        module: that has to be imported for it; empty: none.
+    """
+
+    repeated = False
+    regret_unit = "value lost"
+    learning = StateValues()
+
+    def __init__(self, spec: EnvSpec, module: str = "") -> None:
+        self.spec, self.module = spec, module
+        self.id = f"{PREFIX}{module}{':' * bool(module)}{spec.id}"
+        """The id, with which other processes make the same."""
+        self.name = re.sub(r"[^\w.-]", "-", f"gym-{spec.id}")
+        self._lessons: dict[str, RegisteredLesson] = {}
+        self._limits: dict[str, list[Any]] = {}
+
+    def __repr__(self) -> str:
+        return f"<Registered {self.id}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return registered, (self.id,)
+
+    @property
+    def max_turns(self) -> int:  # type: ignore[override]  # found where it is asked for
+        """Turns of the student after which an episode is truncated, with the default options."""
+        return self.turns()
+
+    @cached_property
+    def distribution(self) -> str:  # type: ignore[override]  # likewise
+        """The distribution that has the environment; empty if it is in none."""
+        package = inspect.getmodule(self._creator).__name__.partition(".")[0]  # type: ignore[union-attr]  # it was imported
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            return metadata.distribution(package).name
+        return next(iter(metadata.packages_distributions().get(package, ())), "")
+
+    @cached_property
+    def version(self) -> str:  # type: ignore[override]  # likewise
+        """The version of that distribution."""
+        return metadata.version(self.distribution) if self.distribution else ""
+
+    @cached_property
+    def _creator(self) -> Any:
+        entry: Any = self.spec.entry_point
+        return load_env_creator(entry) if isinstance(entry, str) else entry
+
+    @property
+    def summary(self) -> str:  # type: ignore[override]  # likewise
+        """The first line of the environment's own documentation."""
+        lines = (inspect.getdoc(self._creator) or "").splitlines()
+        return next((text for line in lines if (text := line.strip(" #"))), "")
+
+    def options(self) -> tuple[str, ...]:
+        """The names of the world's options: of a class those of its bases, too, as far as it passes arguments on."""
+        found: dict[str, None] = {"oracle": None, **dict.fromkeys(_MAKES), **dict.fromkeys(self.spec.kwargs)}
+        for cls in getattr(self._creator, "__mro__", (self._creator,)):
+            if isinstance(cls, type) and "__init__" not in vars(cls):
+                continue
+            own = list(inspect.signature(cls).parameters.values())
+            found.update({each.name: None for each in own if each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)})
+            if not any(each.kind == each.VAR_KEYWORD for each in own):
+                break
+        return tuple(name for name in found if name not in FIELDS)
+
+    def turns(self, given: int | None = None, **options: Any) -> int:
+        """The fewest of the given turns and the environment's own."""
+        from pz_envs.lesson import least, limits_of
+
+        key = _key(options)
+        if key not in self._limits:
+            with contextlib.closing(self.make(options)) as env:
+                self._limits[key] = limits_of(env)
+        return least([*self._limits[key], given])
+
+    def for_lesson(self, settings: Settings) -> "RegisteredLesson":
+        """The lesson that is planned for the options and turns of these settings."""
+        return self._lesson(settings.options, settings.max_turns, settings.render_mode is not None)
+
+    def make_world(self, **options: Any) -> "World[Any, Any, Any]":
+        """A world with what a teacher knows of it."""
+        return self._lesson(options).make_world()
+
+    def oracle_class(self) -> "Callable[[Callable[[], World[Any, Any, Any]]], Oracle]":
+        """That of the default options."""
+        return self._lesson({}).oracle_class()
+
+    def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
+        """That of the default options."""
+        return self._lesson({}).phrasebook(voice)
+
+    def make(self, options: Mapping[str, Any], render_mode: str | None = None) -> gymnasium.Env[Any, Any]:
+        """The environment.
+
+        Raises:
+            ValueError: an option is not allowed; the message has the environment's own error.
+        """
+        given = {name: value for name, value in options.items() if name != "oracle"}
+        modes = getattr(self._creator, "metadata", {}).get("render_modes") or ()
+        shown = {"render_mode": render_mode} if render_mode in modes else {}
+        try:
+            return gymnasium.make(self.spec, **given, **shown, disable_env_checker=True)
+        except Exception as error:  # environments raise errors of many kinds
+            said = ", ".join(f"{name}={value!r}" for name, value in given.items()) or "its default options"
+            raise ValueError(
+                f"{self.id} cannot be made with {said}: {type(error).__name__}: {error}; options that it has: "
+                f"{', '.join(self.options())}"
+            ) from error
+
+    def _lesson(
+        self, options: Mapping[str, Any], max_turns: int | None = None, drawn: bool = False
+    ) -> "RegisteredLesson":
+        from pz_envs.lesson import RegisteredLesson
+
+        turns = self.turns(max_turns, **options)
+        key = f"{_key(options)} {turns} {drawn}"
+        lesson = self._lessons.pop(key, None) or RegisteredLesson(self, options, turns, drawn)
+        self._lessons[key] = lesson  # the one that was used last comes last
+        while len(self._lessons) > _KEPT:
+            del self._lessons[next(iter(self._lessons))]
+        return lesson
+
+
+def _key(options: Mapping[str, Any]) -> str:
+    return json.dumps(dict(options), sort_keys=True, default=repr)
+
+
+@cache
+def registered(id: str) -> Registered:
+    """The environment of an id with the prefix `gym:`; without a version the newest one, which is warned of.
+
+    Before the environment's id there may be the module that registers it, as in `gym:package.module:ID`; it is
+    imported. Those of MiniGrid and highway-env are known.
+
+    Raises:
+        ValueError: the module cannot be imported, or no environment has this id.
+        ModuleNotFoundError: the distribution of a known environment is not installed.
+    """
+    module, _, name = id.removeprefix(PREFIX).rpartition(":")
+    home = module or next((home for start, home in _HOMES.items() if name.startswith(start)), "")
+    if home and (module or name not in gymnasium.registry):
+        _import(home, id, bool(module))
+    if name not in gymnasium.registry:
+        versions = [each for each in gymnasium.registry.values() if each.id.rpartition("-v")[0] == name]
+        if not versions:
+            raise ValueError(_unknown(id, name))
+        newest = max(versions, key=lambda each: each.version or 0)
+        warnings.warn(f"{id} stands for {PREFIX}{newest.id}, its newest version", UserWarning, stacklevel=2)
+        name = newest.id
+    spec = gymnasium.registry[name]
+    if f"{spec.entry_point}".startswith(_OURS):
+        raise ValueError(f"{id} has a teacher already; leave the prefix {PREFIX!r} out: {name!r}")
+    return Registered(spec, module)
+
+
+def _import(module: str, id: str, given: bool) -> None:
+    """Import the module that registers an environment."""
+    try:
+        importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if given:
+            raise ValueError(
+                f"{id}: the module {module!r} cannot be imported: {error}; install it, or mend its name"
+            ) from None
+        package = f"llf-teacher[{_EXTRAS[module]}]" if module in _EXTRAS else module
+        raise ModuleNotFoundError(
+            f"{id} needs {error.name!r}, which is not installed; run: pip install '{package}'", name=error.name
+        ) from error
+    except Exception as error:  # a module of the user's own may raise anything
+        raise ValueError(f"{id}: the module {module!r} cannot be imported: {error!r}") from error
+
+
+def _unknown(id: str, name: str) -> str:
+    """The message for an id that the registry lacks."""
+    base = name.rpartition("-v")[0] or name
+    if others := [each for each in gymnasium.registry if each.rpartition("-v")[0] == base]:
+        allowed = ", ".join(f"{PREFIX}{each}" for each in others)
+        newest = f", or {PREFIX}{base} for the newest version" if base != name else ""
+        return f"Gymnasium {gymnasium.__version__} has no {name!r}; allowed: {allowed}{newest}"
+    ids = [f"{PREFIX}{each.id}" for each in gymnasium.registry.values() if not f"{each.entry_point}".startswith(_OURS)]
+    where = "gymnasium.pprint_registry()"
+    return (
+        f"{unknown('environment', id, ids, where=where)}; those of another package need the module that registers "
+        f"them, as in '{PREFIX}package.module:{name}'"
+    )

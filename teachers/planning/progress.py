@@ -1,0 +1,50 @@
+"""A bar on the terminal while planning takes long."""
+
+import sys
+import time
+from types import TracebackType
+from typing import Any, Self
+
+_PATIENCE = 1.0  # seconds before it is shown
+
+
+class ProgressBar:
+    """Shows how much of what was found is done, on standard error, if that is a terminal. It is a context.
+
+    Args:
+        what: what is done, such as "exploring".
+        unit: of what is counted.
+    """
+
+    def __init__(self, what: str, unit: str) -> None:
+        self._what, self._unit, self._begun = what, unit, time.monotonic()
+        self._bar: Any = None
+
+    @property
+    def seconds(self) -> float:
+        """The time since it began."""
+        return time.monotonic() - self._begun
+
+    def show(self, done: int, found: int) -> None:
+        """Show the numbers, which may both grow."""
+        if self._bar is None and sys.stderr.isatty() and self.seconds > _PATIENCE:
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn
+
+            count = TextColumn(f"{{task.completed:,}} of {{task.total:,}} {self._unit} found so far")
+            self._bar = Progress(
+                TextColumn(self._what), BarColumn(), count, console=Console(stderr=True), transient=True
+            )
+            self._bar.add_task(self._what)
+            self._bar.start()
+        if self._bar is not None:
+            self._bar.update(self._bar.task_ids[0], completed=done, total=found)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
