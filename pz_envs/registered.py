@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Mapping
 from functools import cache, cached_property
 from importlib import metadata
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
@@ -94,13 +95,16 @@ class Registered(Subject):
     @cached_property
     def _creator(self) -> Any:
         entry: Any = self.spec.entry_point
-        return load_env_creator(entry) if isinstance(entry, str) else entry
+        try:
+            return load_env_creator(entry) if isinstance(entry, str) else entry
+        except Exception as error:  # its module may raise anything, and has its own words for what is not installed
+            raise ValueError(f"{self.id} cannot be loaded: {type(error).__name__}: {error}") from error
 
     @property
     def summary(self) -> str:  # type: ignore[override]  # likewise
-        """The first line of the environment's own documentation."""
+        """The first line of the environment's own documentation that is no heading."""
         lines = (inspect.getdoc(self._creator) or "").splitlines()
-        return next((text for line in lines if (text := line.strip(" #"))), "")
+        return next((text for line in lines if (text := line.strip()) and not text.startswith("#")), "")
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options: of a class those of its bases, too, as far as it passes arguments on."""
@@ -181,7 +185,8 @@ def registered(id: str) -> Registered:
     """The environment of an id with the prefix `gym:`; without a version the newest one, which is warned of.
 
     Before the environment's id there may be the module that registers it, as in `gym:package.module:ID`; it is
-    imported. Those of MiniGrid and highway-env are known.
+    imported. Those of MiniGrid and highway-env are known. What is not registered may be a class or a function of that
+    module, which makes the environment.
 
     Raises:
         ValueError: the module cannot be imported, or no environment has this id.
@@ -190,7 +195,9 @@ def registered(id: str) -> Registered:
     module, _, name = id.removeprefix(PREFIX).rpartition(":")
     home = module or next((home for start, home in _HOMES.items() if name.startswith(start)), "")
     if home and (module or name not in gymnasium.registry):
-        _import(home, id, bool(module))
+        found = _import(home, id, bool(module))
+        if name not in gymnasium.registry and _makes(getattr(found, name, None)):
+            return Registered(EnvSpec(name, entry_point=f"{module}:{name}"), module)
     if name not in gymnasium.registry:
         versions = [each for each in gymnasium.registry.values() if each.id.rpartition("-v")[0] == name]
         if not versions:
@@ -204,10 +211,15 @@ def registered(id: str) -> Registered:
     return Registered(spec, module)
 
 
-def _import(module: str, id: str, given: bool) -> None:
+def _makes(value: Any) -> bool:
+    """Whether a value of a module is a class of environments, or a function that may make one."""
+    return inspect.isfunction(value) or (isinstance(value, type) and issubclass(value, gymnasium.Env))
+
+
+def _import(module: str, id: str, given: bool) -> ModuleType:
     """Import the module that registers an environment."""
     try:
-        importlib.import_module(module)
+        return importlib.import_module(module)
     except ModuleNotFoundError as error:
         if given:
             raise ValueError(
@@ -230,6 +242,9 @@ def _unknown(id: str, name: str) -> str:
         return f"Gymnasium {gymnasium.__version__} has no {name!r}; allowed: {allowed}{newest}"
     ids = [f"{PREFIX}{each.id}" for each in gymnasium.registry.values() if not f"{each.entry_point}".startswith(_OURS)]
     where = "gymnasium.pprint_registry()"
+    module, _, _ = id.removeprefix(PREFIX).rpartition(":")
+    if module:
+        return f"{id}: the module {module!r} neither registers nor defines {name!r}; mend the name of one of them"
     return (
         f"{unknown('environment', id, ids, where=where)}; those of another package need the module that registers "
         f"them, as in '{PREFIX}package.module:{name}'"

@@ -1,6 +1,7 @@
 """The command line, `llf`: one module for each command; those for developers are in `dev`."""
 
 import difflib
+import json
 import os
 import pkgutil
 import sys
@@ -90,6 +91,30 @@ def print_missing() -> None:
     for family in all_families():
         if why := family.missing():
             errors.print(f"left out: {why}")
+
+
+def read_options(given: list[str] | None) -> dict[str, Any]:
+    """Options of a world that were given as NAME=VALUE, where a value is JSON, or a text.
+
+    Raises:
+        ValueError: one has no `=`.
+    """
+    options = {}
+    for each in given or ():
+        name, equals, value = each.partition("=")
+        if not equals or not name:
+            raise ValueError(f"an option must be NAME=VALUE, as in map_name=8x8, got {each!r}")
+        try:
+            options[name] = json.loads(value)
+        except ValueError:
+            options[name] = value
+    return options
+
+
+def search_here() -> None:
+    """Have modules found in the working directory, as with `python -m`."""
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())
 
 
 def complete_id(incomplete: str) -> list[str]:

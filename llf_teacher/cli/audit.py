@@ -6,7 +6,6 @@ import math
 import multiprocessing
 import os
 import pkgutil
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -19,7 +18,7 @@ from rich.markup import escape
 from rich.progress import track
 from rich.table import Table
 
-from llf_teacher.cli import print_missing
+from llf_teacher.cli import print_missing, search_here
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
@@ -66,8 +65,7 @@ def audit(
     from llf_teacher import registry
     from teachers.personality import PERSONALITIES, parse_personality
 
-    if os.getcwd() not in sys.path:  # so that `module:function` is found here, as with `python -m`
-        sys.path.append(os.getcwd())
+    search_here()  # for `module:function`
     _voice(voice)
     if not ids:
         print_missing()

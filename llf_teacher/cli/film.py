@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from llf_teacher.cli import complete_id, complete_student, complete_teacher, draw_off_screen
+from llf_teacher.cli import complete_id, complete_student, complete_teacher, draw_off_screen, read_options, search_here
 
 
 def add_to(app: typer.Typer) -> None:
@@ -30,6 +30,10 @@ def film(
     max_turns: Annotated[
         int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
     ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several."),
+    ] = None,
     theme: Annotated[str, typer.Option(help="Colours: light or dark.")] = "light",
     seconds: Annotated[float, typer.Option(help="Seconds that each turn is shown.", min=0.02)] = 1.5,
     plain: Annotated[
@@ -49,6 +53,7 @@ def film(
     from llf_teacher.tools.film import film as play
 
     check_path(path)
+    search_here()
     frames = play(
         entry(id).id,
         teacher=teacher,
@@ -59,6 +64,7 @@ def film(
         max_turns=max_turns,
         theme=theme,
         privileged_info=not plain,
+        options=read_options(option),
     )
     save(frames, path, seconds)
     typer.echo(f"{path}: {len(frames)} frames, {path.stat().st_size / 1000:.0f} kB")

@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from llf_teacher.cli import print_missing
+from llf_teacher.cli import print_missing, search_here
 from pz_envs.family import Family
+from pz_envs.registered import PREFIX as GYM
 
 
 def add_to(app: typer.Typer) -> None:
@@ -23,7 +24,8 @@ def list_(
     pattern: Annotated[
         str,
         typer.Argument(
-            help="Part of a name, or a pattern such as 'llf-metaworld-*'; what matches is described in full."
+            help="Part of a name, or a pattern such as 'llf-metaworld-*'; what matches is described in full. Or an id "
+            "of Gymnasium, such as gym:Taxi-v4: what can be taught there."
         ),
     ] = "",
 ) -> None:
@@ -35,6 +37,9 @@ def list_(
     from teachers.spec import unknown
 
     console = Console(highlight=False)
+    if pattern.startswith(GYM):
+        _show_registered(console, pattern)
+        return
     here = [family for family in all_families() if not family.missing()]
     found = {id: each.family for id, each in entries().items() if each.family in here and _matches(id, pattern)}
     teachers, students = (
@@ -76,6 +81,19 @@ def _show_environments(console: Console, family: Family, ids: list[str]) -> None
     console.print(f"  {family.max_turns} turns, instructions {instructions}, feedback {feedback}")
     for id in ids:
         console.print(f"  [cyan]{id}[/]", soft_wrap=True)
+
+
+def _show_registered(console: Console, id: str) -> None:
+    """What can be taught in an environment of Gymnasium's registry."""
+    from llf_teacher.tools.trial import facts
+    from pz_envs.registered import registered
+
+    search_here()
+    subject = registered(id)
+    console.print(f"[bold]{escape(subject.id)}[/]: {escape(subject.summary)}", soft_wrap=True)
+    for about, text, _ in facts(subject):
+        console.print(f"  {about:13} {escape(text)}", soft_wrap=True)
+    console.print(f"  {'options':13} {', '.join(subject.options())}", soft_wrap=True)
 
 
 def _table(*columns: str) -> Table:

@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from llf_teacher.cli import complete_id, complete_student, complete_teacher
+from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
@@ -69,6 +69,10 @@ def play(
     max_turns: Annotated[
         int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
     ] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several."),
+    ] = None,
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
@@ -84,6 +88,7 @@ def play(
             seat,
             student,
             secrets.randbelow(2**31) if seed is None else seed,
+            read_options(option),
             teacher=teacher,
             instruction_type=instruction_type,
             feedback_type=feedback_type,
@@ -95,13 +100,14 @@ def play(
         console.print("\nYou left the episode.")
 
 
-def _lesson(id: str, seat: str, student: str, seed: int, **settings: Any) -> "LiveLesson":
+def _lesson(id: str, seat: str, student: str, seed: int, options: dict[str, Any], **settings: Any) -> "LiveLesson":
     """The lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.registry import entry
     from llf_teacher.students.parsing import parse_student
     from pz_envs.settings import Settings
 
+    search_here()
     found = entry(id)
     teaches = seat == "teacher"
     player = parse_student(student) if teaches else None
@@ -111,7 +117,7 @@ def _lesson(id: str, seat: str, student: str, seed: int, **settings: Any) -> "Li
         until_success=teaches,
         render_mode="ansi",
         privileged_info=teaches,
-        options=found.options,
+        options={**found.options, **options},
         **settings,
     )
     return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player)

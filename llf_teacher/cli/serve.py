@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from llf_teacher.cli import draw_off_screen
+from llf_teacher.cli import draw_off_screen, search_here
 
 
 def add_to(app: typer.Typer) -> None:
@@ -36,6 +36,10 @@ def serve(
     idle: Annotated[
         float, typer.Option(help="Minutes without a request after which a lesson is dropped.", min=0.1)
     ] = 60.0,
+    environment: Annotated[
+        list[str] | None,
+        typer.Option(help="Environment of Gymnasium to offer, too, such as gym:Taxi-v4; repeat it for several."),
+    ] = None,
     connections: Annotated[
         int | None,
         typer.Option(
@@ -64,7 +68,9 @@ def serve(
     from llf_teacher.studies.store import Store
     from llf_teacher.studies.store.store_lock import lock_store
     from llf_teacher.web.open_lessons import Terms
+    from pz_envs.registered import registered
 
+    search_here()
     key = "" if host in LOCAL else secrets.token_urlsafe(16)
     names = {*LOCAL, *(name or ())} | ({host} if key else set())
     text = "" if consent is None else consent.read_text(encoding="utf-8")
@@ -72,7 +78,8 @@ def serve(
         if store is not None:
             held.enter_context(lock_store(store))
             Store(store).close()  # makes the file, or fails before the first lesson
-        terms = Terms(text, codes, not no_undo, store, sessions, 60 * idle)
+        ids = tuple(registered(id).id for id in environment or ())
+        terms = Terms(text, codes, not no_undo, store, sessions, 60 * idle, ids)
         app = make_app(terms, replay or (), names, key)
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         listening = held.enter_context(socket.create_server((host, port), family=family))

@@ -152,6 +152,8 @@ class _Pages:
         for id, each in entries().items():
             if not each.family.missing():
                 families.setdefault(each.family.name, []).append(id)
+        if self.lessons.terms.ids:
+            families["Gymnasium"] = list(self.lessons.terms.ids)
         return self._page(
             "start.html.j2",
             families=families,
@@ -164,7 +166,7 @@ class _Pages:
     async def begin(self, request: Request) -> Response:
         """Begin a lesson; returns the address of its maker's seat."""
         given = await _body(request)
-        opened = await self._do(lambda: self.lessons.begin(read_plan(given)))
+        opened = await self._do(lambda: self.lessons.begin(read_plan(given, self.lessons.terms.ids)))
         return JSONResponse({"page": f"/seat/{opened.tokens[opened.lesson.plan.seat]}"}, 201)
 
     async def seat(self, request: Request) -> Response:

@@ -33,6 +33,8 @@ class Terms(NamedTuple):
     """Greatest number of open lessons."""
     idle: float = 3600.0
     """Seconds without a request after which a lesson is closed."""
+    ids: tuple[str, ...] = ()
+    """Environments of Gymnasium's registry that are offered beside ours; no others are."""
 
 
 @dataclass

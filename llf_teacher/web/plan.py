@@ -1,7 +1,7 @@
 """The plan of a lesson: the choices of the page's form, checked."""
 
 import secrets
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import cache
 from typing import Any, NamedTuple
@@ -14,6 +14,7 @@ from llf_teacher.students.parsing import STUDENTS
 from llf_teacher.students.student import Policy
 from llf_teacher.studies import Study
 from llf_teacher.studies.definition.custom_specs import teacher_spec
+from pz_envs.registered import PREFIX as GYM
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from teachers.personality import parse_personality
@@ -80,8 +81,12 @@ def students() -> tuple[str, ...]:
     return tuple(name for name in STUDENTS.names if getattr(STUDENTS[name], "policy", Policy).record is Policy.record)
 
 
-def read_plan(given: Mapping[str, Any]) -> Plan:
+def read_plan(given: Mapping[str, Any], ids: Collection[str] = ()) -> Plan:
     """The plan of the form's values. Only registered names are looked up: no value makes a module be imported.
+
+    Args:
+        given: the values.
+        ids: of Gymnasium's registry that are offered.
 
     Raises:
         ValueError: a value is missing or not allowed; the message lists what is.
@@ -95,6 +100,8 @@ def read_plan(given: Mapping[str, Any]) -> Plan:
     for name, allowed in (("seat", SEATS), ("speech", SPEECHES)):
         if texts[name] not in allowed:
             raise ValueError(unknown(name, texts[name], allowed))
+    if texts["id"].startswith(GYM) and texts["id"] not in ids:
+        raise ValueError(unknown("environment of this page", texts["id"], ids))
     if type(given.get("two", False)) is not bool:
         raise ValueError(f"two must be true or false, got {given['two']!r:.60}")
     plan = Plan(

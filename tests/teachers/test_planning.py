@@ -151,6 +151,7 @@ class Tables(gymnasium.Env):
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
+        self.hidden = object()
         return 0, {}
 
     def step(self, action):

@@ -81,6 +81,8 @@ class FeedbackServerEnvironment(Environment[FeedbackAction, FeedbackObservation,
             task = self.get_task(split, index)
             id, seed = task["id"], task["seed"]
         id = id or llf_teacher.ids()[0]
+        if id.count(":") > 1:
+            raise ValueError(f"id must name an environment alone, got {id!r}; a server imports nothing for clients")
         if not isinstance(teacher, str) or ":" in teacher:
             raise ValueError(
                 f"teacher must be a spec of `llf list`, got {teacher!r}; a server imports nothing for clients"

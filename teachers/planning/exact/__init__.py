@@ -12,6 +12,7 @@ import numpy as np
 from teachers.atoms import FN, FP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
+from teachers.planning.canonical import own_state
 from teachers.planning.exact.atlas import Atlas
 from teachers.planning.exact.claims import (
     Avoid,
@@ -57,7 +58,8 @@ class Exact(Planner):
     Args:
         gamma: discount, from 0 to below 1. None: the sum of rewards within the turns of an episode counts.
         state: the key of an environment's current state, hashable, for exploration: all that decides what happens but
-            time. None: `teachers.planning.known` has it.
+            time. None: `teachers.planning.known` has it, or the environment's `get_state()`, or else all its attributes
+            but those of its random generator.
         states: the most states to explore.
         seconds: the longest time to explore in.
     """
@@ -112,10 +114,10 @@ class Exact(Planner):
         """
         state = self.state or own.state
         if state is None:
-            raise PlanningError(
-                f"{why}; to have its states explored, pass oracle=Exact(state=f) of teachers.planning, where f(env) is "
-                "all that decides what happens next, hashable"
-            )
+            try:
+                state = own_state(env)
+            except PlanningError as error:
+                raise PlanningError(f"{why}; {error}") from None
         if not faithful(env):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)

@@ -1,0 +1,54 @@
+"""`llf teach`: try what can be taught in an environment."""
+
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from llf_teacher.cli import read_options, search_here
+from llf_teacher.escaping import escape_control_chars
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("teach")(teach)
+
+
+def teach(
+    environment: Annotated[
+        str,
+        typer.Argument(
+            metavar="ENVIRONMENT",
+            help="An id of Gymnasium, such as gym:Taxi-v4, or package.module:name of a class or a function that makes "
+            "an environment.",
+        ),
+    ],
+    option: Annotated[
+        list[str] | None,
+        typer.Option(help="Option of the environment, as NAME=VALUE, or oracle=SPEC; repeat it for several."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
+) -> None:
+    """Try what can be taught in an environment: its spaces, the teacher's tier, one episode, and what is missing.
+
+    The exit status is 1 if the environment breaks Gymnasium's interface.
+    """
+    from llf_teacher.tools.trial import trial
+    from pz_envs.registered import PREFIX, registered
+
+    search_here()
+    if ":" not in environment:
+        raise ValueError(
+            f"environment {environment!r} must be an id of Gymnasium with its prefix, {PREFIX}{environment}, or "
+            "package.module:name of a class or a function that makes an environment"
+        )
+    subject = registered(environment if environment.startswith(PREFIX) else f"{PREFIX}{environment}")
+    console = Console(highlight=False)
+    broken = False
+    for line in trial(subject, read_options(option), seed):
+        style = {True: "green", False: "yellow", None: ""}[line.good]
+        console.print(Text(f"{line.about:13} ", "bold").append(escape_control_chars(line.text), style), soft_wrap=True)
+        broken |= line.about == "interface" and not line.good
+    if broken:
+        raise typer.Exit(1)

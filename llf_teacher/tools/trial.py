@@ -1,0 +1,150 @@
+"""A trial of an environment: what can be taught in it, by which tier, and what is missing for more."""
+
+import contextlib
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import gymnasium
+from gymnasium.utils.env_checker import check_env
+
+from llf_teacher.episodes.loop import play_turns
+from llf_teacher.gym import StudentEnv
+from llf_teacher.registry import types_of
+from llf_teacher.students.parsing import parse_student
+from pz_envs.lesson import limits_of
+from pz_envs.registered import REWARDS, Registered
+from pz_envs.settings import Settings
+from pz_envs.subject import Subject
+from teachers.planning import Planned, PlanningError, survey
+from teachers.planning.known import known, words_of
+from worlds.wrapped.gym_world import faithful
+
+__all__ = ["Line", "facts", "trial"]
+
+_SEEN = {True: "more than the student sees", False: "what the student sees", None: "perhaps more than the student sees"}
+_SHOWN = 6  # turns of the episode
+
+
+class Line(NamedTuple):
+    """A line of what was found out."""
+
+    about: str
+    text: str
+    good: bool | None = None
+    """Whether it is as it should be; None: it is neither good nor bad."""
+
+
+def facts(subject: Registered, **options: Any) -> Iterator[Line]:
+    """What planned teachers know of an environment: the tier, or why there is none, and what they say.
+
+    Args:
+        subject: the environment.
+        options: of its world.
+    """
+    with contextlib.closing(subject.make(options)) as env:
+        found = survey(env, subject.turns(**options))
+        named = words_of(env) or getattr(known(env), "action_words", {})
+    plan = next((plan for plan in found.values() if isinstance(plan, Planned)), None)
+    for tier, said in found.items():
+        serves = isinstance(said, Planned)
+        yield Line(tier, f"{said.why}; {said.size}" if isinstance(said, Planned) else f"no: {said}", serves)
+    if plan is None:
+        yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
+        return
+    subjects = subject.for_lesson(Settings(options={**options, "oracle": plan.tier}))
+    instructions, kinds = (" ".join(types) for types in types_of(subjects))
+    yield Line("teacher", f"instructions {instructions}, feedback {kinds}, {subject.turns(**options):,} turns")
+    yield Line("objective", plan.objective)
+    yield Line("actions", ", ".join(plan.action_words) or ", ".join(named) or "numbers")
+    yield Line("observations", "in words" if plan.describe else "plain numbers")
+    yield Line("knows", _SEEN[plan.privileged])
+
+
+def trial(subject: Registered, options: Mapping[str, Any], seed: int = 0) -> Iterator[Line]:
+    """What is found out about an environment, step by step.
+
+    Args:
+        subject: the environment.
+        options: of its world.
+        seed: of the episode.
+
+    Raises:
+        ValueError: the environment cannot be made.
+    """
+    own = {name: value for name, value in options.items() if name != "oracle"}
+    with contextlib.closing(subject.make(own)) as env:
+        yield Line("environment", f"{env}")
+        yield Line("observations", f"{env.observation_space}")
+        yield Line("actions", f"{env.action_space}")
+        limits = [each for each in limits_of(env) if each is not None]
+        yield Line("turns", f"{subject.turns(**own):,}" + ("" if limits else ", as the environment has no limit"))
+        if (fault := _broken(env)) is not None:
+            yield Line("interface", fault, False)
+            return
+        yield Line("interface", "as Gymnasium demands", True)
+        copies = faithful(env)
+        yield Line("copies", f"{'continue' if copies else 'do not continue'} like the original", copies)
+        again = copies or _repeats(subject, own)
+        if not copies:
+            yield Line("replay", f"the same seed and actions give {'the same' if again else 'another'} episode", again)
+    yield from facts(subject, **own)
+    try:
+        lesson = subject.for_lesson(Settings(options=options))
+    except PlanningError:
+        lesson = subject.for_lesson(Settings(options={**own, "oracle": REWARDS}))
+    yield from _episode(lesson, seed)
+    yield from _missing(lesson.planned, bool(limits))
+
+
+def _broken(env: gymnasium.Env[Any, Any]) -> str | None:
+    """How an environment breaks Gymnasium's interface; None if it does not."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            check_env(env.unwrapped, skip_render_check=True)
+    except Exception as error:  # its checks are assertions, and environments raise errors of many kinds
+        return f"{type(error).__name__}: {error}; mend this first: gymnasium.utils.env_checker.check_env shows it"
+    return None
+
+
+def _repeats(subject: Registered, options: Mapping[str, Any]) -> bool:
+    """Whether two environments give the same episode."""
+    rewards = []
+    for _ in range(2):
+        with contextlib.closing(subject.make(options)) as env:
+            env.reset(seed=0)
+            env.action_space.seed(0)
+            steps = (env.step(env.action_space.sample()) for _ in range(_SHOWN))
+            rewards.append([(float(reward), terminated) for _, reward, terminated, _, _ in steps])
+    return rewards[0] == rewards[1]
+
+
+def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
+    """One taught episode, of a student that obeys; of a long one the first turns."""
+    student = parse_student("obedient")
+    with contextlib.closing(StudentEnv(lesson)) as env:
+        names = env.session.world.names
+        policy = student.seat(env.family, env.session.world)
+        for turn in play_turns(env, policy, seed):
+            moment = turn.moment
+            if moment.turn == 0:
+                yield Line("episode", f"{turn.instruction} {env.student_view.description()} {turn.feedback}")
+            elif moment.turn <= _SHOWN:
+                yield Line(f"turn {moment.turn}", f"{names.get(moment.action, moment.action)}. {turn.feedback}")
+        solved = "solved" if env.session.moment.success else "not solved"
+        yield Line("end", f"{solved} after {env.session.moment.turn} turns")
+
+
+def _missing(plan: Planned | None, limited: bool) -> Iterator[Line]:
+    """What would make the lesson better, and the argument of `teach` and `Lesson` that supplies it."""
+    if plan is None:
+        yield Line("missing", "a teacher who plans: what each tier lacks is said above; or an oracle of your own")
+    elif plan.privileged is None:
+        yield Line("missing", "whether the teacher uses what the student cannot see is not known; look at both")
+    if plan is None or not plan.action_words:
+        yield Line("missing", "action_words={'left': 0, ...}: words for actions, which are numbers now")
+    if plan is None or plan.describe is None:
+        yield Line("missing", "describe=f, where f(observation) is a text: observations in words")
+    if not limited:
+        yield Line("missing", "max_turns=...: the environment has no limit")
