@@ -16,6 +16,7 @@ import numpy as np
 from gymnasium import spaces
 
 from worlds.actions import canonical, format_value, native, syntax
+from worlds.spaces import Prose
 from worlds.world import World, illegal
 from worlds.wrapped.position import Episode, Position, same, still
 
@@ -98,7 +99,7 @@ class GymWorld(World[Position, Any, Any]):
         if snapshot == "copy" and not self._copies:
             raise ValueError(f"copies of {given} do not continue like the original; allowed: snapshot='replay'")
         self._look, self._success, self._describe = look, success, describe
-        self.observation_space, self.action_space = given.observation_space, given.action_space
+        self.observation_space, self.action_space = _known(given.observation_space), given.action_space
         self._discrete = type(self.action_space) is spaces.Discrete
         if isinstance(self.action_space, spaces.Discrete):
             self._least, self._count = int(self.action_space.start), int(self.action_space.n)
@@ -300,6 +301,19 @@ class GymWorld(World[Position, Any, Any]):
             state["_env"] = None
             state["_at"] = self._at and _NOWHERE
         return state
+
+
+def _known(space: spaces.Space[Any]) -> spaces.Space[Any]:
+    """The space, with texts as `Prose` where an environment has a class of its own for them, as MiniGrid has."""
+    if isinstance(space, spaces.Dict):
+        found = {name: _known(each) for name, each in space.items()}
+        return space if all(each is space[name] for name, each in found.items()) else spaces.Dict(found)
+    if type(space).__module__.startswith("gymnasium."):
+        return space
+    try:
+        return Prose() if type(copy.deepcopy(space).sample()) is str else space
+    except Exception:  # spaces of others may fail in ways of their own
+        return space
 
 
 def _missing(abstract: Any) -> str:
