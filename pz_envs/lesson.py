@@ -84,7 +84,8 @@ class Lesson(Subject):
             action_words = action_words or self.planned.action_words
         self._oracle = RewardOracle if oracle is None else _checked(oracle)
         # An oracle that reads no truth needs no copies of it.
-        if snapshot == "auto" and not getattr(self._oracle, "needs_truth", True):
+        goes = getattr(self._oracle, "needs_truth", True) if self.planned is None else self.planned.copies
+        if snapshot == "auto" and not goes:
             snapshot = "replay"
         self._world: GymWorld | None = GymWorld(
             env,

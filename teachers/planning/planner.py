@@ -40,6 +40,8 @@ class Planned:
     """An observation as text; None: plain numbers."""
     privileged: bool | None = None
     """Whether the teacher knows more of a state than the student sees; None: that is not known."""
+    copies: bool = True
+    """Whether the oracle goes to states of the environment; if not, episodes begin without a copy of it."""
     objective: str = ""
     """What values are of, for people; lessons have it in the info of a reset."""
     size: str = ""

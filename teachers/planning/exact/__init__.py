@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 import gymnasium
 import numpy as np
 
-from teachers.atoms import FN, FP, Claim, FeedbackType, Moment
+from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.planning.canonical import own_state
@@ -96,6 +96,7 @@ class Exact(Planner):
                 else f"the sum of rewards, each worth {model.gamma:g} times as much as one action earlier"
             ),
             size=f"{model.size:,} states",
+            copies=model.explores,
             oracle=CertainOracle if model.certain else ExactOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
             look=look,
@@ -179,6 +180,9 @@ class ExactOracle(Oracle[Position, GymWorld]):
     def __init__(self, scratch: Callable[[], GymWorld]) -> None:
         super().__init__(scratch)
         self._told: dict[tuple[Worth, ...], _Told | None] = {}
+        self._of: Worths | None = None
+        self._there: dict[tuple[int, Any], _Told | None] = {}
+        """By stage and state what can be told, in the values `_of`."""
 
     @cached_property
     def model(self) -> Atlas:
@@ -207,7 +211,8 @@ class ExactOracle(Oracle[Position, GymWorld]):
         return (aim, *([Fading(part=fading)] if fading else []), Syntax(expected=self.lab.action_syntax))
 
     def _practice(self, truth: Position, rng: np.random.Generator) -> tuple[Claim, ...]:
-        told, pairs = self._telling(truth, truth.turn), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
+        values = self.model.at(truth, self.lab)
+        told, pairs = self._telling(values, truth.seen, truth.turn), {WellChosen: TriedWell, PoorlyChosen: TriedPoorly}
         drawn = [told.verdicts[action] for action in rng.permutation(self.model.actions)] if told else []
         known = [(pairs[type(each)], each) for each in drawn if each is not None and type(each) in pairs]
         return tuple(cls(action=each.action, answer=each.answer, lost=each.lost) for cls, each in known[:_TRIES])
@@ -228,37 +233,48 @@ class ExactOracle(Oracle[Position, GymWorld]):
                 claims.append(told.warning)
 
     def _told_at(self, truth: Position, moment: Moment[Position]) -> _Told | None:
-        turn = used(truth, moment, self.model.at(truth, self.lab))
-        return None if turn is None else self._telling(truth, turn)
-
-    def _telling(self, truth: Position, turn: int) -> _Told | None:
-        """What can be told of a state after so many turns; None if no action loses anything."""
         values = self.model.at(truth, self.lab)
-        worths = values.worths(truth.seen, turn)
-        if worths not in self._told:  # all that is told follows from these
-            self._told[worths] = self._tell(worths, values)
-        return self._told[worths]
+        turn = used(truth, moment, values)
+        return None if turn is None else self._telling(values, truth.seen, turn)
+
+    def _telling(self, values: Worths, state: Any, turn: int) -> _Told | None:
+        """What can be told of a state after so many turns; None if no action loses anything."""
+        if values is not self._of:
+            self._of, self._there = values, {}
+        key = values.stage(turn), state
+        if key not in self._there:
+            worths = values.worths(state, turn)
+            if worths not in self._told:  # all that is told follows from these
+                self._told[worths] = self._tell(worths, values)
+            self._there[key] = self._told[worths]
+        return self._there[key]
 
     def _tell(self, worths: tuple[Worth, ...], values: Worths) -> _Told | None:
-        lost = [values.lost(worths, action) for action in range(len(worths))]
-        poor = [action for action, each in enumerate(lost) if each is not None and any(each)]
+        lost, names = values.all_lost(worths), self._names
+        poor = [action for action, each in enumerate(lost) if each is not None and (each.earned or each.length)]
         if not poor:
             return None
-        names = [answer_of(action, self.lab) for action in range(len(worths))]
         verdicts = tuple(
             None
             if each is None
-            else (PoorlyChosen if each.earned else Slower if each.length else WellChosen)(
-                action=action, answer=name, lost=rounded(each.earned or each.length)
+            else (_poorly if each.earned else _slower if each.length else _well)(
+                action, names[action], rounded(each.earned or each.length)
             )
-            for action, (name, each) in enumerate(zip(names, lost, strict=True))
+            for action, each in enumerate(lost)
         )
         ranks = values.ranked(worths)
         best, worst = ranks.index(max(ranks)), min(poor, key=ranks.__getitem__)
-        advice = Choose(action=best, answer=names[best]) if type(verdicts[best]) is WellChosen else None
-        warns = Avoid if type(verdicts[worst]) is PoorlyChosen else Dawdle
-        warning = warns(action=worst, answer=names[worst], lost=verdicts[worst].lost)  # type: ignore[union-attr]  # it loses
-        return _Told(verdicts, advice, warning)
+        advice = _choose(best, names[best]) if type(verdicts[best]) is WellChosen else None
+        warns = _avoid if type(verdicts[worst]) is PoorlyChosen else _dawdle
+        return _Told(verdicts, advice, warns(worst, names[worst], verdicts[worst].lost))  # type: ignore[union-attr]  # it loses
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return [answer_of(action, self.lab) for action in range(self.model.actions)]
+
+
+_well, _poorly, _slower = map(fast_constructor, (WellChosen, PoorlyChosen, Slower))
+_choose, _avoid, _dawdle = map(fast_constructor, (Choose, Avoid, Dawdle))
 
 
 class CertainOracle(ExactOracle):

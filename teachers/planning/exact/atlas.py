@@ -38,6 +38,11 @@ class Atlas:
         return max(values.spread for values in self._known)
 
     @property
+    def explores(self) -> bool:
+        """Whether states are explored that are not known yet."""
+        return self._explore is not None
+
+    @property
     def size(self) -> int:
         """The number of states that are known, those after the end included."""
         return max(len(values.transitions) for values in self._known)

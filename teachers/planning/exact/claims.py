@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
-from teachers.planning.exact.worths import Worth, Worths
+from teachers.planning.exact.worths import NOTHING, Worth, Worths
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _DIGITS = 3  # of what is lost
@@ -71,7 +71,7 @@ class _Chosen(Verdict[Position, GymWorld], ActionClaim[Position, GymWorld]):
 
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""
-        return loss(self.action, moment.past, moment, lab) == _NOTHING
+        return loss(self.action, moment.past, moment, lab) == NOTHING
 
     def worth(self, moment: Moment[Position], lab: GymWorld, action: Any) -> float | None:
         """By Bellman's equation."""
@@ -184,7 +184,7 @@ class Choose(ActionClaim[Position, GymWorld]):
 
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """By Bellman's equation."""
-        return loss(self.action, moment.after, moment, lab) == _NOTHING
+        return loss(self.action, moment.after, moment, lab) == NOTHING
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
         """Advise another action."""
@@ -288,7 +288,7 @@ def loss(action: int, truth: Position, moment: Moment[Position], lab: GymWorld) 
     if turn is None:
         return None
     worths = values.expected(truth.seen, turn)
-    all_lost: list[Worth | None] = [values.lost(worths, each) for each in range(len(worths))]
+    all_lost = values.all_lost(worths)
     return all_lost[action] if any(map(any, filter(None, all_lost))) else None
 
 
@@ -299,6 +299,3 @@ def _near(said: float, lost: float) -> bool:
 
 def _others(action: int, lab: GymWorld) -> list[int]:
     return [other for other in range(lab.model.actions) if other != action]
-
-
-_NOTHING = Worth(0.0, 0.0)

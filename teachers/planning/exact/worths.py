@@ -27,6 +27,9 @@ class Worth(NamedTuple):
     """The number of actions until the episode is over, this one included; 0 with a discount."""
 
 
+NOTHING = Worth(0.0, 0.0)
+
+
 class Worths:
     """What each action is worth in each state: the greatest sum of rewards, and the fewest actions for it.
 
@@ -121,7 +124,7 @@ class Worths:
 
     def worths(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
         """What each action is worth in a state after `turn` actions; zeros if no action is left or none is known."""
-        at = self._stage(turn)
+        at = self.stage(turn)
         if at < 0 or state not in self._index:
             return (Worth(0.0, 0.0),) * self.actions
         key = at, self._index[state]
@@ -130,14 +133,14 @@ class Worths:
             self._listed[key] = tuple(Worth(*pair) for pair in pairs)
         return self._listed[key]
 
-    def _stage(self, turn: int) -> int:
+    def stage(self, turn: int) -> int:
         """The index of the worths after so many actions; -1 if no action is left."""
         left = len(self._earned) if self.horizon is None else self.horizon - turn
         return min(max(left, 0), len(self._earned)) - 1
 
     def expected(self, state: Hashable, turn: int) -> tuple[Worth, ...]:
         """The same by Bellman's equation for this one state, from the worths of the states that may follow."""
-        if self._stage(turn) < 0 or state not in self._index:
+        if self.stage(turn) < 0 or state not in self._index:
             return (Worth(0.0, 0.0),) * self.actions
         share, discount, found = self.share(turn), 1.0 if self.gamma is None else self.gamma, []
         for transitions in self.transitions[state]:
@@ -167,18 +170,21 @@ class Worths:
         best = self.best(worths)
         return tuple((self.equals(worth.earned, best.earned), -worth.length) for worth in worths)
 
-    def lost(self, worths: tuple[Worth, ...], action: int) -> Worth | None:
-        """How much less than the best an action earns, or how much later it earns as much; zeros if it is a best one.
-
-        None if it is not, but loses too little for a word.
-        """
-        best, mine = self.best(worths), worths[action]
+    def _lost(self, best: Worth, mine: Worth) -> Worth | None:
         earned, later = best.earned - mine.earned, mine.length - best.length
         if earned > self._equal:
             return Worth(earned, 0.0) if earned > self.margin else None
         if later > _SOONER:
             return Worth(0.0, later) if later > _NOTED else None
-        return Worth(0.0, 0.0)
+        return NOTHING
+
+    def all_lost(self, worths: tuple[Worth, ...]) -> list[Worth | None]:
+        """How much less than the best each action earns, or how much later it earns as much; zeros for a best one.
+
+        None for one that is not, but loses too little for a word.
+        """
+        best = self.best(worths)
+        return [self._lost(best, mine) for mine in worths]
 
     @property
     def certain(self) -> bool:
