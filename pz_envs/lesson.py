@@ -80,7 +80,7 @@ class Lesson(Subject):
                 raise ValueError("a planner brings its own look and phrases; leave out look=... and phrases=...")
             self.planned = _planned(env, parse_planner(oracle) if isinstance(oracle, str) else oracle, max_turns)
             oracle, phrases, look = self.planned.oracle, self.planned.phrases, self.planned.look
-            describe = describe or self.planned.describe
+            describe, success = describe or self.planned.describe, success or self.planned.success
             action_words = action_words or self.planned.action_words
         self._oracle = RewardOracle if oracle is None else _checked(oracle)
         # An oracle that reads no truth needs no copies of it.

@@ -74,7 +74,7 @@ def load(key: str) -> Transitions | None:
     if path is None:
         return None
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             found = _unpack({name: file[name] for name in file.files})
         os.utime(path)
     except (OSError, EOFError, KeyError, IndexError, TypeError, ValueError, zipfile.BadZipFile):

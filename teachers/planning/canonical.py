@@ -96,7 +96,7 @@ def _still(value: Any) -> Hashable:
         return frozenset(map(_still, value))
     if isinstance(value, list | tuple):
         return tuple(map(_still, value))
-    raise TypeError(f"a {type(value).__name__}, which cannot be compared")
+    raise TypeError(f"a value of class {type(value).__name__}, which cannot be compared")
 
 
 def _real(value: Hashable) -> bool:

@@ -38,6 +38,8 @@ class Planned:
     """Words that name actions; empty: none are known."""
     describe: Callable[[Any], str] | None = None
     """An observation as text; None: plain numbers."""
+    success: Callable[..., bool] | None = None
+    """Whether the task is solved, as in `GymWorld`; None: as there."""
     privileged: bool | None = None
     """Whether the teacher knows more of a state than the student sees; None: that is not known."""
     copies: bool = True

@@ -104,6 +104,7 @@ class Exact(Planner):
             horizon=model.horizon,
             action_words=own.action_words or words_of(env),
             describe=own.describe,
+            success=own.success,
             privileged=None if listed is None else listed.hides,
         )
 

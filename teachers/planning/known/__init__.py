@@ -41,6 +41,8 @@ class Known:
     """All that decides what happens but time, to explore an environment without a table."""
     fading: Callable[[_Env], Callable[[int], float]] | None = None
     """By what a reward is multiplied after so many actions; None: by 1."""
+    success: Callable[..., bool] | None = None
+    """Whether the task is solved; see `worlds.wrapped.gym_world.GymWorld`. None: as there."""
     hides: bool = False
     """Whether the student does not see all of the state."""
 

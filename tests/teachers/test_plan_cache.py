@@ -1,0 +1,149 @@
+"""What was explored is stored on disk, and nothing that is damaged or out of date is believed."""
+
+import multiprocessing
+import os
+import time
+
+import gymnasium
+import minigrid  # noqa: F401 (its environments are registered by this)
+import numpy as np
+import pytest
+
+from teachers.planning import Exact, cache
+from teachers.planning.exact import exploring
+from teachers.planning.transitions import Transition
+
+ID = "MiniGrid-Empty-5x5-v0"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def explorations(monkeypatch):
+    """The explorations that were made."""
+    made = []
+    explore = exploring.explore
+    monkeypatch.setattr(exploring, "explore", lambda *args, **bounds: made.append(explore(*args, **bounds)) or made[-1])
+    return made
+
+
+def plan(**options):
+    return Exact(**options).plan(gymnasium.make(ID), 100)
+
+
+def transitions(planned):
+    return planned.model._known[0].transitions
+
+
+def test_an_environment_is_explored_once(folder, explorations):
+    first = transitions(plan())
+    assert transitions(plan()) == first
+    assert len(explorations) == 1
+    assert len(list(folder.iterdir())) == 1
+    transitions(Exact().plan(gymnasium.make(ID, agent_start_pos=(2, 2)), 100))
+    assert len(explorations) == 2
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "text", "other", "changed"])
+def test_a_damaged_file_is_explored_anew_and_mended(folder, explorations, damage):
+    first = transitions(plan())
+    (file,) = folder.iterdir()
+    whole = file.read_bytes()
+    if damage == "other":
+        np.savez(file, states=np.zeros(3, np.uint8))
+    elif damage == "changed":  # as of an environment that does something else
+        cache.save(file.stem.removeprefix("plan-"), {state: rows[::-1] for state, rows in first.items()})
+    else:
+        file.write_bytes({"cut": whole[: len(whole) // 2], "empty": b"", "text": b"hello" * 100}[damage])
+    assert transitions(plan()) == first
+    assert len(explorations) == 2
+    assert transitions(plan()) == first
+    assert len(explorations) == 2
+
+
+def test_objects_are_not_loaded(folder):
+    """A file with a pickle in it is none of ours."""
+    folder.mkdir()
+    np.savez(folder / "plan-x.npz", states=np.array([{"a": 1}], dtype=object), counts=np.zeros((1, 1)))
+    assert cache.load("x") is None
+
+
+def test_states_come_back_as_they_were(folder):
+    states = [(1, ("a", None), b"\x00\xff", True, 1.5), ("é", -3), 7, None]
+    table = {state: [[Transition(0.25, states[1], -1.0), Transition(0.75, None, 2.0)], []] for state in states}
+    cache.save("key", table)
+    assert cache.load("key") == table
+    cache.save("strange", {frozenset({1}): [[]]})
+    assert cache.load("strange") is None
+
+
+def test_it_can_be_switched_off(monkeypatch, tmp_path, explorations):
+    monkeypatch.setenv(cache.FOLDER, "")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    plan()
+    plan()
+    assert len(explorations) == 2
+    assert not list(tmp_path.iterdir())
+    monkeypatch.delenv(cache.FOLDER)
+    assert cache.folder() == tmp_path / "llf-teacher"
+
+
+def test_a_folder_that_cannot_be_written_is_no_error(monkeypatch, tmp_path):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv(cache.FOLDER, str(tmp_path / "file" / "below"))
+    assert plan().tier == "exact"
+
+
+def test_files_are_bounded_and_half_files_go(folder, monkeypatch):
+    table = {0: [[Transition(1.0, None, 0.0)]]}
+    cache.save("a", table)
+    size = (folder / "plan-a.npz").stat().st_size
+    monkeypatch.setattr(cache, "MOST", 2 * size)
+    for place, name in enumerate("ab"):
+        cache.save(name, table)
+        os.utime(folder / f"plan-{name}.npz", (time.time() + place - 100,) * 2)
+    (folder / "old.half").write_text("")
+    os.utime(folder / "old.half", (0, 0))
+    (folder / "new.half").write_text("")
+    assert cache.load("a") == table  # is now the one that was used last
+    cache.save("c", table)
+    assert {path.name for path in folder.iterdir()} == {"plan-a.npz", "plan-c.npz", "new.half"}
+
+
+def test_writers_do_not_disturb_each_other(folder):
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        pool.map(_write, range(20))
+    assert cache.load("same") == _table()
+    assert [path.name for path in folder.iterdir()] == ["plan-same.npz"]
+
+
+def _table():
+    return {state: [[Transition(1.0, (state + 1) % 500, 0.0)]] for state in range(500)}
+
+
+def _write(number):
+    cache.save("same", _table())
+
+
+class Doubled(gymnasium.RewardWrapper):
+    """A wrapper that is not installed."""
+
+    def reward(self, reward):
+        return 2 * reward
+
+
+class Mine(gymnasium.Env):
+    """Is not installed either, so that its code may change from one run to the next."""
+
+
+def test_what_may_change_has_no_key():
+    env = gymnasium.make(ID)
+    assert cache.key_of(env, 1) == cache.key_of(gymnasium.make(ID), 1) != cache.key_of(env, 2)
+    assert cache.key_of(env, object()) == ""
+    assert cache.key_of(Doubled(env)) == ""
+    assert cache.key_of(gymnasium.wrappers.TransformReward(env, lambda reward: 2 * reward)) == ""
+    assert cache.key_of(Mine()) == ""
