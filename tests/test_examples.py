@@ -19,6 +19,11 @@ def printed(name, *arguments):
     return result.stdout
 
 
+def test_own_oracle():
+    out = printed("own_oracle")
+    assert out.splitlines()[-1] == "True"
+
+
 def test_teaching_on_a_budget(tmp_path):
     out = printed("teaching_on_a_budget", "--seeds", 2, "--episodes", 5, "--plot", tmp_path / "plot.png")
     assert out.count("| mistake correcting | ") == 2
