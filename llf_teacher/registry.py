@@ -11,10 +11,8 @@ from gymnasium.envs.registration import EnvSpec
 import pz_envs  # noqa: F401  (registers with PettingZoo)
 from pz_envs.family import Family, all_families, families_to_register, own_families
 from pz_envs.learning import ActionValues, StateValues
-from pz_envs.registered import PREFIX as GYM
-from pz_envs.registered import registered
 from pz_envs.settings import Settings
-from pz_envs.subject import Subject
+from pz_envs.subject import GYM, Subject
 
 PREFIX, ALIAS, TEACHER = "llf-", "verbal-", "teacher/"
 
@@ -76,6 +74,8 @@ def entry(id: str) -> Entry:
     if not isinstance(id, str):
         raise ValueError(f"an id must be a string such as {ids()[0]!r}, got {id!r}; `llf list` shows them all")
     if id.startswith(GYM):
+        from pz_envs.registered import registered
+
         subject = registered(id)
         return Entry(subject.id, subject, {}, False)
     name = PREFIX + id.removeprefix(ALIAS) if id.startswith(ALIAS) else id
@@ -83,7 +83,7 @@ def entry(id: str) -> Entry:
         entries, aliases = _table(search)
         if name in aliases:
             found = aliases[name]
-            _warn(f"{name} stands for {found.id}: {found.family.alias_warning}")
+            _warn(f"{name} stands for {found.id}: {getattr(found.family, 'alias_warning', '')}")
             return found
         newest = max((id for id in entries if id.rpartition("-v")[0] == name), key=_version, default=name)
         if newest in entries:

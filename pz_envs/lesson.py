@@ -3,16 +3,12 @@
 import contextlib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import gymnasium
 import numpy as np
 
 from pz_envs.learning import Learning, StateValues, check_learning
-from pz_envs.registered import REWARDS, Registered
-from pz_envs.settings import Settings
 from pz_envs.subject import Subject
 from teachers.oracle import Oracle
 from teachers.phrasebook import Phrasebook, Phrases, make_phrasebook
@@ -21,7 +17,7 @@ from teachers.reward_oracle import RewardOracle
 from teachers.voice import Voice
 from worlds.pictures import Picture
 from worlds.world import World
-from worlds.wrapped.gym_world import GymWorld, same
+from worlds.wrapped.gym_world import GymWorld
 from worlds.wrapped.rendered import RenderedPicture
 
 _MAX_TURNS = 100  # of an environment without a limit
@@ -146,50 +142,6 @@ class Lesson(Subject):
         """The given phrases and those that are common to all subjects."""
         claims = self._oracle.claims() if isinstance(self._oracle, type) and issubclass(self._oracle, Oracle) else ()
         return make_phrasebook(self._phrases, claims, voice)
-
-
-class RegisteredLesson(Lesson):
-    """The lesson of an environment of Gymnasium's registry with some options; see `pz_envs.registered`.
-
-    Args:
-        registered: the environment.
-        given: options.
-        turns: most turns of an episode.
-        drawn: whether its environments can be rendered.
-    """
-
-    def __init__(self, registered: Registered, given: Mapping[str, Any], turns: int, drawn: bool) -> None:
-        self.registered, self.given = registered, {**given}
-        self._arguments = registered, self.given, turns, drawn
-        oracle = given.get("oracle", "auto")
-        if not isinstance(oracle, Planner | str):
-            raise ValueError(
-                f"oracle must be a planner or its spec string, such as 'exact(gamma=0.95)', got {oracle!r}"
-            )
-        super().__init__(
-            partial(registered.make, self.given, "rgb_array" if drawn else None),
-            None if oracle == REWARDS else oracle,
-            name=registered.name,
-            max_turns=turns,
-        )
-        self.summary = registered.summary
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), self._arguments
-
-    def options(self) -> tuple[str, ...]:
-        """The names of the options."""
-        return self.registered.options()
-
-    def for_lesson(self, settings: Settings) -> "RegisteredLesson":
-        """The lesson of these settings; options that they lack are as in this one."""
-        return self.registered.for_lesson(replace(settings, options={**self.given, **settings.options}))
-
-    def make_world(self, **options: Any) -> World[Any]:
-        """A world; options that are not given are as in this lesson."""
-        if all(name in self.given and same(value, self.given[name]) for name, value in options.items()):
-            return super().make_world()
-        return self.registered.make_world(**{**self.given, **options})
 
 
 def _planned(env: gymnasium.Env | Callable[[], gymnasium.Env], planner: Planner, turns: int | None) -> Planned:

@@ -6,40 +6,37 @@ import inspect
 import json
 import re
 import warnings
-from collections.abc import Mapping
-from functools import cache, cached_property
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache, cached_property, partial
 from importlib import metadata
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 
 from pz_envs.learning import StateValues
+from pz_envs.lesson import Lesson, least, limits_of
 from pz_envs.settings import FIELDS, Settings
-from pz_envs.subject import Subject
+from pz_envs.subject import GYM, Subject
+from teachers.oracle import Oracle
+from teachers.phrasebook import Phrasebook
+from teachers.planning import Planner
 from teachers.spec import unknown
+from teachers.voice import Voice
+from worlds.world import World
+from worlds.wrapped.gym_world import GymWorld, same
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+__all__ = ["REWARDS", "Registered", "RegisteredLesson", "registered"]
 
-    from pz_envs.lesson import RegisteredLesson
-    from teachers.oracle import Oracle
-    from teachers.phrasebook import Phrasebook
-    from teachers.voice import Voice
-    from worlds.world import World
-
-__all__ = ["PREFIX", "Registered", "registered"]
-
-PREFIX = "gym:"
-"""The prefix of ids of Gymnasium's registry."""
 REWARDS = "rewards"
 """The option `oracle` for a teacher who says what is paid, and no more."""
 _HOMES = {"BabyAI-": "minigrid", "MiniGrid-": "minigrid", "highway-": "highway_env"}
 """By the beginnings of ids, the packages that register them when they are imported."""
 _EXTRAS = {"minigrid": "minigrid"}
 """By package the extra that installs it."""
-_OURS = "llf_teacher."
+_OURS = ("llf-", "verbal-", "teacher/")
 _MAKES = ("max_episode_steps",)  # arguments of `gymnasium.make` that matter here
 _KEPT = 8  # lessons that are planned, of each id
 
@@ -62,7 +59,7 @@ class Registered(Subject):
 
     def __init__(self, spec: EnvSpec, module: str = "") -> None:
         self.spec, self.module = spec, module
-        self.id = f"{PREFIX}{module}{':' * bool(module)}{spec.id}"
+        self.id = f"{GYM}{module}{':' * bool(module)}{spec.id}"
         """The id, with which other processes make the same."""
         self.name = re.sub(r"[^\w.-]", "-", f"gym-{spec.id}")
         self._lessons: dict[str, RegisteredLesson] = {}
@@ -120,8 +117,6 @@ class Registered(Subject):
 
     def turns(self, given: int | None = None, **options: Any) -> int:
         """The fewest of the given turns and the environment's own."""
-        from pz_envs.lesson import least, limits_of
-
         key = _key(options)
         if key not in self._limits:
             with contextlib.closing(self.make(options)) as env:
@@ -132,15 +127,15 @@ class Registered(Subject):
         """The lesson that is planned for the options and turns of these settings."""
         return self._lesson(settings.options, settings.max_turns, settings.render_mode is not None)
 
-    def make_world(self, **options: Any) -> "World[Any, Any, Any]":
+    def make_world(self, **options: Any) -> GymWorld:
         """A world with what a teacher knows of it."""
         return self._lesson(options).make_world()
 
-    def oracle_class(self) -> "Callable[[Callable[[], World[Any, Any, Any]]], Oracle]":
+    def oracle_class(self) -> Callable[[Callable[[], World[Any, Any, Any]]], Oracle]:
         """That of the default options."""
         return self._lesson({}).oracle_class()
 
-    def phrasebook(self, voice: "Voice" = "plain") -> "Phrasebook":
+    def phrasebook(self, voice: Voice = "plain") -> Phrasebook:
         """That of the default options."""
         return self._lesson({}).phrasebook(voice)
 
@@ -152,7 +147,7 @@ class Registered(Subject):
         """
         given = {name: value for name, value in options.items() if name != "oracle"}
         modes = getattr(self._creator, "metadata", {}).get("render_modes") or ()
-        shown = {"render_mode": render_mode} if render_mode in modes else {}
+        shown: dict[str, Any] = {"render_mode": render_mode} if render_mode in modes else {}
         try:
             return gymnasium.make(self.spec, **given, **shown, disable_env_checker=True)
         except Exception as error:  # environments raise errors of many kinds
@@ -165,8 +160,6 @@ class Registered(Subject):
     def _lesson(
         self, options: Mapping[str, Any], max_turns: int | None = None, drawn: bool = False
     ) -> "RegisteredLesson":
-        from pz_envs.lesson import RegisteredLesson
-
         turns = self.turns(max_turns, **options)
         key = f"{_key(options)} {turns} {drawn}"
         lesson = self._lessons.pop(key, None) or RegisteredLesson(self, options, turns, drawn)
@@ -178,6 +171,50 @@ class Registered(Subject):
 
 def _key(options: Mapping[str, Any]) -> str:
     return json.dumps(dict(options), sort_keys=True, default=repr)
+
+
+class RegisteredLesson(Lesson):
+    """The lesson of an environment of Gymnasium's registry with some options.
+
+    Args:
+        registered: the environment.
+        given: options.
+        turns: most turns of an episode.
+        drawn: whether its environments can be rendered.
+    """
+
+    def __init__(self, registered: Registered, given: Mapping[str, Any], turns: int, drawn: bool) -> None:
+        self.registered, self.given = registered, {**given}
+        self._arguments = registered, self.given, turns, drawn
+        oracle = given.get("oracle", "auto")
+        if not isinstance(oracle, Planner | str):
+            raise ValueError(
+                f"oracle must be a planner or its spec string, such as 'exact(gamma=0.95)', got {oracle!r}"
+            )
+        super().__init__(
+            partial(registered.make, self.given, "rgb_array" if drawn else None),
+            None if oracle == REWARDS else oracle,
+            name=registered.name,
+            max_turns=turns,
+        )
+        self.summary = registered.summary
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._arguments
+
+    def options(self) -> tuple[str, ...]:
+        """The names of the options."""
+        return self.registered.options()
+
+    def for_lesson(self, settings: Settings) -> "RegisteredLesson":
+        """The lesson of these settings; options that they lack are as in this one."""
+        return self.registered.for_lesson(replace(settings, options={**self.given, **settings.options}))
+
+    def make_world(self, **options: Any) -> GymWorld:
+        """A world; options that are not given are as in this lesson."""
+        if all(name in self.given and same(value, self.given[name]) for name, value in options.items()):
+            return super().make_world()
+        return self.registered.make_world(**{**self.given, **options})
 
 
 @cache
@@ -192,7 +229,7 @@ def registered(id: str) -> Registered:
         ValueError: the module cannot be imported, or no environment has this id.
         ModuleNotFoundError: the distribution of a known environment is not installed.
     """
-    module, _, name = id.removeprefix(PREFIX).rpartition(":")
+    module, _, name = id.removeprefix(GYM).rpartition(":")
     home = module or next((home for start, home in _HOMES.items() if name.startswith(start)), "")
     if home and (module or name not in gymnasium.registry):
         found = _import(home, id, bool(module))
@@ -203,11 +240,11 @@ def registered(id: str) -> Registered:
         if not versions:
             raise ValueError(_unknown(id, name))
         newest = max(versions, key=lambda each: each.version or 0)
-        warnings.warn(f"{id} stands for {PREFIX}{newest.id}, its newest version", UserWarning, stacklevel=2)
+        warnings.warn(f"{id} stands for {GYM}{newest.id}, its newest version", UserWarning, stacklevel=2)
         name = newest.id
     spec = gymnasium.registry[name]
-    if f"{spec.entry_point}".startswith(_OURS):
-        raise ValueError(f"{id} has a teacher already; leave the prefix {PREFIX!r} out: {name!r}")
+    if spec.id.startswith(_OURS):
+        raise ValueError(f"{id} has a teacher already; leave the prefix {GYM!r} out: {name!r}")
     return Registered(spec, module)
 
 
@@ -237,15 +274,15 @@ def _unknown(id: str, name: str) -> str:
     """The message for an id that the registry lacks."""
     base = name.rpartition("-v")[0] or name
     if others := [each for each in gymnasium.registry if each.rpartition("-v")[0] == base]:
-        allowed = ", ".join(f"{PREFIX}{each}" for each in others)
-        newest = f", or {PREFIX}{base} for the newest version" if base != name else ""
+        allowed = ", ".join(f"{GYM}{each}" for each in others)
+        newest = f", or {GYM}{base} for the newest version" if base != name else ""
         return f"Gymnasium {gymnasium.__version__} has no {name!r}; allowed: {allowed}{newest}"
-    ids = [f"{PREFIX}{each.id}" for each in gymnasium.registry.values() if not f"{each.entry_point}".startswith(_OURS)]
+    ids = [f"{GYM}{each.id}" for each in gymnasium.registry.values() if not each.id.startswith(_OURS)]
     where = "gymnasium.pprint_registry()"
-    module, _, _ = id.removeprefix(PREFIX).rpartition(":")
+    module, _, _ = id.removeprefix(GYM).rpartition(":")
     if module:
         return f"{id}: the module {module!r} neither registers nor defines {name!r}; mend the name of one of them"
     return (
         f"{unknown('environment', id, ids, where=where)}; those of another package need the module that registers "
-        f"them, as in '{PREFIX}package.module:{name}'"
+        f"them, as in '{GYM}package.module:{name}'"
     )

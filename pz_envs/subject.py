@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from worlds.pictures import Picture
     from worlds.world import World
 
+GYM = "gym:"
+"""The prefix of ids of Gymnasium's registry; see `pz_envs.registered`."""
 TUTORING = "tutoring"
 """The default seating: one teacher and one student."""
 

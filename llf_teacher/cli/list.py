@@ -12,7 +12,7 @@ from rich.table import Table
 
 from llf_teacher.cli import print_missing, search_here
 from pz_envs.family import Family
-from pz_envs.registered import PREFIX as GYM
+from pz_envs.subject import GYM
 
 
 def add_to(app: typer.Typer) -> None:

@@ -35,15 +35,16 @@ def teach(
     The exit status is 1 if the environment breaks Gymnasium's interface.
     """
     from llf_teacher.tools.trial import trial
-    from pz_envs.registered import PREFIX, registered
+    from pz_envs.registered import registered
+    from pz_envs.subject import GYM
 
     search_here()
     if ":" not in environment:
         raise ValueError(
-            f"environment {environment!r} must be an id of Gymnasium with its prefix, {PREFIX}{environment}, or "
+            f"environment {environment!r} must be an id of Gymnasium with its prefix, {GYM}{environment}, or "
             "package.module:name of a class or a function that makes an environment"
         )
-    subject = registered(environment if environment.startswith(PREFIX) else f"{PREFIX}{environment}")
+    subject = registered(environment if environment.startswith(GYM) else f"{GYM}{environment}")
     console = Console(highlight=False)
     broken = False
     for line in trial(subject, read_options(option), seed):

@@ -17,13 +17,12 @@ from llf_teacher.gym import StudentEnv
 from llf_teacher.students.parsing import parse_student
 from llf_teacher.tools import markdown
 from llf_teacher.tools.audit import audit
-from pz_envs.lesson import RegisteredLesson
-from pz_envs.registered import Registered, registered
+from pz_envs.registered import Registered, RegisteredLesson, registered
 from pz_envs.settings import Settings
 from teachers.atoms import Label
 from teachers.planning.cache import FOLDER
 
-__all__ = ["ROWS", "Row", "measure", "update"]
+__all__ = ["ROWS", "PlannedCase", "measure", "update"]
 
 COMMAND, TABLE = "llf dev planned", "environments"
 _LIAR = "mistake(eps=1)"
@@ -45,7 +44,7 @@ _HEAD = (
 
 
 @dataclass(frozen=True)
-class Row:
+class PlannedCase:
     """An environment of the table."""
 
     id: str
@@ -64,11 +63,11 @@ class Row:
 
 
 ROWS = (
-    Row("gym:FrozenLake-v1", {"map_name": "8x8"}),
-    Row("gym:Taxi"),
-    Row("gym:CliffWalking"),
-    Row("gym:Blackjack-v1", episodes=2000),
-    Row("gym:MiniGrid-DoorKey-5x5-v0", turns=500, episodes=50),
+    PlannedCase("gym:FrozenLake-v1", {"map_name": "8x8"}),
+    PlannedCase("gym:Taxi"),
+    PlannedCase("gym:CliffWalking"),
+    PlannedCase("gym:Blackjack-v1", episodes=2000),
+    PlannedCase("gym:MiniGrid-DoorKey-5x5-v0", turns=500, episodes=50),
 )
 """The environments of the table; each is a line."""
 
@@ -89,7 +88,7 @@ def table(rows: list[dict[str, str]]) -> str:
     return markdown.table(_HEAD, (row.values() for row in rows))
 
 
-def measure(row: Row, progress: Callable[[str], object] = str) -> dict[str, str]:
+def measure(row: PlannedCase, progress: Callable[[str], object] = str) -> dict[str, str]:
     """The cells of a row, by the names of the columns.
 
     All times are those of the process: up to the first turn with an empty cache, and again with what that has stored;
@@ -119,7 +118,7 @@ def measure(row: Row, progress: Callable[[str], object] = str) -> dict[str, str]
         raise ValueError(f"{row.id}: no planner was used; leave the option oracle='rewards' out")
     said = sum(number for (kind, _), number in liar.claims.items() if kind is not None)
     cells = (
-        Row(subject.id, row.options).name,
+        PlannedCase(subject.id, row.options).name,
         plan.tier,
         plan.why,
         plan.size,
@@ -160,13 +159,13 @@ def _first_turn(subject: Registered, options: Mapping[str, Any]) -> tuple[float,
     return seconds, anew.for_lesson(Settings(options=options))
 
 
-def _times(lesson: RegisteredLesson, row: Row) -> list[float]:
+def _times(lesson: RegisteredLesson, row: PlannedCase) -> list[float]:
     """Seconds of each turn of random play."""
     with closing(StudentEnv(lesson)) as env:
         return _steps(env, env.session.world.sample_action, row.turns)
 
 
-def _bare_times(subject: Registered, row: Row) -> list[float]:
+def _bare_times(subject: Registered, row: PlannedCase) -> list[float]:
     """Seconds of each step of the environment itself."""
     world = subject.make_world(**row.options)
     with closing(subject.make(row.options)) as env:

@@ -124,7 +124,7 @@ def _episode(lesson: Subject, seed: int) -> Iterator[Line]:
     """One taught episode, of a student that obeys; of a long one the first turns."""
     student = parse_student("obedient")
     with contextlib.closing(StudentEnv(lesson)) as env:
-        names = env.session.world.names
+        names = getattr(env.session.world, "names", {})
         policy = student.seat(env.family, env.session.world)
         for turn in play_turns(env, policy, seed):
             moment = turn.moment

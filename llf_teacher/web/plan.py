@@ -14,9 +14,9 @@ from llf_teacher.students.parsing import STUDENTS
 from llf_teacher.students.student import Policy
 from llf_teacher.studies import Study
 from llf_teacher.studies.definition.custom_specs import teacher_spec
-from pz_envs.registered import PREFIX as GYM
 from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
+from pz_envs.subject import GYM
 from teachers.personality import parse_personality
 from teachers.spec import is_count, parse_call, unknown
 

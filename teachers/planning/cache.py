@@ -161,7 +161,7 @@ def _given_back(value: Any) -> Hashable:
     """The value of which `_plain` made this."""
     if isinstance(value, list):
         return tuple(map(_given_back, value))
-    return bytes.fromhex(value["bytes"]) if isinstance(value, dict) else value  # type: ignore[no-any-return]  # JSON's
+    return bytes.fromhex(value["bytes"]) if isinstance(value, dict) else value
 
 
 def _pack(transitions: Transitions) -> dict[str, Any]:

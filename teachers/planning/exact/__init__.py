@@ -274,8 +274,8 @@ class ExactOracle(Oracle[Position, GymWorld]):
         return [answer_of(action, self.lab) for action in range(self.model.actions)]
 
 
-_well, _poorly, _slower = map(fast_constructor, (WellChosen, PoorlyChosen, Slower))
-_choose, _avoid, _dawdle = map(fast_constructor, (Choose, Avoid, Dawdle))
+_well, _poorly, _slower = fast_constructor(WellChosen), fast_constructor(PoorlyChosen), fast_constructor(Slower)
+_choose, _avoid, _dawdle = fast_constructor(Choose), fast_constructor(Avoid), fast_constructor(Dawdle)
 
 
 class CertainOracle(ExactOracle):
