@@ -25,6 +25,7 @@ from teachers.planning.cache import FOLDER
 __all__ = ["ROWS", "PlannedCase", "measure", "update"]
 
 COMMAND, TABLE = "llf dev planned", "environments"
+_TIMED = 5  # turns are timed for each that is audited
 _LIAR = "mistake(eps=1)"
 _HEAD = (
     "environment",
@@ -51,7 +52,7 @@ class PlannedCase:
     options: Mapping[str, Any] = field(default_factory=dict)
     """Of its world."""
     turns: int = 2000
-    """Turns of an audit, and of a measurement of speed."""
+    """Turns of an audit."""
     episodes: int = 200
     """Episodes of each student."""
 
@@ -162,14 +163,14 @@ def _first_turn(subject: Registered, options: Mapping[str, Any]) -> tuple[float,
 def _times(lesson: RegisteredLesson, row: PlannedCase) -> list[float]:
     """Seconds of each turn of random play."""
     with closing(StudentEnv(lesson)) as env:
-        return _steps(env, env.session.world.sample_action, row.turns)
+        return _steps(env, env.session.world.sample_action, _TIMED * row.turns)
 
 
 def _bare_times(subject: Registered, row: PlannedCase) -> list[float]:
     """Seconds of each step of the environment itself."""
     world = subject.make_world(**row.options)
     with closing(subject.make(row.options)) as env:
-        return _steps(env, world.sample_action, row.turns)
+        return _steps(env, world.sample_action, _TIMED * row.turns)
 
 
 def _steps(env: Any, sample: Callable[[np.random.Generator], Any], count: int) -> list[float]:

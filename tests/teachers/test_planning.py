@@ -14,7 +14,7 @@ from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from pz_envs.settings import Settings
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
-from teachers.planning import Exact, PlanningError
+from teachers.planning import Exact, PlanningError, progress, survey
 from teachers.planning.exact.claims import Avoid, Dawdle, PoorlyChosen, Slower
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
@@ -89,6 +89,45 @@ def test_values_are_what_the_best_actions_earn(name, episodes):
             missed.append(earned - worth)
     assert len(missed) > episodes / 8
     assert np.mean(missed) == pytest.approx(0, abs=max(1e-9, 4 * np.std(missed) / len(missed) ** 0.5))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("name", "plays"), [("lake", 40), ("blackjack", 300), ("cliff", 1), ("taxi", 1), ("door", 1)])
+def test_roll_outs_from_fifty_states_earn_what_is_expected(name, plays):
+    """From the same state again and again, each time with other draws."""
+    subject = lesson(name)
+    world, rng = subject.make_world(), np.random.default_rng(2)
+    lab = world.scratch()
+    oracle = subject.make_teacher(world).oracle
+    missed = []
+    for seed in range(50):
+        world.reset(seed=seed)
+        oracle.start(world.truth)
+        for _ in range(rng.integers(6)):
+            before = world.truth
+            if any(world.step(world.sample_action(rng))[2:4]):
+                world.restore(before)
+                break
+        place = world.truth
+        values = oracle.model.at(place, oracle.lab)
+        expected, earned = values.best(values.worths(place.seen, place.turn)).earned, []
+        for play in range(plays):
+            lab.restore(place)
+            lab.env.unwrapped.np_random = np.random.default_rng([seed, play])
+            total, over, turn = 0.0, False, place.turn
+            while not over and turn < subject.max_turns:
+                now = values.ranked(values.worths(place.seen if turn == place.turn else lab.truth.seen, turn))
+                _, reward, terminated, truncated, _ = lab.advance(now.index(max(now)))
+                total, over, turn = total + reward, terminated or truncated, turn + 1
+            earned.append(total)
+        error = np.std(earned) / len(earned) ** 0.5
+        missed.append((np.mean(earned) - expected) / max(error, 1e-9) if error else np.mean(earned) - expected)
+    assert len(missed) == 50
+    if plays == 1:
+        assert missed == pytest.approx([0.0] * 50, abs=1e-9)
+    else:  # standard errors, whose mean square is near 1
+        assert np.max(np.abs(missed)) < 5
+        assert np.mean(np.square(missed)) < 2
 
 
 def test_the_teacher_knows_nothing_of_the_luck_to_come():
@@ -168,6 +207,75 @@ def test_the_state_must_be_hashable():
         TypeError, match=r"state must give something hashable, such as a tuple or bytes, got \(0, \[\]\)"
     ):
         Lesson(Tables, Exact(state=lambda env: (0, [])))
+
+
+class Walk(gymnasium.Env):
+    """Four cells in a row, with a state of many kinds."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(4), gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cells, self.seen, self.notes = np.eye(4, dtype=np.int64)[0], {0}, {"last": None, "all": [0.0]}
+        return 0, {}
+
+    def step(self, action):
+        place = min(max(int(self.cells.argmax()) + 2 * int(action) - 1, 0), 3)
+        self.cells = np.eye(4, dtype=np.int64)[place]
+        return place, float(place == 3), place == 3, False, {}
+
+
+class Told(Walk):
+    """Says what its state is, and has parts that cannot be compared."""
+
+    def reset(self, **options):
+        self.part = object()
+        return super().reset(**options)
+
+    def get_state(self):
+        return self.cells
+
+
+class Drifting(Walk):
+    """Its state has a real number."""
+
+    def step(self, action):
+        self.notes["all"] = [float(self.np_random.random())]
+        return super().step(action)
+
+
+@pytest.mark.parametrize("make", [Walk, Told])
+def test_states_are_read_from_the_environment(make):
+    assert Lesson(make, "exact", max_turns=9).planned.size == "4 states"
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (Drifting, "its state has real numbers, which hardly recur: the attribute 'notes'"),
+        (lambda: gymnasium.wrappers.FrameStackObservation(Walk(), 2), "the wrapper FrameStackObservation may have"),
+    ],
+)
+def test_states_that_cannot_be_read_are_refused(make, match):
+    with pytest.raises(PlanningError, match=match):
+        Lesson(make, "exact", max_turns=9)
+
+
+def test_each_tier_says_what_it_can():
+    found = survey(gymnasium.make("CartPole-v1"), 100)
+    assert isinstance(found["exact"], PlanningError)
+    assert survey(lake(), 100)["exact"].size == "64 states"
+
+
+def test_long_planning_shows_a_bar(monkeypatch):
+    """On a terminal, after a second; elsewhere nothing is written."""
+    shown = []
+    monkeypatch.setattr(progress, "_PATIENCE", -1.0)
+    monkeypatch.setattr(progress.sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(progress.ProgressBar, "__exit__", lambda bar, *error: shown.append(bar._bar) or bar._bar.stop())
+    Lesson(Walk, "exact", max_turns=9)
+    (task,) = shown[0].tasks
+    assert task.total >= task.completed > 0
 
 
 def test_what_the_student_sees_of_an_unknown_environment_is_not_claimed():
