@@ -5,11 +5,15 @@ from typing import Any
 import gymnasium
 
 from teachers.planning.exact import Exact
+from teachers.planning.expert import Expert
 from teachers.planning.planner import Planned, Planner, PlanningError
 
-__all__ = ["TIERS", "Auto", "Exact", "Planned", "Planner", "PlanningError", "parse_planner"]
+__all__ = ["TIERS", "Auto", "Exact", "Expert", "Planned", "Planner", "PlanningError", "parse_planner"]
 
-TIERS: dict[str, type[Planner]] = {"exact": Exact}
+TIERS: dict[str, type[Planner]] = {
+    "exact": Exact,
+    "expert": Expert,
+}
 """Planners by name, those that know the most first."""
 
 
