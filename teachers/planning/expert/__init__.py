@@ -2,7 +2,7 @@
 
 import warnings
 from collections import Counter
-from collections.abc import Callable, Set
+from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -91,6 +91,7 @@ class Expert(Planner):
             margin=self.margin,
             others=self.others,
         )
+        words = own.action_words or words_of(env)
         whose = "that is known for it" if self.policy is None else "that was given"
         chance = "nothing was found to be left to chance" if certain else f"{guide.rollouts} for each comparison"
         return Planned(
@@ -100,10 +101,15 @@ class Expert(Planner):
             phrases=Path(__file__).with_name("phrases.toml"),
             look=None,
             model=guide,
-            action_words=(own.action_words or words_of(env)) if isinstance(env.action_space, spaces.Discrete) else {},
+            action_words=words if _fit(words, env.action_space) else {},
             describe=own.describe,
             privileged=None if listed is None else listed.hides,
         )
+
+
+def _fit(words: Mapping[str, Any], space: spaces.Space[Any]) -> bool:
+    """Whether words name all actions: with other options an environment may have others."""
+    return isinstance(space, spaces.Discrete) and set(words.values()) == set(range(int(space.n))) and space.start == 0
 
 
 class ExpertWarning(UserWarning):

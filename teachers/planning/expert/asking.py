@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import gymnasium
 
+from teachers.planning.planner import PlanningError
 from worlds.actions import canonical, native, syntax
 from worlds.wrapped.position import still
 
@@ -53,12 +54,11 @@ class _Model:
 class Same:
     """Gives one policy for every environment."""
 
-    bound = False
-
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
 
     def __call__(self, env: _Env) -> Policy:
+        """The policy."""
         return self._policy
 
 
@@ -74,6 +74,21 @@ class Scene:
 
     def __init__(self, env: _Env, policy: Policy, observation: Any, info: Mapping[str, Any], bound: bool) -> None:
         self.env, self.policy, self.observation, self.info, self._bound = env, policy, observation, info, bound
+
+    @classmethod
+    def begin(cls, env: _Env, make: Callable[[_Env], Policy], observation: Any, info: Mapping[str, Any]) -> Self:
+        """The scene after a reset.
+
+        Raises:
+            ExpertError: there is no expert for this episode.
+        """
+        try:
+            policy = make(env)
+        except PlanningError:
+            raise
+        except Exception as error:
+            raise ExpertError(f"the expert raised {error!r} at the start of the episode") from error
+        return cls(env, policy, observation, info, not isinstance(make, Same))
 
     def copy(self) -> Self:
         """Another one, which goes on like this one."""

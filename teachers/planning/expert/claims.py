@@ -95,7 +95,7 @@ opposed(Gained, Lost)
 
 @claim
 class Followed(_Compared):
-    """True if the expert would have taken `action`, too, and following it then earned `amount` more than after `other`."""
+    """True if the expert would have taken `action`, too, and earned `amount` more after it than after `other`."""
 
     kind = HP
     other: Any

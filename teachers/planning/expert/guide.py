@@ -192,7 +192,7 @@ class Guide:
             if episode.anchor is None:
                 raise ExpertError("the episode cannot be replayed: reset gave another observation")
             env, observation, info = copy.deepcopy(episode.anchor), episode.observation, {}
-        scene = Scene(env, self._make(env), observation, info, getattr(self._make, "bound", True))
+        scene = Scene.begin(env, self._make, observation, info)
         for action, paid in zip(truth.actions, episode.rewards, strict=False):
             if not same(scene.step(action)[0], paid):
                 raise ExpertError("the episode cannot be replayed: an action earned something else")

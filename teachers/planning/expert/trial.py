@@ -57,7 +57,10 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
 def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: float) -> Iterator[_Seen]:
     """An episode with a seed of its own for its draws after the reset."""
     observation, info = env.reset(seed=seed)
-    scene = Scene(env, make(env), observation, info, bound=True)
+    try:
+        scene = Scene.begin(env, make, observation, info)
+    except ExpertError as error:
+        raise PlanningError(f"{error} (after reset(seed={seed}))") from error
     reseed(env, draws)
     space, rng = copy.deepcopy(env.action_space), np.random.default_rng(seed)
     space.seed(seed)

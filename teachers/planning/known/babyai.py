@@ -14,7 +14,7 @@ class _Bot:
     """MiniGrid's `BabyAIBot`, which plans anew after each action, whoever has taken it."""
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
-        from minigrid.envs.babyai.other import KeyInBox
+        from minigrid.envs.babyai.unlock import KeyInBox
         from minigrid.utils.baby_ai_bot import BabyAIBot
 
         bare: Any = env.unwrapped
