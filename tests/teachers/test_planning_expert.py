@@ -10,6 +10,7 @@ import minigrid
 import numpy as np
 import pytest
 from gymnasium import spaces
+from houses import STOCK
 from minigrid.utils.baby_ai_bot import BabyAIBot
 
 import llf_teacher
@@ -22,6 +23,7 @@ from teachers.planning.expert import ExpertWarning, guide
 from teachers.planning.expert.claims import Around, Costs, Demonstration, Followed, Gained, Lost, Would
 from teachers.planning.expert.draws import generators, reseed
 from teachers.testing import Pupil, check_oracle
+from worlds.wrapped.coin_collector import CoinCollector
 
 assert minigrid, highway_env  # their environments are registered by these
 
@@ -100,12 +102,18 @@ def lander(**options):
     return gymnasium.make("LunarLander-v3", **options)
 
 
+def coin():
+    return CoinCollector(3)
+
+
 KNOWN = {
     "acrobot": lambda: gymnasium.make("Acrobot-v1"),
     "lander": lander,
     "baby": lambda: gymnasium.make("BabyAI-GoToLocal-v0"),
     "highway": small_highway,
+    "coin": coin,
 }
+NAMES = [pytest.param(name, marks=STOCK if name == "coin" else ()) for name in KNOWN]
 
 
 @pytest.mark.parametrize("name", TOYS)
@@ -123,14 +131,14 @@ def test_no_claim_is_false_and_lies_are_caught(name):
     assert liar.count(Label.TRUTHFUL) == sum(n for (kind, _), n in liar.claims.items() if kind is None)
 
 
-@pytest.mark.parametrize("name", KNOWN)
+@pytest.mark.parametrize("name", NAMES)
 def test_experts_that_are_known_tell_the_truth(name):
     found = audit(Lesson(KNOWN[name], "expert"), turns=6, students=("random", "obedient"), instruction_types=("b",))
     assert found.count(Label.DISTORTED) == found.contradictions == found.leaks == 0 < found.checked
 
 
 @pytest.mark.full
-@pytest.mark.parametrize("name", [*KNOWN, "continuous lander"])
+@pytest.mark.parametrize("name", [*NAMES, "continuous lander"])
 def test_experts_that_are_known_pass_the_kit(name):
     make = KNOWN.get(name, partial(lander, continuous=True))
     subject = Lesson(make, "expert")

@@ -27,6 +27,7 @@ _MODULES = {
     "highway_env.envs.highway_env:HighwayEnv": "highway",
     "minigrid.envs.babyai.core.roomgrid_level:RoomGridLevel": "babyai",
     "minigrid.minigrid_env:MiniGridEnv": "minigrid",
+    "worlds.wrapped.coin_collector:CoinCollector": "coin_collector",
 }
 
 
