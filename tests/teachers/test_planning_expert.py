@@ -20,7 +20,7 @@ from teachers.atoms import FN, FP, HN, HP, KINDS, Label, Moment
 from teachers.oracle import RefusalError
 from teachers.planning import TIERS, Expert, PlanningError
 from teachers.planning.expert import ExpertWarning, guide
-from teachers.planning.expert.claims import Around, Costs, Demonstration, Followed, Gained, Lost, Would
+from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Would
 from teachers.planning.expert.draws import generators, reseed
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.coin_collector import CoinCollector
@@ -175,7 +175,7 @@ def test_amounts_are_what_roll_outs_earn():
         return total
 
     (verdict,) = oracle.judge(moment, {HP, HN})
-    assert isinstance(verdict, Lost)
+    assert isinstance(verdict, Behind)
     assert verdict.amount == pytest.approx(earned(start - 1) - earned(start + 1), rel=0.006)
     (advice,) = oracle.judge(opening, {FP})
     assert advice == Would(action=0, answer="0")
@@ -294,7 +294,7 @@ def test_advice_with_numbers_can_be_written():
         (advice,) = [atom.claim for atom in info["atoms"] if isinstance(atom.claim, Around)]
         info = env.step(advice.answer)[-1]
         assert info["moment"].action == advice.action
-        assert not {type(atom.claim) for atom in info["atoms"]} & {Lost, Gained}
+        assert not {type(atom.claim) for atom in info["atoms"]} & {Behind, Ahead}
     oracle, (opening, _) = played(subject, [np.zeros(2, np.float32)], 1)
     (advice,) = oracle.judge(opening, {FP})
     near = oracle.lab.legal(np.asarray(advice.action, np.float32) * np.float32(0.9))
@@ -436,5 +436,5 @@ def test_a_lesson_says_what_it_rests_on():
     assert "16 for each comparison" in plan.why
     assert TOYS["line"]().planned.privileged is None
     assert "nothing was found to be left to chance" in TOYS["line"]().planned.why
-    assert {each.kind for each in (Gained, Followed)} == {HP}
-    assert {Lost.kind, Costs.kind} == {HN, FN}
+    assert {each.kind for each in (Ahead, Followed)} == {HP}
+    assert {Behind.kind, Costs.kind} == {HN, FN}

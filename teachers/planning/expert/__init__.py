@@ -15,12 +15,12 @@ from teachers.common import Maximize, Syntax
 from teachers.oracle import Oracle
 from teachers.planning.expert.asking import ExpertError, Same, policy_of
 from teachers.planning.expert.claims import (
+    Ahead,
     Around,
+    Behind,
     Costs,
     Followed,
-    Gained,
     Guided,
-    Lost,
     Would,
     answer_of,
     shown,
@@ -180,7 +180,7 @@ class ExpertOracle(Oracle[Position, GymWorld]):
         own = self.guide.action(truth, self.lab)
         if not self.guide.alike(own, action):
             more = self.guide.measure(truth, self.lab, action, own)
-            return None if more is None else (Gained if more > 0 else Lost)(**self._measured(action, abs(more)))
+            return None if more is None else (Ahead if more > 0 else Behind)(**self._measured(action, abs(more)))
         found = self._worse(truth, own)
         more = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
         if found is None or more is None or more < 0:

@@ -74,7 +74,7 @@ class _Own(_Compared, Verdict[Position, GymWorld]):
 
 
 @claim
-class Gained(_Own):
+class Ahead(_Own):
     """True if following the expert after `action` earned `amount` more than after the expert's own choice.
 
     What that means where something is left to chance, is said in `teachers.planning.expert.guide.Guide.confirms`.
@@ -84,13 +84,13 @@ class Gained(_Own):
 
 
 @claim
-class Lost(_Own):
+class Behind(_Own):
     """True if following the expert after `action` earned `amount` less than after the expert's own choice."""
 
     kind = HN
 
 
-opposed(Gained, Lost)
+opposed(Ahead, Behind)
 
 
 @claim
@@ -118,7 +118,7 @@ class Followed(_Compared):
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
         """Blame, and another amount."""
         own = {name: getattr(self, name) for name in ("action", "answer", "amount", "rollouts", "horizon")}
-        return Lost(**own), replace(self, amount=self.amount * _TIMES)
+        return Behind(**own), replace(self, amount=self.amount * _TIMES)
 
 
 @claim
