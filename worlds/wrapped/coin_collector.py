@@ -33,7 +33,7 @@ def _game(level: int, seed: int) -> str:
         return path.read_text(encoding="utf-8")
 
 
-class CoinCollector(gymnasium.Env[str, int]):
+class CoinCollector(gymnasium.Env[str, Any]):
     """Another game for each seed. The coin pays 1 and ends the episode; each action costs something.
 
     Args:
@@ -60,7 +60,7 @@ class CoinCollector(gymnasium.Env[str, int]):
         self._state = self._engine.reset()
         return self._describe(), {}
 
-    def step(self, action: int) -> tuple[str, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[str, float, bool, bool, dict[str, Any]]:
         """Give a command. One that is not possible here changes nothing."""
         if COMMANDS[action] in self._state["admissible_commands"]:
             self._state, _, _ = self._engine.step(COMMANDS[action])

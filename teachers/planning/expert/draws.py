@@ -40,6 +40,6 @@ def reseed(env: gymnasium.Env[Any, Any], *seed: int) -> None:
     each: Any
     for each, source in zip(found := generators(env), np.random.SeedSequence(seed).spawn(len(found)), strict=True):
         if isinstance(each, np.random.Generator):
-            each.bit_generator.state = type(each.bit_generator)(source).state  # type: ignore[call-arg]  # as all of NumPy's
+            each.bit_generator.state = type(each.bit_generator)(source).state
         else:
             each.seed(int(source.generate_state(1)[0]))

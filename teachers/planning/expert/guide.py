@@ -136,7 +136,8 @@ class Guide:
         Raises:
             ExpertError: it gives no answer.
         """
-        scene, actions, over = self._source(truth, lab, anew=True)(), [], False
+        scene, over = self._source(truth, lab, anew=True)(), False
+        actions: list[Any] = []
         while not over and len(actions) < n:
             actions.append(self.said(scene.ask(), lab))
             _, over = scene.step(actions[-1])
@@ -170,7 +171,8 @@ class Guide:
             return partial(self._replayed, truth, lab)
         if anew:
             return self._replayed(truth, lab).copy
-        return _remembered(self._scenes, (truth.episode, truth.turn), partial(self._arrived, truth, lab)).copy
+        here: Scene = _remembered(self._scenes, (truth.episode, truth.turn), partial(self._arrived, truth, lab))
+        return here.copy
 
     def _arrived(self, truth: Position, lab: GymWorld) -> Scene:
         """The scene of a state, from that of the state before if it is there."""

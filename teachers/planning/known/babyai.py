@@ -23,8 +23,8 @@ class _Bot:
                 "MiniGrid's bot fails at levels in which a key is in a box, or something is carried at the start "
                 "(KeyInBox, PutNext...Carrying); write an expert of your own, and pass it as oracle=Expert(policy=...)"
             )
-        self._bot, self._taken = BabyAIBot(env), None
-        self._answer: Any = None
+        self._bot: Any = BabyAIBot(env)  # type: ignore[no-untyped-call]  # of MiniGrid
+        self._taken = self._answer = None
 
     def __call__(self, observation: Any, info: Mapping[str, Any]) -> Any:
         if self._answer is None:

@@ -19,8 +19,9 @@ class _Driver:
     """The Intelligent Driver Model for speed and MOBIL for lanes, by highway-env's own `IDMVehicle`."""
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
-        self._env: Any = env.unwrapped
-        if tuple(getattr(self._env.action_type, "actions_indexes", ())) != _MOVES:
+        bare: Any = env.unwrapped
+        self._env = bare
+        if tuple(getattr(bare.action_type, "actions_indexes", ())) != _MOVES:
             raise PlanningError(
                 f"the expert of highway-env chooses among {', '.join(_MOVES)}; configure the action type "
                 "DiscreteMetaAction, or pass oracle=Expert(policy=...)"
