@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import random
 from functools import partial
 
 import gymnasium
@@ -401,6 +402,7 @@ def test_the_teacher_is_silent_where_the_expert_fails(message):
             "configure the action type DiscreteMetaAction",
         ),
         (lambda: Lesson(Unseeded, Expert(towards)), "the same seed and actions had two results"),
+        (lambda: Lesson(Shared, Expert(towards)), "draws from the generators that all of Python or NumPy share"),
     ],
 )
 def test_what_does_not_serve_is_refused_with_the_reason(make, match):
@@ -415,6 +417,18 @@ class Unseeded(Line):
 
     def step(self, action):
         self.at += Unseeded.luck()
+        return super().step(action)
+
+
+class Shared(Line):
+    """Draws from the generator that all share, which it seeds."""
+
+    def reset(self, *, seed=None, options=None):
+        random.seed(seed)
+        return super().reset(seed=seed)
+
+    def step(self, action):
+        self.at += random.gauss(0, 1)
         return super().step(action)
 
 

@@ -198,5 +198,8 @@ class CertainExpertOracle(ExpertOracle):
     instruction_types = ("b", "c")
 
     def _solution(self, truth: Position) -> tuple[Claim, ...]:
-        way = self.guide.demonstrate(truth, self.lab, self.guide.horizon)
-        return (shown(way, self.lab),) if way else ()
+        way = self._unless_silent(Moment.opening(truth), self._way, truth)
+        return () if way is None else (way,)
+
+    def _way(self, truth: Position) -> Claim:
+        return shown(self.guide.demonstrate(truth, self.lab, self.guide.horizon), self.lab)

@@ -179,7 +179,7 @@ class Demonstration(PlanClaim[Position, GymWorld]):
     def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """Watch the expert from the start."""
         try:
-            return bool(lab.model.demonstrate(moment.after, lab, len(self.actions)) == self.actions)
+            return bool(lab.model.demonstrate(moment.after, lab, len(self.actions), anew=True) == self.actions)
         except ExpertError:
             return False
 

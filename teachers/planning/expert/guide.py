@@ -130,13 +130,13 @@ class Guide:
             return amount != 0 and abs(found - amount) <= 0.51 * 10 ** (1 - _DIGITS) * abs(amount)
         return amount * found > 0 and abs(amount) / _ALIKE <= abs(found) <= _ALIKE * abs(amount)
 
-    def demonstrate(self, truth: Position, lab: GymWorld, n: int) -> tuple[Any, ...]:
-        """At most `n` actions of the expert from a state on, until the episode is over.
+    def demonstrate(self, truth: Position, lab: GymWorld, n: int, anew: bool = False) -> tuple[Any, ...]:
+        """At most `n` actions of the expert from a state on, until the episode is over; `anew` as in `action`.
 
         Raises:
             ExpertError: it gives no answer.
         """
-        scene, over = self._source(truth, lab, anew=True)(), False
+        scene, over = self._source(truth, lab, anew)(), False
         actions: list[Any] = []
         while not over and len(actions) < n:
             actions.append(self.said(scene.ask(), lab))

@@ -1,6 +1,7 @@
 """A trial of an expert and its environment, before the first lesson."""
 
 import copy
+import random
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -34,7 +35,7 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
     Raises:
         PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
     """
-    until = time.monotonic() + _SECONDS
+    until, shared = time.monotonic() + _SECONDS, _shared()
     first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
     for one, other in zip(first, again, strict=False):  # the second one may have had less time
         if not same(one.asked, other.asked):
@@ -47,11 +48,21 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
                 "the same seed and actions had two results: the environment draws from a random generator that "
                 "reset(seed=...) does not seed, or that is none of its attributes"
             )
+    if not same(_shared(), shared):
+        raise PlanningError(
+            "the environment or the expert draws from the generators that all of Python or NumPy share, which roll-outs"
+            " would change for the lesson; let the environment draw from its np_random"
+        )
     certain = True
     for seed in range(_EPISODES):
         lines = (_play(env, make, seed, draws, until) for draws in (0, 1))
         certain = certain and all(same(one.after, other.after) for one, other in zip(*map(list, lines), strict=False))
     return certain
+
+
+def _shared() -> Any:
+    """The state of the generators that `random` and NumPy share."""
+    return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
 
 
 def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: float) -> Iterator[_Seen]:
