@@ -6,12 +6,16 @@ from typing import Any
 import gymnasium
 
 from teachers.planning.exact import Exact
+from teachers.planning.expert import Expert
 from teachers.planning.planner import Planned, Planner, PlanningError
 from teachers.spec import parse_call
 
-__all__ = ["TIERS", "Auto", "Exact", "Planned", "Planner", "PlanningError", "parse_planner", "survey"]
+__all__ = ["TIERS", "Auto", "Exact", "Expert", "Planned", "Planner", "PlanningError", "parse_planner", "survey"]
 
-TIERS: dict[str, type[Planner]] = {"exact": Exact}
+TIERS: dict[str, type[Planner]] = {
+    "exact": Exact,
+    "expert": Expert,
+}
 """Planners by name, those that know the most first."""
 
 

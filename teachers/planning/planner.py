@@ -22,14 +22,14 @@ class Planned:
     """What makes an environment a lesson."""
 
     tier: str
-    """How much is known: `exact`."""
+    """How much is known: the name of a tier."""
     why: str
     """What the tier rests on, for people."""
     oracle: type[Oracle[Any, Any]]
     phrases: Path
     """The file of the oracle's phrases."""
-    look: Callable[[_Env], Any]
-    """Reads the key of the current state, hashable, which truths show as `seen`."""
+    look: Callable[[_Env], Any] | None
+    """Reads the key of the current state, hashable, which truths show as `seen`; None: these show the observation."""
     model: Any
     """What oracle and claims know of the environment; see `worlds.wrapped.gym_world.GymWorld.model`."""
     horizon: int | None = None

@@ -18,11 +18,16 @@ State = Callable[[_Env], Hashable]
 """Reads the key of an environment's current state."""
 
 _MODULES = {
+    "gymnasium.envs.box2d.lunar_lander:LunarLander": "lunar_lander",
+    "gymnasium.envs.classic_control.acrobot:AcrobotEnv": "acrobot",
     "gymnasium.envs.toy_text.blackjack:BlackjackEnv": "blackjack",
     "gymnasium.envs.toy_text.cliffwalking:CliffWalkingEnv": "cliff_walking",
     "gymnasium.envs.toy_text.frozen_lake:FrozenLakeEnv": "frozen_lake",
     "gymnasium.envs.toy_text.taxi:TaxiEnv": "taxi",
+    "highway_env.envs.highway_env:HighwayEnv": "highway",
+    "minigrid.envs.babyai.core.roomgrid_level:RoomGridLevel": "babyai",
     "minigrid.minigrid_env:MiniGridEnv": "minigrid",
+    "worlds.wrapped.coin_collector:CoinCollector": "coin_collector",
 }
 
 
@@ -43,6 +48,13 @@ class Known:
     """By what a reward is multiplied after so many actions; None: by 1."""
     success: Callable[..., bool] | None = None
     """Whether the task is solved; see `worlds.wrapped.gym_world.GymWorld`. None: as there."""
+    expert: Callable[[_Env], Callable[[Any, Mapping[str, Any]], Any]] | None = None
+    """Makes an expert for an environment that was reset: a function of observation and info that returns an action. It
+    is copied together with the environment. One that keeps track of the episode has a method `took`, which is told each
+    action that is taken, and is asked in every state. None: no expert is known.
+    """
+    horizon: int = 100
+    """Most actions of a roll-out that are worth their time."""
     hides: bool = False
     """Whether the student does not see all of the state."""
 

@@ -1,0 +1,205 @@
+"""The expert tier: somebody knows what to do, and roll-outs measure what other actions lose against that."""
+
+import warnings
+from collections import Counter
+from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import gymnasium
+from gymnasium import spaces
+
+from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
+from teachers.common import Maximize, Syntax
+from teachers.oracle import Oracle
+from teachers.planning.expert.asking import ExpertError, Same, policy_of
+from teachers.planning.expert.claims import (
+    Ahead,
+    Around,
+    Behind,
+    Costs,
+    Followed,
+    Guided,
+    Would,
+    answer_of,
+    shown,
+)
+from teachers.planning.expert.guide import Guide
+from teachers.planning.expert.trial import try_out
+from teachers.planning.known import Known, known, words_of
+from teachers.planning.planner import Planned, Planner, PlanningError
+from worlds.wrapped.gym_world import GymWorld, Position
+
+_Env = gymnasium.Env[Any, Any]
+_FEWEST = 8  # pairs of roll-outs, where something is left to chance
+
+
+@dataclass(frozen=True)
+class Expert(Planner):
+    """Asks an expert, and follows it in roll-outs.
+
+    What the expert does is called neither best nor good. What an action gains or loses against that is measured, by
+    roll-outs from that very state in copies of the environment (or replays) with draws of their own: the draws to come
+    are not known to the teacher. Two actions are compared with the same draws.
+
+    Args:
+        policy: a function `(observation, info) -> action`, or a model of Stable-Baselines3; it must be deterministic,
+            and have no memory. None: `teachers.planning.known` has an expert for the environment.
+        rollouts: pairs of roll-outs for each comparison, at least 8; 1 is enough where nothing is left to chance.
+        horizon: most actions of a roll-out. None: 100, or fewer where an environment is slow.
+        tolerance: by how much a number of an action may differ from that of the expert, in units of the action.
+        margin: of smaller differences of the sum of rewards nothing is said.
+        others: actions that are tried by roll-outs in each state, in search of a worse one than the expert's.
+    """
+
+    policy: Any = None
+    rollouts: int = 16
+    horizon: int | None = None
+    tolerance: float = 0.05
+    margin: float = 0.001
+    others: int = 2
+
+    def __post_init__(self) -> None:
+        if self.policy is not None:
+            policy_of(self.policy)
+        for name, least in (("rollouts", _FEWEST), ("horizon", 1), ("others", 0)):
+            value = getattr(self, name)
+            if not (value is None and name == "horizon") and (type(value) is not int or value < least):
+                raise ValueError(f"{name} must be an integer of at least {least}, got {value!r}")
+        for name in ("tolerance", "margin"):
+            value = getattr(self, name)
+            if type(value) not in (int, float) or not 0 < value < float("inf"):
+                raise ValueError(f"{name} must be a positive number, got {value!r}")
+
+    def plan(self, env: _Env, turns: int) -> Planned:
+        """Try the expert, and find out whether anything is left to chance."""
+        listed = known(env)
+        own = listed or Known()
+        make = own.expert if self.policy is None else Same(policy_of(self.policy))
+        if make is None:
+            raise PlanningError(
+                "no expert is known; pass oracle=Expert(policy=f) of teachers.planning, where f(observation, info) "
+                "returns an action, or a model of Stable-Baselines3"
+            )
+        certain = try_out(env, make)
+        guide = Guide(
+            make,
+            rollouts=1 if certain else self.rollouts,
+            horizon=self.horizon or min(own.horizon, turns),
+            tolerance=self.tolerance,
+            margin=self.margin,
+            others=self.others,
+        )
+        words = own.action_words or words_of(env)
+        whose = "that is known for it" if self.policy is None else "that was given"
+        chance = "nothing was found to be left to chance" if certain else f"{guide.rollouts} for each comparison"
+        return Planned(
+            tier="expert",
+            why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",
+            oracle=CertainExpertOracle if certain else ExpertOracle,
+            phrases=Path(__file__).with_name("phrases.toml"),
+            look=None,
+            model=guide,
+            action_words=words if _fit(words, env.action_space) else {},
+            describe=own.describe,
+            privileged=None if listed is None else listed.hides,
+        )
+
+
+def _fit(words: Mapping[str, Any], space: spaces.Space[Any]) -> bool:
+    """Whether words name all actions: with other options an environment may have others."""
+    return isinstance(space, spaces.Discrete) and set(words.values()) == set(range(int(space.n))) and space.start == 0
+
+
+class ExpertWarning(UserWarning):
+    """An expert gave no answer in a turn, of which the teacher is therefore silent."""
+
+
+class ExpertOracle(Oracle[Position, GymWorld]):
+    """Says what an expert would do, and what roll-outs measured of other actions. It has no values."""
+
+    tier = "expert"
+    instruction_types: ClassVar[tuple[str, ...]] = ("b",)
+
+    def __init__(self, scratch: Callable[[], GymWorld]) -> None:
+        super().__init__(scratch)
+        self.silences: Counter[str] = Counter()
+        """The number of turns without an answer of the expert, by the reason."""
+
+    @property
+    def guide(self) -> Guide:
+        """What is known."""
+        guide: Guide = self.lab.model
+        return guide
+
+    def _basics(self, truth: Position) -> tuple[Claim, ...]:
+        return Maximize(), Guided(horizon=self.guide.horizon), Syntax(expected=self.lab.action_syntax)
+
+    def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
+        if kinds & {HP, HN}:
+            verdict = self._unless_silent(moment, self._verdict, moment.past, moment.action)
+            if verdict is not None and verdict.kind in kinds:
+                claims.append(verdict)
+
+    def _advice(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
+        if FP in kinds and (advice := self._unless_silent(moment, self._would, moment.after)):
+            claims.append(advice)
+        if FN in kinds and (warning := self._unless_silent(moment, self._warning, moment.after)):
+            claims.append(warning)
+
+    def _unless_silent(self, moment: Moment[Position], find: Callable[..., Claim | None], *of: Any) -> Claim | None:
+        """What is found; None, with a warning, if the expert cannot be asked or followed."""
+        try:
+            return find(*of)
+        except ExpertError as error:
+            self.silences[f"{error}"] += 1
+            if self.silences[f"{error}"] == 1:
+                warnings.warn(f"nothing is said of turn {moment.turn}: {error}", ExpertWarning, stacklevel=2)
+            return None
+
+    def _would(self, truth: Position) -> Claim:
+        action = self.guide.action(truth, self.lab)
+        if isinstance(self.lab.action_space, spaces.Box) and self.lab.action_space.dtype.kind == "f":
+            return Around(action=action, answer=answer_of(action, self.lab), tolerance=self.guide.tolerance)
+        return Would(action=action, answer=answer_of(action, self.lab))
+
+    def _worse(self, truth: Position, own: Any) -> tuple[Any, float] | None:
+        """An action after which less is earned than after the expert's, and how much less; None if none is found."""
+        for action in self.guide.candidates(truth, self.lab, own, self.guide.others):
+            more = self.guide.measure(truth, self.lab, action, own)
+            if more is not None and more < 0:
+                return action, -more
+        return None
+
+    def _warning(self, truth: Position) -> Claim | None:
+        found = self._worse(truth, self.guide.action(truth, self.lab))
+        return None if found is None else Costs(**self._measured(*found))
+
+    def _verdict(self, truth: Position, action: Any) -> Claim | None:
+        own = self.guide.action(truth, self.lab)
+        if not self.guide.alike(own, action):
+            more = self.guide.measure(truth, self.lab, action, own)
+            return None if more is None else (Ahead if more > 0 else Behind)(**self._measured(action, abs(more)))
+        found = self._worse(truth, own)
+        more = None if found is None else self.guide.measure(truth, self.lab, action, found[0])
+        if found is None or more is None or more < 0:
+            return None
+        return Followed(**self._measured(action, more), other=found[0], instead=answer_of(found[0], self.lab))
+
+    def _measured(self, action: Any, amount: float) -> dict[str, Any]:
+        basis = {"rollouts": self.guide.rollouts, "horizon": self.guide.horizon}
+        return {"action": action, "answer": answer_of(action, self.lab), "amount": amount, **basis}
+
+
+class CertainExpertOracle(ExpertOracle):
+    """The same where nothing is left to chance: it can show the expert's whole way."""
+
+    instruction_types = ("b", "c")
+
+    def _solution(self, truth: Position) -> tuple[Claim, ...]:
+        way = self._unless_silent(Moment.opening(truth), self._way, truth)
+        return () if way is None else (way,)
+
+    def _way(self, truth: Position) -> Claim:
+        return shown(self.guide.demonstrate(truth, self.lab, self.guide.horizon), self.lab)

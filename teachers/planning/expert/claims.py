@@ -1,0 +1,234 @@
+"""What the oracle of the expert tier says; it is checked by asking the expert anew, and by other roll-outs."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed
+from teachers.planning.expert.asking import ExpertError
+from teachers.planning.expert.guide import Guide
+from worlds.wrapped.gym_world import GymWorld, Position
+
+_OTHERS = 10  # counterparts, at most
+_TIMES = 100  # what a liar makes of an amount
+
+
+@claim
+class Guided(Claim[Position, GymWorld]):
+    """True if actions are judged by what was earned after them in roll-outs of at most `horizon` actions, which follow
+    an expert.
+    """  # noqa: D205
+
+    horizon: int
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Compare with what roll-outs do."""
+        return bool(lab.model.horizon == self.horizon)
+
+
+@claim
+class _Compared(ActionClaim[Position, GymWorld]):
+    """Base of what roll-outs measured after an action."""
+
+    action_slot = "answer"
+    action: Any
+    answer: str
+    """The action as a student writes it."""
+    amount: float
+    """By how much the sums of rewards differ: the median of all pairs of roll-outs, to three digits."""
+    rollouts: int
+    """Number of pairs of roll-outs, each with the same draws; 1 where nothing is left to chance."""
+    horizon: int
+    """Most actions of a roll-out."""
+
+    @property
+    def basis(self) -> str:
+        """The roll-outs in words."""
+        number = "1 roll-out" if self.rollouts == 1 else f"the median of {self.rollouts} roll-outs"
+        return f"{number} of at most {self.horizon} action{'s' * (self.horizon != 1)} after each"
+
+    def rests(self, guide: Guide) -> bool:
+        """Whether these are the roll-outs that there are."""
+        return (self.rollouts, self.horizon) == (guide.rollouts, guide.horizon)
+
+
+@claim
+class _Own(_Compared, Verdict[Position, GymWorld]):
+    """An action compared with that of the expert, who would have taken another one there."""
+
+    def applies(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Whether this was the action, and roll-outs are as many."""
+        return moment.before is not None and moment.action == self.action and self.rests(lab.model)
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Ask anew, and roll out with other draws; see `Guide.confirms`."""
+        return self.applies(moment, lab) and _differs(self, moment.past, lab)
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """The opposite, and another amount."""
+        return self.opposing(), replace(self, amount=self.amount * _TIMES)
+
+
+@claim
+class Ahead(_Own):
+    """True if following the expert after `action` earned `amount` more than after the expert's own choice.
+
+    What that means where something is left to chance, is said in `teachers.planning.expert.guide.Guide.confirms`.
+    """
+
+    kind = HP
+
+
+@claim
+class Behind(_Own):
+    """True if following the expert after `action` earned `amount` less than after the expert's own choice."""
+
+    kind = HN
+
+
+opposed(Ahead, Behind)
+
+
+@claim
+class Followed(_Compared):
+    """True if the expert would have taken `action`, too, and earned `amount` more after it than after `other`."""
+
+    kind = HP
+    other: Any
+    instead: str
+    """The other action as a student writes it."""
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Ask anew, and roll out with other draws."""
+        guide = lab.model
+        if moment.before is None or moment.action != self.action or not self.rests(guide):
+            return False
+        own = _asked(moment.past, lab)
+        agrees = own is not None and guide.alike(own, self.action)
+        return agrees and guide.confirms(self.amount, moment.past, lab, self.action, self.other)
+
+    def excludes(self, other: Claim) -> bool:
+        """A comparison with another choice of the expert."""
+        return isinstance(other, _Own)
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """Blame, and another amount."""
+        own = {name: getattr(self, name) for name in ("action", "answer", "amount", "rollouts", "horizon")}
+        return Behind(**own), replace(self, amount=self.amount * _TIMES)
+
+
+@claim
+class Costs(_Compared):
+    """True if following the expert after `action` earns `amount` less than after what the expert would do now."""
+
+    kind = FN
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Ask anew, and roll out with other draws."""
+        return self.rests(lab.model) and _differs(self, moment.after, lab)
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """Another amount, and other actions."""
+        others = [replace(self, action=action, answer=answer_of(action, lab)) for action in _others(self, moment, lab)]
+        return replace(self, amount=self.amount * _TIMES), *others
+
+
+@claim
+class Would(ActionClaim[Position, GymWorld]):
+    """True if the expert, asked anew in this state, would take `action`."""
+
+    kind = FP
+    action_slot = "answer"
+    action: Any
+    answer: str
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Ask anew."""
+        own = _asked(moment.after, lab)
+        return own is not None and bool(lab.model.alike(own, self.action))
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """Other actions."""
+        return tuple(
+            replace(self, action=action, answer=answer_of(action, lab)) for action in _others(self, moment, lab)
+        )
+
+
+@claim
+class Around(Would):
+    """True if no number of what the expert would do now is farther than `tolerance` from that of `action`."""
+
+    tolerance: float
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Ask anew."""
+        return self.tolerance == lab.model.tolerance and Would.holds(self, moment, lab)
+
+
+@claim
+class Demonstration(PlanClaim[Position, GymWorld]):
+    """True if the expert takes these actions from the start on."""
+
+    actions: tuple[Any, ...]
+    listing: str
+
+    def holds(self, moment: Moment[Position], lab: GymWorld) -> bool:
+        """Watch the expert from the start."""
+        try:
+            return bool(lab.model.demonstrate(moment.after, lab, len(self.actions), anew=True) == self.actions)
+        except ExpertError:
+            return False
+
+    def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
+        """The same actions backwards."""
+        return (shown(self.actions[::-1], lab),)
+
+
+def shown(actions: Sequence[Any], lab: GymWorld) -> Demonstration:
+    """A claim of these actions."""
+    return Demonstration(actions=tuple(actions), listing=", ".join(answer_of(action, lab) for action in actions))
+
+
+def answer_of(action: Any, lab: GymWorld) -> str:
+    """An action as a student writes it."""
+    if (name := lab.names.get(action)) is not None:
+        return name
+    return action if isinstance(action, str) else json.dumps(_plain(action, lab.action_space))
+
+
+def _plain(action: Any, space: spaces.Space[Any]) -> Any:
+    """An action in JSON's types; a number of 32 bits is as short as it may be to be read again."""
+    if isinstance(space, spaces.Dict):
+        return {key: _plain(item, space[key]) for key, item in action}
+    if isinstance(space, spaces.Tuple):
+        return [_plain(item, part) for item, part in zip(action, space.spaces, strict=True)]
+    if isinstance(action, tuple):
+        inner = space.feature_space if isinstance(space, spaces.Sequence) else space
+        return [_plain(item, inner) for item in action]
+    return float(str(np.float32(action))) if isinstance(action, float) and np.float32(action) == action else action
+
+
+def _asked(truth: Position, lab: GymWorld) -> Any:
+    """What the expert, asked anew, would do; None if it gives no answer."""
+    try:
+        return lab.model.action(truth, lab, anew=True)
+    except ExpertError:
+        return None
+
+
+def _differs(said: _Compared, truth: Position, lab: GymWorld) -> bool:
+    """Whether the action earns so much more (hp) or less than another one that the expert, asked anew, takes."""
+    own = _asked(truth, lab)
+    if own is None or lab.model.alike(own, said.action):
+        return False
+    amount = said.amount if said.kind is HP else -said.amount
+    return bool(lab.model.confirms(amount, truth, lab, said.action, own))
+
+
+def _others(said: ActionClaim[Position, GymWorld], moment: Moment[Position], lab: GymWorld) -> list[Any]:
+    """Other actions than that of a claim."""
+    return list(lab.model.candidates(moment.after, lab, said.action, _OTHERS))

@@ -1,0 +1,217 @@
+"""What the expert tier knows of an environment: what the expert would do, and what roll-outs measure."""
+
+import copy
+from collections.abc import Callable, Iterator
+from functools import partial
+from statistics import median
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from teachers.planning.expert.asking import ExpertError, Policy, Scene
+from teachers.planning.expert.draws import reseed
+from worlds.wrapped.gym_world import GymWorld, Position
+from worlds.wrapped.position import Episode, same, still
+
+_Env = gymnasium.Env[Any, Any]
+_DIGITS = 3  # of amounts
+_ALIKE = 4  # times: what roll-outs with other draws differ by at most, to be one amount
+_KEPT = 6  # positions
+
+
+class Guide:
+    """An expert, asked and followed in environments of its own.
+
+    A roll-out begins in a given state with draws of its own, takes an action and then follows the expert; what it earns
+    is the sum of rewards. Two actions are compared by `rollouts` pairs of roll-outs, each pair with the same draws.
+
+    Args:
+        make: gives the expert of an environment that was reset.
+        rollouts: number of pairs; 1 where nothing is left to chance.
+        horizon: most actions of a roll-out.
+        tolerance: by how much a number of an action may differ from another one that is the same to the expert.
+        margin: differences of earnings below this are none.
+        others: number of actions that are compared with the expert's in search of a worse one.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[_Env], Policy],
+        *,
+        rollouts: int,
+        horizon: int,
+        tolerance: float,
+        margin: float,
+        others: int,
+    ) -> None:
+        self._make, self.rollouts, self.horizon = make, rollouts, horizon
+        self.tolerance, self._margin, self.others = tolerance, margin, others
+        self._env: _Env | None = None
+        self._scenes: dict[tuple[Episode, int], Scene] = {}
+        self._earned: dict[tuple[Episode, int, bool], dict[tuple[Any, int], float]] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_env": None, "_scenes": {}, "_earned": {}}
+
+    def action(self, truth: Position, lab: GymWorld, anew: bool = False) -> Any:
+        """What the expert would do, as it is said: its numbers are rounded within the tolerance.
+
+        Args:
+            truth: the state.
+            lab: a world like the taught one.
+            anew: to ask an expert that has watched the whole episode anew, for checks.
+
+        Raises:
+            ExpertError: it gives no answer, or, asked twice, two.
+        """
+        fresh = self._source(truth, lab, anew)
+        first, second = fresh().ask(), fresh().ask()
+        if not self.alike(first, second):
+            raise ExpertError(
+                f"the expert changes its mind: asked twice in one state it gave {first!r} and {second!r}; make it "
+                "deterministic, such as by the most probable action"
+            )
+        return self.said(first, lab)
+
+    def said(self, action: Any, lab: GymWorld) -> Any:
+        """An action with numbers that are rounded within the tolerance."""
+        try:
+            return lab.legal(_rounded(action, max(0, int(np.ceil(-np.log10(self.tolerance))))))
+        except ValueError:  # rounded out of bounds
+            return action
+
+    def alike(self, one: Any, other: Any) -> bool:
+        """Whether two actions are the same but for the tolerance."""
+        if isinstance(one, float) and isinstance(other, float):
+            return abs(one - other) <= self.tolerance
+        if isinstance(one, tuple) and isinstance(other, tuple):
+            return len(one) == len(other) and all(map(self.alike, one, other))
+        return bool(one == other)
+
+    def candidates(self, truth: Position, lab: GymWorld, action: Any, count: int) -> list[Any]:
+        """At most so many actions other than this one, drawn for each state."""
+        rng = np.random.default_rng([truth.seed, truth.turn, 2])
+        space = lab.action_space
+        if isinstance(space, gymnasium.spaces.Discrete):
+            drawn = [int(space.start + each) for each in rng.permutation(int(space.n))]
+        else:
+            drawn = [self.said(lab.legal(lab.sample_action(rng)), lab) for _ in range(2 * count)]
+        return [each for each in drawn if not self.alike(each, action)][:count]
+
+    def measure(self, truth: Position, lab: GymWorld, one: Any, other: Any) -> float | None:
+        """How much more is earned after one action than after another, to three digits.
+
+        None where that is not clear: unless all pairs of roll-outs agree on the sign, and on the amount within a
+        factor of four. Of these the median counts.
+
+        Raises:
+            ExpertError: the expert cannot be followed.
+        """
+        found: list[float] = []
+        for each in self._differences(truth, lab, one, other, anew=False):
+            found.append(each)
+            sizes = [abs(each) for each in found]
+            if min(sizes) < self._margin or max(sizes) > _ALIKE * min(sizes) or min(found) < 0 < max(found):
+                return None
+        return float(f"{median(found):.{_DIGITS}g}")
+
+    def confirms(self, amount: float, truth: Position, lab: GymWorld, one: Any, other: Any) -> bool:
+        """Whether as many roll-outs with other draws earn so much more after one action than after another.
+
+        Their median has to have the sign of the amount and its size within a factor of four; where nothing is left to
+        chance, it has to be the amount.
+        """
+        try:
+            found = median(self._differences(truth, lab, one, other, anew=True))
+        except ExpertError:
+            return False
+        if self.rollouts == 1:
+            return amount != 0 and abs(found - amount) <= 0.51 * 10 ** (1 - _DIGITS) * abs(amount)
+        return amount * found > 0 and abs(amount) / _ALIKE <= abs(found) <= _ALIKE * abs(amount)
+
+    def demonstrate(self, truth: Position, lab: GymWorld, n: int, anew: bool = False) -> tuple[Any, ...]:
+        """At most `n` actions of the expert from a state on, until the episode is over; `anew` as in `action`.
+
+        Raises:
+            ExpertError: it gives no answer.
+        """
+        scene, over = self._source(truth, lab, anew)(), False
+        actions: list[Any] = []
+        while not over and len(actions) < n:
+            actions.append(self.said(scene.ask(), lab))
+            _, over = scene.step(actions[-1])
+        return tuple(actions)
+
+    def _differences(self, truth: Position, lab: GymWorld, one: Any, other: Any, anew: bool) -> Iterator[float]:
+        """What is earned after one action less what is earned after another, pair by pair."""
+        known = _remembered(self._earned, (truth.episode, truth.turn, anew), dict)
+        fresh: Callable[[], Scene] | None = None
+        for number in range(self.rollouts):
+            for action in (one, other):
+                if (action, number) not in known:
+                    fresh = fresh or self._source(truth, lab, anew)
+                    seed = truth.seed, truth.turn, int(anew), number
+                    known[action, number] = self._earn(fresh(), action, seed)
+            yield known[one, number] - known[other, number]
+
+    def _earn(self, scene: Scene, action: Any, seed: tuple[int, ...]) -> float:
+        reseed(scene.env, *seed)
+        earned, over = scene.step(action)
+        for _ in range(self.horizon - 1):
+            if over:
+                break
+            reward, over = scene.step(scene.ask())
+            earned += reward
+        return earned
+
+    def _source(self, truth: Position, lab: GymWorld, anew: bool) -> Callable[[], Scene]:
+        """Gives scenes of a state, of which one is used at a time: copies, or replays where copies are not faithful."""
+        if truth.episode.anchor is None:
+            return partial(self._replayed, truth, lab)
+        if anew:
+            return self._replayed(truth, lab).copy
+        here: Scene = _remembered(self._scenes, (truth.episode, truth.turn), partial(self._arrived, truth, lab))
+        return here.copy
+
+    def _arrived(self, truth: Position, lab: GymWorld) -> Scene:
+        """The scene of a state, from that of the state before if it is there."""
+        before = self._scenes.get((truth.episode, truth.turn - 1))
+        if before is None:
+            return self._replayed(truth, lab)
+        scene = before.copy()
+        scene.step(truth.episode.actions[truth.turn - 1])
+        return scene
+
+    def _replayed(self, truth: Position, lab: GymWorld) -> Scene:
+        """The scene of a state, from a reset and the actions since."""
+        episode = truth.episode
+        if self._env is None:
+            self._env = lab.scratch().env
+        env = self._env if episode.anchor is None else copy.deepcopy(self._env)
+        observation, info = env.reset(seed=episode.seed, options=copy.deepcopy(episode.options))
+        if not same(still(observation), episode.observation):
+            if episode.anchor is None:
+                raise ExpertError("the episode cannot be replayed: reset gave another observation")
+            env, observation, info = copy.deepcopy(episode.anchor), episode.observation, {}
+        scene = Scene.begin(env, self._make, observation, info)
+        for action, paid in zip(truth.actions, episode.rewards, strict=False):
+            if not same(scene.step(action)[0], paid):
+                raise ExpertError("the episode cannot be replayed: an action earned something else")
+        return scene
+
+
+def _remembered(kept: dict[Any, Any], key: Any, make: Callable[[], Any]) -> Any:
+    """What is kept by a key, made if it is not there; the oldest go."""
+    if key not in kept:
+        made = make()
+        while len(kept) >= _KEPT:
+            del kept[next(iter(kept))]
+        kept[key] = made
+    return kept[key]
+
+
+def _rounded(action: Any, digits: int) -> Any:
+    if isinstance(action, tuple):
+        return tuple(_rounded(each, digits) for each in action)
+    return round(action, digits) if isinstance(action, float) else action

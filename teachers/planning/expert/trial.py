@@ -1,0 +1,91 @@
+"""A trial of an expert and its environment, before the first lesson."""
+
+import copy
+import random
+import time
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+
+from teachers.planning.expert.asking import ExpertError, Policy, Scene
+from teachers.planning.expert.draws import reseed
+from teachers.planning.planner import PlanningError
+from worlds.actions import canonical
+from worlds.wrapped.position import same, still
+
+_Env = gymnasium.Env[Any, Any]
+_EPISODES = 5
+_STEPS = 20
+_SECONDS = 3.0  # after which there is no further step
+
+
+class _Seen(NamedTuple):
+    """What happened in a step of a trial."""
+
+    asked: Any
+    """What the expert said; None if it gave no answer."""
+    after: Any
+
+
+def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
+    """Play some steps, half of them by the expert; return whether other draws changed anything.
+
+    Raises:
+        PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
+    """
+    until, shared = time.monotonic() + _SECONDS, _shared()
+    first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
+    for one, other in zip(first, again, strict=False):  # the second one may have had less time
+        if not same(one.asked, other.asked):
+            raise PlanningError(
+                f"the expert changes its mind: asked twice in one state it gave {one.asked!r} and {other.asked!r}; "
+                "make it deterministic, such as by the most probable action"
+            )
+        if not same(one.after, other.after):
+            raise PlanningError(
+                "the same seed and actions had two results: the environment draws from a random generator that "
+                "reset(seed=...) does not seed, or that is none of its attributes"
+            )
+    if not same(_shared(), shared):
+        raise PlanningError(
+            "the environment or the expert draws from the generators that all of Python or NumPy share, which roll-outs"
+            " would change for the lesson; let the environment draw from its np_random"
+        )
+    certain = True
+    for seed in range(_EPISODES):
+        lines = (_play(env, make, seed, draws, until) for draws in (0, 1))
+        certain = certain and all(same(one.after, other.after) for one, other in zip(*map(list, lines), strict=False))
+    return certain
+
+
+def _shared() -> Any:
+    """The state of the generators that `random` and NumPy share."""
+    return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
+
+
+def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: float) -> Iterator[_Seen]:
+    """An episode with a seed of its own for its draws after the reset."""
+    observation, info = env.reset(seed=seed)
+    try:
+        scene = Scene.begin(env, make, observation, info)
+    except ExpertError as error:
+        raise PlanningError(f"{error} (after reset(seed={seed}))") from error
+    reseed(env, draws)
+    space, rng = copy.deepcopy(env.action_space), np.random.default_rng(seed)
+    space.seed(seed)
+    for step in range(_STEPS):
+        if time.monotonic() > until and step:
+            return
+        try:
+            asked = scene.ask()
+        except ExpertError as error:
+            if not step:
+                raise PlanningError(f"{error} (after reset(seed={seed}))") from error
+            asked = None
+        sample = canonical(space, space.sample())
+        reward, over = scene.step(sample if asked is None or rng.random() < 0.5 else asked)
+        yield _Seen(asked, (still(scene.observation), reward, over))
+        if over:
+            return

@@ -1,0 +1,454 @@
+"""The expert tier: what it says of experts that are known or given, what it measures, and which it refuses."""
+
+import copy
+import pickle
+import random
+from functools import partial
+
+import gymnasium
+import highway_env
+import minigrid
+import numpy as np
+import pytest
+from gymnasium import spaces
+from houses import STOCK
+from minigrid.utils.baby_ai_bot import BabyAIBot
+
+import llf_teacher
+from llf_teacher.tools.audit import audit
+from pz_envs.lesson import Lesson
+from teachers.atoms import FN, FP, HN, HP, KINDS, Label, Moment
+from teachers.oracle import RefusalError
+from teachers.planning import TIERS, Expert, PlanningError
+from teachers.planning.expert import ExpertWarning, guide
+from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Would
+from teachers.planning.expert.draws import generators, reseed
+from teachers.testing import Pupil, check_oracle
+from worlds.wrapped.coin_collector import CoinCollector
+
+assert minigrid, highway_env  # their environments are registered by these
+
+
+class Line(gymnasium.Env):
+    """A point on a line, which is pushed towards 0; `noise` pushes, too."""
+
+    observation_space = spaces.Box(-np.inf, np.inf, (1,), np.float64)
+
+    def __init__(self, noise=0.0, box=False):
+        self.noise = noise
+        self.action_space = spaces.Box(-1, 1, (2,), np.float32) if box else spaces.Discrete(3)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.at = self.np_random.uniform(-5, 5)
+        return np.array([self.at]), {"at": self.at}
+
+    def step(self, action):
+        push = float(np.sum(action)) / 2 if np.ndim(action) else int(action) - 1
+        self.at += push + self.noise * self.np_random.normal()
+        return np.array([self.at]), -abs(self.at), False, False, {"at": self.at}
+
+
+def towards(observation, info):
+    """Pushes to 0."""
+    return 1 + int(info["at"] < -0.5) - int(info["at"] > 0.5)
+
+
+def steer(observation, info):
+    """Pushes to 0, as hard as it takes."""
+    return np.clip(np.full(2, -observation[0]), -1, 1)
+
+
+class Guess(gymnasium.Env):
+    """A coin is tossed at each step, and pays who guessed it."""
+
+    observation_space, action_space = spaces.Discrete(1), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        return 0, {}
+
+    def step(self, action):
+        return 0, float(action == self.np_random.integers(2)), False, False, {}
+
+
+def heads(observation, info):
+    return 0
+
+
+class Rare(gymnasium.Env):
+    """One step: action 1 costs 1, and three times in four; once it pays 100."""
+
+    observation_space, action_space = spaces.Discrete(1), spaces.Discrete(2)
+    reset = Guess.reset
+
+    def step(self, action):
+        lucky = self.np_random.random() < 0.25
+        return 0, (100.0 if lucky else -1.0) * action, True, False, {}
+
+
+def small_highway():
+    return gymnasium.make("highway-fast-v0", config={"vehicles_count": 1, "duration": 4})
+
+
+TOYS = {
+    "line": lambda: Lesson(Line, Expert(towards), max_turns=20),
+    "noisy": lambda: Lesson(partial(Line, 0.3), Expert(towards, rollouts=8, horizon=4), max_turns=20),
+    "box": lambda: Lesson(partial(Line, box=True), Expert(steer, tolerance=0.5, horizon=4), max_turns=20),
+}
+
+
+def lander(**options):
+    pytest.importorskip("Box2D", reason="box2d has no wheel for this Python")
+    return gymnasium.make("LunarLander-v3", **options)
+
+
+def coin():
+    return CoinCollector(3)
+
+
+KNOWN = {
+    "acrobot": lambda: gymnasium.make("Acrobot-v1"),
+    "lander": lander,
+    "baby": lambda: gymnasium.make("BabyAI-GoToLocal-v0"),
+    "highway": small_highway,
+    "coin": coin,
+}
+NAMES = [pytest.param(name, marks=STOCK if name == "coin" else ()) for name in KNOWN]
+
+
+@pytest.mark.parametrize("name", TOYS)
+def test_it_passes_the_kit(name):
+    subject = TOYS[name]()
+    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=20, turns=40))
+
+
+@pytest.mark.parametrize("name", TOYS)
+def test_no_claim_is_false_and_lies_are_caught(name):
+    honest = audit(TOYS[name](), turns=60, students=("random", "obedient"))
+    assert honest.count(Label.DISTORTED) == honest.contradictions == honest.leaks == 0 < honest.checked
+    assert {kind for kind, _ in honest.claims} >= set(KINDS)
+    liar = audit(TOYS[name](), "mistake(eps=1)", turns=30, students=("random",))
+    assert liar.count(Label.TRUTHFUL) == sum(n for (kind, _), n in liar.claims.items() if kind is None)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_experts_that_are_known_tell_the_truth(name):
+    found = audit(Lesson(KNOWN[name], "expert"), turns=6, students=("random", "obedient"), instruction_types=("b",))
+    assert found.count(Label.DISTORTED) == found.contradictions == found.leaks == 0 < found.checked
+
+
+@pytest.mark.full
+@pytest.mark.parametrize("name", [*NAMES, "continuous lander"])
+def test_experts_that_are_known_pass_the_kit(name):
+    make = KNOWN.get(name, partial(lander, continuous=True))
+    subject = Lesson(make, "expert")
+    check_oracle(Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=120))
+
+
+def played(subject, actions, seed=0):
+    """The oracle of a lesson, and the moments of an episode."""
+    world = subject.make_world()
+    oracle = subject.make_teacher(world).oracle
+    world.reset(seed=seed)
+    oracle.start(world.truth)
+    moments = [Moment.opening(world.truth)]
+    for turn, action in enumerate(actions, 1):
+        before = world.truth
+        _, reward, *_, info = world.step(action)
+        moments.append(Moment(before, world.legal(action), reward, world.truth, info["success"], turn, False))
+    return oracle, moments
+
+
+def test_amounts_are_what_roll_outs_earn():
+    """Reckoned by hand: from 3.2 the way to 0 takes one step more, or two, each of which costs."""
+    subject = TOYS["line"]()
+    world = subject.make_world()
+    seed = next(seed for seed in range(100) if world.reset(seed=seed)[0][0] > 3.5)
+    oracle, (opening, moment) = played(subject, [2], seed)
+    start = opening.after.seen[0]
+
+    def earned(at):
+        total = -abs(at)
+        for _ in range(19):
+            at += towards(None, {"at": at}) - 1
+            total -= abs(at)
+        return total
+
+    (verdict,) = oracle.judge(moment, {HP, HN})
+    assert isinstance(verdict, Behind)
+    assert verdict.amount == pytest.approx(earned(start - 1) - earned(start + 1), rel=0.006)
+    (advice,) = oracle.judge(opening, {FP})
+    assert advice == Would(action=0, answer="0")
+
+
+def test_the_teacher_knows_nothing_of_the_luck_to_come(monkeypatch):
+    """With draws of their own roll-outs tell nothing of a coin; with the episode's they would tell all."""
+
+    def warned():
+        oracle, moments = played(Lesson(Guess, Expert(heads, rollouts=8, horizon=1), max_turns=200), [0] * 150)
+        said = [oracle.judge(moment, {FN}) for moment in moments[:-1]]
+        return [moment.reward for moment, each in zip(moments[1:], said, strict=True) if each]
+
+    assert len(warned()) < 10
+    monkeypatch.setattr(guide, "reseed", lambda env, *seed: None)
+    assert len(profit := warned()) > 50
+    assert set(profit) == {1.0}  # action 1 would have lost each time
+
+
+def test_parts_of_an_environment_that_share_a_generator_share_the_new_draws():
+    env = gymnasium.make("Acrobot-v1")
+    env.reset(seed=0)
+    env.unwrapped.part = [{"deep": env.unwrapped.np_random, "old": np.random.RandomState(1)}]
+    count = len(generators(env))
+    drawn = []
+    for seed in (1, 1, 2):
+        reseed(env, seed)
+        drawn.append((env.unwrapped.part[0]["deep"].random(), env.unwrapped.part[0]["old"].random_sample()))
+        assert env.unwrapped.part[0]["deep"] is env.unwrapped.np_random
+    assert drawn[0] == drawn[1] != drawn[2]
+    assert count == len(generators(copy.deepcopy(env.unwrapped.part))) + len(generators(env)) - 2
+
+
+def test_what_is_said_of_chance_is_confirmed_by_other_draws():
+    subject = Lesson(partial(Line, 1.0), Expert(towards, horizon=4), max_turns=20)
+    said = 0
+    for seed in range(5):
+        oracle, moments = played(subject, [seed % 3] * 20, seed)
+        for moment in moments:
+            for each in oracle.judge(moment, {HP, HN, FN}):
+                said += 1
+                assert each.holds(moment, oracle.lab)
+                assert each.rollouts == 16
+    assert said > 50
+
+
+@pytest.mark.full
+def test_other_draws_seldom_disagree_where_chances_are_worst():
+    """Where one outcome in four is another one, all of 16 agree once in a hundred times, and most disagree seldom."""
+    subject = Lesson(Rare, Expert(heads), max_turns=1)
+    said = false = 0
+    for seed in range(6000):
+        oracle, (opening, _) = played(subject, [0], seed)
+        for each in oracle.judge(opening, {FN}):
+            said += 1
+            false += not each.holds(opening, oracle.lab)
+    assert 20 < said < 120  # 0.75 ** 16 of them are 60
+    assert false <= 3  # each with a chance of 0.027
+
+
+def test_the_bot_is_that_of_the_whole_episode():
+    """It plans anew after what the student does, and says what a bot of one's own says that has watched all of it."""
+    env = KNOWN["baby"]()
+    rng = np.random.default_rng(0)
+    actions = [int(each) for each in rng.integers(3, size=25)]
+    oracle, moments = played(Lesson(KNOWN["baby"], "expert"), actions, 5)
+    env.reset(seed=5)
+    bot, taken = BabyAIBot(env), None
+    for moment, action in zip(moments, [*actions, None], strict=True):
+        wanted = int(bot.replan(taken))
+        (advice,) = oracle.judge(moment, {FP})
+        assert advice.action == wanted
+        assert advice.holds(moment, oracle.lab)
+        if action is not None:
+            over = env.step(action)[2]
+            assert not over
+        taken = action
+
+
+@pytest.mark.parametrize("level", ["BabyAI-KeyInBox-v0", "BabyAI-PutNextS5N2Carrying-v0"])
+def test_levels_at_which_the_bot_fails_are_refused(level):
+    with pytest.raises(PlanningError, match="MiniGrid's bot fails at levels"):
+        Lesson(gymnasium.make(level), "expert")
+
+
+def test_the_way_of_an_expert_is_shown_where_nothing_is_left_to_chance():
+    subject = TOYS["line"]()
+    env = llf_teacher.StudentEnv(subject, instruction_type="c")
+    env.reset(seed=3)
+    (way,) = [atom.claim for atom in env.session.atoms if isinstance(atom.claim, Demonstration)]
+    assert len(way.actions) == 20
+    world = subject.make_world()
+    _, info = world.reset(seed=3)
+    for action in way.actions:
+        assert action == towards(None, info)
+        info = world.step(action)[-1]
+    noisy = TOYS["noisy"]()
+    assert noisy.make_teacher(noisy.make_world()).oracle.instruction_types == ("b",)
+
+
+@pytest.mark.parametrize("way", [pickle.dumps, copy.deepcopy])
+def test_a_lesson_goes_on_in_a_copy(way):
+    env = llf_teacher.StudentEnv(Lesson(Line(0.3), Expert(towards, rollouts=8), max_turns=20))
+    env.reset(seed=1)
+    env.step(1)
+    other = way(env)
+    other = pickle.loads(other) if isinstance(other, bytes) else other
+    assert other.step(0)[0]["feedback"] == env.step(0)[0]["feedback"] != ""
+
+
+def test_advice_with_numbers_can_be_written():
+    subject = Lesson(partial(Line, box=True), Expert(steer), max_turns=20)
+    env = llf_teacher.StudentEnv(subject, text=True, privileged_info=True)
+    info = env.reset(seed=1)[1]
+    for _ in range(8):
+        (advice,) = [atom.claim for atom in info["atoms"] if isinstance(atom.claim, Around)]
+        info = env.step(advice.answer)[-1]
+        assert info["moment"].action == advice.action
+        assert not {type(atom.claim) for atom in info["atoms"]} & {Behind, Ahead}
+    oracle, (opening, _) = played(subject, [np.zeros(2, np.float32)], 1)
+    (advice,) = oracle.judge(opening, {FP})
+    near = oracle.lab.legal(np.asarray(advice.action, np.float32) * np.float32(0.9))
+    far = oracle.lab.legal(np.asarray(advice.action, np.float32) * np.float32(0.4))
+    assert Around(action=near, answer="?", tolerance=0.05).holds(opening, oracle.lab)
+    assert not Around(action=far, answer="?", tolerance=0.05).holds(opening, oracle.lab)
+    assert not Around(action=near, answer="?", tolerance=0.5).holds(opening, oracle.lab)
+
+
+class Model:
+    """Has the interface of Stable-Baselines3's models."""
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        assert deterministic
+        return np.array(1 + int(observation[0] < -0.5) - int(observation[0] > 0.5)), state
+
+
+def test_a_model_is_an_expert():
+    one, other = (played(Lesson(Line, Expert(policy), max_turns=20), [0, 1, 2], 2) for policy in (Model(), towards))
+    assert [one[0].judge(each) for each in one[1]] == [other[0].judge(each) for each in other[1]]
+
+
+class Moody:
+    """An expert that pushes to the right, but for a fault where it stands near 0."""
+
+    fault = None
+
+    def __init__(self):
+        self.asked = 0
+
+    def __call__(self, observation, info):
+        self.asked += 1
+        return self.fault(self.asked) if self.fault and abs(observation[0]) < 2 else 2
+
+
+def faulty(asked):
+    raise KeyError("lost")
+
+
+class Always:
+    """An expert with a fault everywhere."""
+
+    def __init__(self, fault):
+        self.fault, self.asked = fault, 0
+
+    def __call__(self, observation, info):
+        self.asked += 1
+        return self.fault(self.asked)
+
+
+FAULTS = {
+    r"the expert raised KeyError\('lost'\)": faulty,
+    "the expert gave 7, which is no action; allowed: an integer from 0 to 2": lambda asked: 7,
+    "the expert changes its mind: asked twice in one state it gave . and .; make it deterministic": lambda asked: (
+        asked // 3 % 2
+    ),
+}
+
+
+@pytest.mark.parametrize("message", FAULTS)
+def test_an_expert_that_fails_at_once_is_refused(message):
+    with pytest.raises(PlanningError, match=message):
+        Lesson(Line, Expert(Always(FAULTS[message])))
+
+
+@pytest.mark.parametrize("message", FAULTS)
+def test_the_teacher_is_silent_where_the_expert_fails(message):
+    """The lesson goes on, and what is said elsewhere is checked."""
+    expert = Moody()
+    subject = Lesson(Line, Expert(expert, horizon=1), max_turns=20)
+    world = subject.make_world()
+    oracle = subject.make_teacher(world).oracle
+    next(seed for seed in range(99) if world.reset(seed=seed)[0][0] < -4)
+    expert.fault = FAULTS[message] if "mind" not in message else lambda asked: asked % 2
+
+    def play():
+        for turn in range(8):
+            moment = Moment.opening(world.truth, turn)
+            claims = oracle.judge(moment)
+            assert all(each.holds(moment, oracle.lab) for each in claims)
+            yield world.truth.seen[0], claims
+            world.step(2)
+
+    with pytest.warns(ExpertWarning, match=message):
+        said = list(play())
+    assert all(bool(each) == (abs(at) >= 2) for at, each in said)
+    assert sum(oracle.silences.values()) == 2 * sum(not each for _, each in said) > 0
+
+
+@pytest.mark.parametrize(
+    ("make", "match"),
+    [
+        (lambda: Lesson(Line, "expert"), r"no expert is known; pass oracle=Expert\(policy=f\)"),
+        (lambda: Expert(policy=3), r"policy must be a function \(observation, info\) -> action, .* got 3"),
+        (lambda: Expert(rollouts=2), "rollouts must be an integer of at least 8, got 2"),
+        (lambda: Expert(horizon=0), "horizon must be an integer of at least 1, got 0"),
+        (lambda: Expert(others=-1), "others must be an integer of at least 0, got -1"),
+        (lambda: Expert(tolerance=0), "tolerance must be a positive number, got 0"),
+        (lambda: Expert(margin=float("nan")), "margin must be a positive number, got nan"),
+        (
+            lambda: Lesson(
+                gymnasium.make("highway-fast-v0", config={"action": {"type": "ContinuousAction"}}), "expert"
+            ),
+            "configure the action type DiscreteMetaAction",
+        ),
+        (lambda: Lesson(Unseeded, Expert(towards)), "the same seed and actions had two results"),
+        (lambda: Lesson(Shared, Expert(towards)), "draws from the generators that all of Python or NumPy share"),
+    ],
+)
+def test_what_does_not_serve_is_refused_with_the_reason(make, match):
+    with pytest.raises(ValueError, match=match):
+        make()
+
+
+class Unseeded(Line):
+    """Draws from a generator of its own, which nobody seeds."""
+
+    luck = staticmethod(np.random.default_rng().normal)
+
+    def step(self, action):
+        self.at += Unseeded.luck()
+        return super().step(action)
+
+
+class Shared(Line):
+    """Draws from the generator that all share, which it seeds."""
+
+    def reset(self, *, seed=None, options=None):
+        random.seed(seed)
+        return super().reset(seed=seed)
+
+    def step(self, action):
+        self.at += random.gauss(0, 1)
+        return super().step(action)
+
+
+def test_it_says_nothing_of_values():
+    subject = TOYS["line"]()
+    oracle, (opening, moment) = played(subject, [0])
+    assert oracle.values(opening.after) is None
+    assert oracle.importance(opening.after) == 0
+    with pytest.raises(RefusalError, match="gives no values"):
+        oracle.regret(moment)
+    assert oracle.abilities() == {"hindsight", "advice"}
+
+
+def test_a_lesson_says_what_it_rests_on():
+    assert list(TIERS)[-1] == "expert"
+    plan = Lesson(KNOWN["lander"], "expert").planned
+    assert plan.tier == "expert"
+    assert plan.privileged
+    assert "16 for each comparison" in plan.why
+    assert TOYS["line"]().planned.privileged is None
+    assert "nothing was found to be left to chance" in TOYS["line"]().planned.why
+    assert {each.kind for each in (Ahead, Followed)} == {HP}
+    assert {Behind.kind, Costs.kind} == {HN, FN}
