@@ -17,7 +17,12 @@ _Env = gymnasium.Env[Any, Any]
 State = Callable[[_Env], Hashable]
 """Reads the key of an environment's current state."""
 
+Heuristic = Callable[[_Env], float]
+"""Guesses from an environment's current state how many actions are left."""
+
 _MODULES = {
+    "gymnasium.envs.classic_control.cartpole:CartPoleEnv": "cart_pole",
+    "gymnasium.envs.classic_control.mountain_car:MountainCarEnv": "mountain_car",
     "gymnasium.envs.toy_text.blackjack:BlackjackEnv": "blackjack",
     "gymnasium.envs.toy_text.cliffwalking:CliffWalkingEnv": "cliff_walking",
     "gymnasium.envs.toy_text.frozen_lake:FrozenLakeEnv": "frozen_lake",
@@ -43,6 +48,18 @@ class Known:
     """By what a reward is multiplied after so many actions; None: by 1."""
     hides: bool = False
     """Whether the student does not see all of the state."""
+    heuristic: Heuristic | None = None
+    """For searches: the number of actions that are left to the goal; where an episode has to last, the danger."""
+    admissible: bool = False
+    """Whether the heuristic never guesses more than are needed."""
+    alike: State | None = None
+    """A coarser key than `state`, for searches that need not see every state."""
+    lasts: int | None = None
+    """For how many actions ahead a search has to keep the episode going; None: the task is to be solved."""
+    success: Callable[..., Any] | None = None
+    """Whether a step has solved the task; see `worlds.wrapped.gym_world.GymWorld`."""
+    goal: str = ""
+    """What to do, as in "get to the goal"; empty: `solve the task`."""
 
 
 def known(env: _Env) -> Known | None:
