@@ -39,11 +39,6 @@ class Snapshot(NamedTuple):
     solved: bool
     """Whether the step has solved the task."""
 
-    @property
-    def over(self) -> bool:
-        """Whether the episode has ended."""
-        return self.terminated or self.truncated
-
 
 class Way(ABC):
     """A way back."""

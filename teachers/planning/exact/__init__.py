@@ -70,7 +70,7 @@ class Exact(Planner):
         if self.gamma is not None and not 0 <= self.gamma < 1:
             raise ValueError(f"gamma must be None or a number from 0 to below 1, got {self.gamma!r}")
 
-    def plan(self, env: _Env, turns: int) -> Planned:
+    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Find all transitions, and compute what every action is worth."""
         listed = known(env)
         own = listed or Known()

@@ -52,8 +52,6 @@ class Known:
     """For searches: the number of actions that are left to the goal; where an episode has to last, the danger."""
     admissible: bool = False
     """Whether the heuristic never guesses more than are needed."""
-    alike: State | None = None
-    """A coarser key than `state`, for searches that need not see every state."""
     lasts: int | None = None
     """For how many actions ahead a search has to keep the episode going; None: the task is to be solved."""
     success: Callable[..., Any] | None = None

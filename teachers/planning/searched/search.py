@@ -2,22 +2,19 @@
 
 import math
 import time
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import Any, NamedTuple
 
 import gymnasium
 
-from teachers.planning.known import State
+from teachers.planning.known import Heuristic, State
 from teachers.planning.planner import PlanningError
 from worlds.wrapped.gym_world import GymWorld
 from worlds.wrapped.snapshots import Snapshot, Way
 
 _Env = gymnasium.Env[Any, Any]
-Heuristic = Callable[[_Env], float]
-"""Guesses in an environment's current state how many actions are left to the goal; if it has to last, the danger."""
-
 _TRIED = 50  # states in which a trial repeats steps, with other random numbers and from another way there
 _LUCK = 1  # the seed of these numbers
 _ROUNDING = 1e-9
@@ -32,6 +29,8 @@ class Found(NamedTuple):
     """No fewer actions reach it, which is proven; infinite if none do."""
     nodes: int
     """Steps of the environment that it took."""
+    deadly: bool = False
+    """Whether a trial saw an action that ends an episode in vain."""
 
     @property
     def shortest(self) -> bool:
@@ -48,8 +47,6 @@ class Task:
     """The actions that are tried in each state, in canonical form."""
     state: State
     """The key of a state: all that decides what happens but time."""
-    alike: State | None
-    """A coarser key: of states that share it only the first is searched, so that nothing is proven. None: `state`."""
     heuristic: Heuristic | None
     admissible: bool
     """Whether the heuristic guesses too much nowhere."""
@@ -60,18 +57,16 @@ class Task:
 
     @property
     def measures(self) -> bool:
-        """Whether the search can prove how many actions are needed."""
-        return self.alike is None and self.lasts is None and (self.heuristic is None or self.admissible)
+        """Whether a search proves how many actions are needed."""
+        return self.lasts is None and (self.heuristic is None or self.admissible)
 
-    @property
-    def exact(self) -> bool:
-        """Whether states of one key are the same, so that a search that comes to an end has seen all of them."""
-        return self.alike is None
+    def aim(self, room: int) -> int:
+        """For how many actions the episode has to last, of those that are left; 0 where it is to be solved."""
+        return 0 if self.lasts is None else min(self.lasts, room)
 
     def key(self, env: _Env, depth: int) -> Hashable:
-        """The key by which states are searched once; where time is the aim, each depth counts."""
-        key = (self.alike or self.state)(env)
-        return key if self.lasts is None else (key, depth)
+        """The key by which a state is searched once; where the episode has to last, once after so many actions."""
+        return self.state(env) if self.lasts is None else (self.state(env), depth)
 
     def guess(self, env: _Env) -> float:
         """What the heuristic says.
@@ -99,9 +94,13 @@ class Task:
         guessed = self.guess(env)
         return depth + max(1.0, guessed) if self.lasts is None else guessed - depth
 
-    def reached(self, after: Snapshot, depth: int, aim: int) -> bool:
+    def reached(self, after: Snapshot, depth: int, room: int) -> bool:
         """Whether a step, the last of so many, reaches the aim."""
-        return after.solved if self.lasts is None else not after.terminated and depth >= aim
+        return after.solved if self.lasts is None else not after.terminated and depth >= self.aim(room)
+
+    def over(self, after: Snapshot, depth: int, room: int) -> bool:
+        """Whether a step has ended the episode, other than by the time limit."""
+        return after.terminated or (after.truncated and depth < room)
 
 
 class _Node(NamedTuple):
@@ -123,7 +122,7 @@ class _Node(NamedTuple):
         return tuple(reversed(taken))
 
 
-def search(task: Task, lab: GymWorld, aim: int, *, trial: bool = False) -> Found:
+def search(task: Task, lab: GymWorld, room: int, *, trial: bool = False) -> Found:
     """Search from the state of a scratch world.
 
     With a heuristic that guesses too much nowhere, or none, this is A* (Hart, Nilsson and Raphael 1968): the first of
@@ -132,20 +131,20 @@ def search(task: Task, lab: GymWorld, aim: int, *, trial: bool = False) -> Found
     Args:
         task: what is searched for.
         lab: the scratch world.
-        aim: for how many actions an episode has to last, where that is the task.
+        room: the number of actions until the time limit, which ends no search.
         trial: whether to find out if chance decides, and if states of the same key differ.
 
     Raises:
         PlanningError: the trial found that, or the heuristic gives no number.
     """
     watch = _Watch(task, lab) if trial else None
-    found = _search(task, lab, aim, watch)
+    found = _search(task, lab, room, watch)
     if watch:
         watch.compare()
-    return found
+    return found._replace(deadly=bool(watch and watch.deadly))
 
 
-def _search(task: Task, lab: GymWorld, aim: int, watch: "_Watch | None") -> Found:
+def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Found:
     begun, taken, order, least = time.monotonic(), 0, 0, 0.0
     key, rank = task.key(lab.env, 0), task.rank(lab.env, 0)
     heap = [(rank, 0, 0, _Node(key, task.way.begin(lab), 0, None, None))]
@@ -165,24 +164,25 @@ def _search(task: Task, lab: GymWorld, aim: int, watch: "_Watch | None") -> Foun
             after, depth = task.way.step(lab, node.saved, action), node.depth + 1
             taken += 1
             child = _Node(task.key(after.env, depth), after.saved, depth, node, action)
-            if task.reached(after, depth, aim):
+            over = task.over(after, depth, room)
+            if task.reached(after, depth, room):
                 if best is None or depth < best.depth:
                     best = child
                 if not task.measures:
                     return Found(best.actions(), least, taken)
-            elif not after.over and depth < depths.get(child.key, math.inf):
+            elif not over and depth < depths.get(child.key, math.inf):
                 order += 1
                 heappush(heap, (task.rank(after.env, depth), -depth, order, child))
                 if watch and child.key in depths:
                     watch.again(child)
                 depths[child.key] = depth
-            elif watch and not after.over:
+            elif watch and not over:
                 watch.again(child)
             if watch:
                 watch.see(node, child, after)
     if best is not None:
         return Found(best.actions(), best.depth, taken)
-    return Found(None, math.inf if task.exact else least, taken)
+    return Found(None, math.inf, taken)
 
 
 class _Watch:
@@ -192,15 +192,17 @@ class _Watch:
         self._task, self._lab = task, lab
         self._results: dict[Hashable, dict[Any, tuple[Any, ...]]] = {}
         self._again: list[_Node] = []
+        self.deadly = False
 
     def see(self, node: _Node, child: _Node, after: Snapshot) -> None:
         """Note what a step led to, and take it once more."""
         row = self._results.setdefault(node.key, {})
-        row[child.action] = child.key, *after[2:]
+        row[child.action] = child.key, after.terminated, after.solved
+        self.deadly |= after.terminated and not after.solved
         if len(self._results) > _TRIED:
             return
         other = self._task.way.step(self._lab, node.saved, child.action, _LUCK)
-        if (self._task.key(other.env, child.depth), *other[2:]) != row[child.action]:
+        if (self._task.key(other.env, child.depth), other.terminated, other.solved) != row[child.action]:
             raise PlanningError("chance decides what actions do, and a search would use its luck")
 
     def again(self, node: _Node) -> None:
@@ -210,24 +212,50 @@ class _Watch:
 
     def compare(self) -> None:
         """Compare what follows in states that were reached again."""
-        if not self._task.exact:
-            return
         for node in self._again:
             for action, result in self._results.get(node.key, {}).items():
                 after = self._task.way.step(self._lab, node.saved, action)
-                if (self._task.key(after.env, node.depth + 1), *after[2:]) != result:
+                key = self._task.key(after.env, node.depth + 1)
+                if (key, after.terminated, after.solved) != result:
                     raise PlanningError(
                         f"two states have the same key and differ in what follows action {action}; give state=..., a "
                         "function of the environment that tells them apart"
                     )
 
 
-def reaches(task: Task, lab: GymWorld, actions: Sequence[Any], aim: int, luck: int) -> bool:
-    """Whether actions reach the aim from the state of a scratch world, and do not depend on what is drawn."""
+def reaches(task: Task, lab: GymWorld, actions: Sequence[Any], room: int, luck: int) -> bool:
+    """Whether actions reach the aim from the state of a scratch world, whatever is drawn."""
     saved = task.way.begin(lab)
     for depth, action in enumerate(actions, 1):
         after = task.way.step(lab, saved, action, luck + depth)
-        if after.over or depth == len(actions):
-            return depth == len(actions) and task.reached(after, depth, aim)
+        if depth == len(actions):
+            return task.reached(after, depth, room)
+        if task.over(after, depth, room):
+            return False
         saved = after.saved
     return False
+
+
+def refuted(task: Task, lab: GymWorld, most: float, room: int) -> bool:
+    """Whether no actions reach the aim from the state of a scratch world, or no more than `most` of them.
+
+    By a search of another kind: layer by layer, until nothing is left. Where that takes more than twice the steps that
+    a search may take, nothing is proven, and the answer is no.
+    """
+    layer, seen, taken = [task.way.begin(lab)], {task.key(lab.env, 0)}, 0
+    depth = 0
+    while layer and depth < most:
+        here, layer, depth = layer, [], depth + 1
+        for saved in here:
+            for action in task.choices:
+                after = task.way.step(lab, saved, action)
+                taken += 1
+                if task.reached(after, depth, room) or taken > 2 * task.nodes:
+                    return False
+                key = task.key(after.env, depth)
+                if task.over(after, depth, room) or key in seen:
+                    continue
+                seen.add(key)
+                if not (task.measures and task.rank(after.env, depth) > most):
+                    layer.append(after.saved)
+    return True
