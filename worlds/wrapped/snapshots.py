@@ -19,7 +19,7 @@ from worlds.actions import native
 from worlds.wrapped.gym_world import GymWorld, faithful
 from worlds.wrapped.position import same, still
 
-__all__ = ["Copies", "Replays", "Snapshot", "States", "Way", "way_back"]
+__all__ = ["Copies", "Replays", "Snapshot", "States", "Way", "shake", "way_back"]
 
 _Env = gymnasium.Env[Any, Any]
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
@@ -217,7 +217,7 @@ def _trace(env: _Env, actions: list[Any]) -> list[Any]:
 def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool, bool, bool]:
     """Whether the episode is terminated, is truncated, and the task is solved, after an action."""
     if luck is not None:
-        _shake(env, luck)
+        shake(env, luck)
     observation, reward, terminated, truncated, info = env.step(native(lab.action_space, action))
     terminated, truncated = bool(terminated), bool(truncated)
     return terminated, truncated, lab.solved(observation, float(reward), terminated, truncated, info)
@@ -242,7 +242,7 @@ def _copied(env: _Env) -> _Env:
     return copy.deepcopy(env, shared)
 
 
-def _shake(env: _Env, luck: int) -> None:
+def shake(env: _Env, luck: int) -> None:
     """Give an environment other random numbers."""
     for layer in _layers(env):
         for name, part in list(vars(layer).items()):

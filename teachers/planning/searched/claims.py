@@ -7,7 +7,7 @@ from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
 from teachers.planning.searched.scout import Plan
-from teachers.planning.searched.search import reaches, refuted
+from teachers.planning.searched.search import Task, reaches, refuted
 from worlds.actions import format_value
 from worlds.wrapped.gym_world import GymWorld, Position
 
@@ -355,16 +355,9 @@ def follows(count: int, truth: Position, moment: Moment[Position], lab: GymWorld
 
 def played(actions: Sequence[Any], truth: Position, lab: GymWorld) -> bool:
     """Whether actions from a truth do what they should: in the lab, and with other random numbers."""
-    task, room = lab.model.task, lab.model.room(truth)
-    lab.restore(truth)
-    for turn, action in enumerate(actions, 1):
-        _, _, terminated, truncated, info = lab.advance(action)
-        if turn < len(actions) and (terminated or truncated):
-            return False
-    if not (info["success"] if task.lasts is None else not terminated):
-        return False
-    lab.restore(truth)
-    return reaches(task, lab, actions, len(actions) if task.lasts else room, _LUCK)
+    task: Task = lab.model.task
+    room = lab.model.room(truth) if task.lasts is None else len(actions)
+    return all(reaches(task, lab, truth, actions, room, luck) for luck in (None, _LUCK))
 
 
 def ended(truth: Position, action: Any, lab: GymWorld) -> bool:

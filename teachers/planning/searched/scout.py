@@ -85,10 +85,8 @@ class Scout:
             return self._found[key]
         try:
             found = search(self.task, lab, room)
-            if found.actions is not None:
-                lab.restore(truth)
-                if not reaches(self.task, lab, found.actions, room, _LUCK):
-                    found = Found(None, 0.0, found.nodes)
+            if found.actions is not None and not reaches(self.task, lab, truth, found.actions, room, _LUCK):
+                found = Found(None, 0.0, found.nodes)
         except PlanningError as error:
             warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
             found = Found(None, 0.0, 0)

@@ -11,8 +11,8 @@ import gymnasium
 
 from teachers.planning.known import Heuristic, State
 from teachers.planning.planner import PlanningError
-from worlds.wrapped.gym_world import GymWorld
-from worlds.wrapped.snapshots import Snapshot, Way
+from worlds.wrapped.gym_world import GymWorld, Position
+from worlds.wrapped.snapshots import Snapshot, Way, shake
 
 _Env = gymnasium.Env[Any, Any]
 _TRIED = 50  # states in which a trial repeats steps, with other random numbers and from another way there
@@ -223,16 +223,29 @@ class _Watch:
                     )
 
 
-def reaches(task: Task, lab: GymWorld, actions: Sequence[Any], room: int, luck: int) -> bool:
-    """Whether actions reach the aim from the state of a scratch world, whatever is drawn."""
-    saved = task.way.begin(lab)
+def reaches(
+    task: Task, lab: GymWorld, truth: Position, actions: Sequence[Any], room: int, luck: int | None = None
+) -> bool:
+    """Whether actions from a truth reach the aim, played in the lab.
+
+    Args:
+        task: has the aim.
+        lab: a scratch world.
+        truth: where to begin.
+        actions: the actions; an episode that ends before the last one does not reach the aim.
+        room: the number of actions until the time limit.
+        luck: the seed of other random numbers than those that would come; None: those that would come.
+    """
+    lab.restore(truth)
     for depth, action in enumerate(actions, 1):
-        after = task.way.step(lab, saved, action, luck + depth)
+        if luck is not None:
+            shake(lab.env, luck + depth)
+        _, _, terminated, truncated, info = lab.advance(action)
+        after = Snapshot(lab.env, None, terminated, truncated, info["success"])
         if depth == len(actions):
             return task.reached(after, depth, room)
         if task.over(after, depth, room):
             return False
-        saved = after.saved
     return False
 
 
