@@ -21,9 +21,7 @@ TIERS: dict[str, type[Planner]] = {
 class Auto(Planner):
     """The first of the tiers that serves an environment, each with its default options."""
 
-    def plan(
-        self, env: gymnasium.Env[Any, Any], turns: int, success: Callable[..., Any] | None = None
-    ) -> Planned:
+    def plan(self, env: gymnasium.Env[Any, Any], turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Try each tier."""
         reasons = []
         for name, planner in TIERS.items():

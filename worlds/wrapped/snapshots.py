@@ -251,4 +251,4 @@ def shake(env: _Env, luck: int) -> None:
             elif isinstance(part, np.random.RandomState):
                 setattr(layer, name, np.random.RandomState(luck))
             elif isinstance(part, random.Random):
-                setattr(layer, name, random.Random(luck))
+                setattr(layer, name, random.Random(luck))  # noqa: S311 (as it was)

@@ -93,7 +93,9 @@ def _hindrance(thing: Any) -> str:
     """What a thing is to somebody who walks."""
     if thing.type == "door":
         return "open" if thing.is_open else "locked" if thing.is_locked else "closed"
-    return "key" if thing.type == "box" and getattr(thing.contains, "type", "") == "key" else str(thing.type)
+    if thing.type == "box" and getattr(thing.contains, "type", "") == "key":
+        return "key"
+    return "open" if thing.can_overlap() and thing.type not in ("goal", "lava") else str(thing.type)
 
 
 @lru_cache(maxsize=1024)
@@ -128,6 +130,4 @@ def _moves(place: _Place, things: Mapping[tuple[int, int], str]) -> Iterator[tup
         yield (*ahead, heading, key), 1.0 if free else 2.0
 
 
-KNOWN = Known(
-    describe=_describe, state=_state, fading=_fading, hides=True, heuristic=_heuristic, admissible=True
-)
+KNOWN = Known(describe=_describe, state=_state, fading=_fading, hides=True, heuristic=_heuristic, admissible=True)

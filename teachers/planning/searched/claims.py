@@ -346,7 +346,7 @@ def planned(truth: Position, moment: Moment[Position], lab: GymWorld) -> Plan | 
 
 
 def follows(count: int, truth: Position, moment: Moment[Position], lab: GymWorld, first: Any = None) -> bool:
-    """Whether the plan in a state of a moment has so many actions, begins with `first` if given, and does what it should."""
+    """Whether the plan in a state has so many actions, begins with `first` if given, and reaches the aim."""
     plan = planned(truth, moment, lab)
     if plan is None or len(plan.actions) != count or first not in (None, plan.actions[0]):
         return False

@@ -1,4 +1,4 @@
-"""What the searched tier knows of an environment: plans, found when they are needed, and kept while they are followed."""
+"""What the searched tier knows: plans, found when they are needed, and kept while they are followed."""
 
 import warnings
 from collections.abc import Hashable
@@ -81,16 +81,17 @@ class Scout:
         lab.restore(truth)
         room = self.room(truth) if room is None else room
         key = self.task.state(lab.env), self.task.aim(room)
-        if key in self._found:
-            return self._found[key]
+        for known in (key, (*key, room)):
+            if known in self._found:
+                return self._found[known]
         try:
             found = search(self.task, lab, room)
             if found.actions is not None and not reaches(self.task, lab, truth, found.actions, room, _LUCK):
-                found = Found(None, 0.0, found.nodes)
+                found = Found(None, 0.0, found.nodes, found.cut)
         except PlanningError as error:
             warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
             found = Found(None, 0.0, 0)
-        return self._kept(self._found, key, found)
+        return self._kept(self._found, (*key, room) if found.cut else key, found)
 
     @staticmethod
     def _kept(store: dict[Hashable, Any], key: Hashable, value: Any) -> Any:

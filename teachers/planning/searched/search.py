@@ -29,6 +29,8 @@ class Found(NamedTuple):
     """No fewer actions reach it, which is proven; infinite if none do."""
     nodes: int
     """Steps of the environment that it took."""
+    cut: bool = False
+    """Whether it would have gone on without the time limit."""
     deadly: bool = False
     """Whether a trial saw an action that ends an episode in vain."""
 
@@ -45,6 +47,8 @@ class Task:
     way: Way
     choices: tuple[Any, ...]
     """The actions that are tried in each state, in canonical form."""
+    every: bool
+    """Whether these are all; if not, it is not proven that nothing does."""
     state: State
     """The key of a state: all that decides what happens but time."""
     heuristic: Heuristic | None
@@ -58,7 +62,7 @@ class Task:
     @property
     def measures(self) -> bool:
         """Whether a search proves how many actions are needed."""
-        return self.lasts is None and (self.heuristic is None or self.admissible)
+        return self.lasts is None and self.every and (self.heuristic is None or self.admissible)
 
     def aim(self, room: int) -> int:
         """For how many actions the episode has to last, of those that are left; 0 where it is to be solved."""
@@ -82,8 +86,8 @@ class Task:
             raise PlanningError(
                 f"heuristic must give a number for an environment in any state, and raised {error!r}"
             ) from error
-        if math.isnan(guessed):
-            raise PlanningError("heuristic must give a number for an environment in any state, got nan")
+        if not math.isfinite(guessed):
+            raise PlanningError(f"heuristic must give a finite number for an environment in any state, got {guessed}")
         return guessed
 
     def rank(self, env: _Env, depth: int) -> float:
@@ -131,7 +135,7 @@ def search(task: Task, lab: GymWorld, room: int, *, trial: bool = False) -> Foun
     Args:
         task: what is searched for.
         lab: the scratch world.
-        room: the number of actions until the time limit, which ends no search.
+        room: the number of actions until the time limit.
         trial: whether to find out if chance decides, and if states of the same key differ.
 
     Raises:
@@ -145,7 +149,7 @@ def search(task: Task, lab: GymWorld, room: int, *, trial: bool = False) -> Foun
 
 
 def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Found:
-    begun, taken, order, least = time.monotonic(), 0, 0, 0.0
+    begun, taken, order, least, cut = time.monotonic(), 0, 0, 0.0, False
     key, rank = task.key(lab.env, 0), task.rank(lab.env, 0)
     heap = [(rank, 0, 0, _Node(key, task.way.begin(lab), 0, None, None))]
     depths: dict[Hashable, int] = {key: 0}
@@ -154,13 +158,16 @@ def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Fou
         rank, _, _, node = heappop(heap)
         if depths[node.key] < node.depth:
             continue  # there is a shorter way to this state
+        if node.depth >= room:
+            cut = True
+            continue
         if task.measures:
-            least = max(least, math.ceil(rank - _ROUNDING))
+            least = min(max(least, math.ceil(rank - _ROUNDING)), room + 1)
             if best is not None and best.depth <= least:
-                return Found(best.actions(), best.depth, taken)
+                return Found(best.actions(), best.depth, taken, cut)
         for action in task.choices:
             if taken >= task.nodes or time.monotonic() - begun > task.seconds:
-                return Found(best and best.actions(), least, taken)
+                return Found(best and best.actions(), least, taken, cut)
             after, depth = task.way.step(lab, node.saved, action), node.depth + 1
             taken += 1
             child = _Node(task.key(after.env, depth), after.saved, depth, node, action)
@@ -169,7 +176,7 @@ def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Fou
                 if best is None or depth < best.depth:
                     best = child
                 if not task.measures:
-                    return Found(best.actions(), least, taken)
+                    return Found(best.actions(), least, taken, cut)
             elif not over and depth < depths.get(child.key, math.inf):
                 order += 1
                 heappush(heap, (task.rank(after.env, depth), -depth, order, child))
@@ -181,8 +188,8 @@ def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Fou
             if watch:
                 watch.see(node, child, after)
     if best is not None:
-        return Found(best.actions(), best.depth, taken)
-    return Found(None, math.inf, taken)
+        return Found(best.actions(), best.depth, taken, cut)
+    return Found(None, math.inf if task.every and not cut else least, taken, cut)
 
 
 class _Watch:
@@ -253,11 +260,13 @@ def refuted(task: Task, lab: GymWorld, most: float, room: int) -> bool:
     """Whether no actions reach the aim from the state of a scratch world, or no more than `most` of them.
 
     By a search of another kind: layer by layer, until nothing is left. Where that takes more than twice the steps that
-    a search may take, nothing is proven, and the answer is no.
+    a search may take, or not all actions are considered, nothing is proven, and the answer is no.
     """
-    layer, seen, taken = [task.way.begin(lab)], {task.key(lab.env, 0)}, 0
-    depth = 0
-    while layer and depth < most:
+    if not task.every:
+        return False
+    key = task.key(lab.env, 0)
+    layer, seen, taken, depth = [task.way.begin(lab)], {key}, 0, 0
+    while layer and depth < min(most, room):
         here, layer, depth = layer, [], depth + 1
         for saved in here:
             for action in task.choices:
