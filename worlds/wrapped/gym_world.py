@@ -219,7 +219,8 @@ class GymWorld(World[Position, Any, Any]):
 
     def lend(self) -> _Env:
         """The environment in the current state, which the caller may step; the world finds its way back by itself."""
-        env, self._at = self._synchronized(), _NOWHERE
+        env = self._synchronized()
+        self._seen, self._at = self.truth.seen, _NOWHERE
         return env
 
     def _load(self, truth: Position) -> None:

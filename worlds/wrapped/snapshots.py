@@ -19,11 +19,12 @@ from worlds.actions import native
 from worlds.wrapped.gym_world import GymWorld, faithful
 from worlds.wrapped.position import same, still
 
-__all__ = ["Copies", "Replays", "Snapshot", "States", "Way", "shake", "way_back"]
+__all__ = ["Copies", "Replays", "Snapshot", "States", "Way", "draws", "shake", "way_back"]
 
 _Env = gymnasium.Env[Any, Any]
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
+_GENERATORS = np.random.Generator, np.random.RandomState, random.Random
 _STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
 
 
@@ -38,6 +39,8 @@ class Snapshot(NamedTuple):
     truncated: bool
     solved: bool
     """Whether the step has solved the task."""
+    drew: bool
+    """Whether the step drew random numbers."""
 
 
 class Way(ABC):
@@ -214,13 +217,15 @@ def _trace(env: _Env, actions: list[Any]) -> list[Any]:
     return trace
 
 
-def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool, bool, bool]:
-    """Whether the episode is terminated, is truncated, and the task is solved, after an action."""
+def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool, bool, bool, bool]:
+    """What a `Snapshot` has, but for the state."""
     if luck is not None:
         shake(env, luck)
+    before = draws(env)
     observation, reward, terminated, truncated, info = env.step(native(lab.action_space, action))
     terminated, truncated = bool(terminated), bool(truncated)
-    return terminated, truncated, lab.solved(observation, float(reward), terminated, truncated, info)
+    solved = lab.solved(observation, float(reward), terminated, truncated, info)
+    return terminated, truncated, solved, draws(env) != before
 
 
 def _layers(env: _Env) -> Iterator[Any]:
@@ -242,13 +247,34 @@ def _copied(env: _Env) -> _Env:
     return copy.deepcopy(env, shared)
 
 
+def draws(env: _Env) -> list[str]:
+    """The states of an environment's random generators; they differ if something was drawn."""
+    return [str(_drawn(generator)) for generator in _generators(env)]
+
+
 def shake(env: _Env, luck: int) -> None:
-    """Give an environment other random numbers."""
+    """Seed an environment's random generators anew."""
+    for generator in _generators(env):
+        if isinstance(generator, np.random.Generator):
+            bits: Any = generator.bit_generator
+            bits.state = type(bits)(luck).state
+        else:
+            generator.seed(luck)
+
+
+def _drawn(generator: Any) -> Any:
+    if isinstance(generator, np.random.Generator):
+        return generator.bit_generator.state
+    return generator.get_state() if isinstance(generator, np.random.RandomState) else generator.getstate()
+
+
+def _generators(env: _Env) -> list[Any]:
+    """The random generators among an environment's attributes, and among theirs."""
+    found = []
     for layer in _layers(env):
-        for name, part in list(vars(layer).items()):
-            if isinstance(part, np.random.Generator):
-                setattr(layer, name, np.random.default_rng(luck))
-            elif isinstance(part, np.random.RandomState):
-                setattr(layer, name, np.random.RandomState(luck))
-            elif isinstance(part, random.Random):
-                setattr(layer, name, random.Random(luck))  # noqa: S311 (as it was)
+        for part in vars(layer).values():
+            if isinstance(part, _GENERATORS):
+                found.append(part)
+            elif not isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
+                found += [each for each in getattr(part, "__dict__", {}).values() if isinstance(each, _GENERATORS)]
+    return found

@@ -38,7 +38,7 @@ def _heuristic(env: _Env) -> float:
     )
     i, j = min(int(i), _SHAPE[0] - 2), min(int(j), _SHAPE[1] - 2)
     rows = ((1 - y) * table[i + k][j] + y * table[i + k][j + 1] for k in (0, 1))
-    return _EAGER * sum(share * row for share, row in zip((1 - x, x), rows, strict=True))
+    return float(_EAGER * sum(share * row for share, row in zip((1 - x, x), rows, strict=True)))
 
 
 @lru_cache(maxsize=4)

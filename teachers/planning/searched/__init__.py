@@ -37,6 +37,7 @@ from teachers.planning.searched.claims import (
     ended,
     listed,
     planned,
+    steady,
     way,
 )
 from teachers.planning.searched.contents import contents_of
@@ -204,7 +205,7 @@ def _tried(scout: Scout, world: GymWorld) -> Found:
     """What a search finds in the first of a few episodes in which it finds something.
 
     Raises:
-        PlanningError: it finds nothing, or chance decides.
+        PlanningError: it finds nothing.
     """
     task = scout.task
     for seed in range(_SEEDS):
@@ -213,6 +214,8 @@ def _tried(scout: Scout, world: GymWorld) -> Found:
         if found.actions is not None:
             _check_admissible(task, world, found.actions)
             return found
+    if found.lucky:
+        raise PlanningError("chance decides what actions do, and a search would use its luck")
     if task.lasts:
         raise PlanningError(
             f"no way was found to keep an episode going for {task.lasts} actions; give fewer: lasts=..."
@@ -223,8 +226,8 @@ def _tried(scout: Scout, world: GymWorld) -> Found:
             "success=..., a function that says which step does, or lasts=... of Searched"
         )
     raise PlanningError(
-        f"a search of {found.nodes:,} steps found no way to solve the task; the bounds are nodes={task.nodes:,} and "
-        f"seconds={task.seconds:g}; give more, or heuristic=..., a function of the environment that guesses how many "
+        f"a search of {found.nodes:,} steps found no way to solve the task in {scout.horizon:,} turns; the bounds are "
+        f"nodes={task.nodes:,} and seconds={task.seconds:g}; give more, or heuristic=..., a function of the environment that guesses how many "
         "actions are left; or success=..., if the task is not to end with a positive reward; or lasts=..., if an "
         "episode has to be kept going"
     )
@@ -276,7 +279,7 @@ class SearchingOracle(_PlanOracle):
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
         kinds = kinds & set(self.feedback_types)
         before = planned(moment.past, moment, self.lab) if kinds & {HP, HN} else None
-        if before is None:
+        if before is None or not steady(moment.past, moment.action, self.lab):
             return
         named = {"action": moment.action, "answer": answer_of(moment.action, self.lab)}
         then = len(before.actions)
@@ -316,7 +319,7 @@ class SearchingOracle(_PlanOracle):
         for action in (each for each in task.choices if each != first):
             after = task.way.step(lab, saved, action)
             answer = answer_of(action, lab)
-            if after.solved:
+            if after.solved or after.drew:
                 continue
             if after.terminated:
                 ruins.append(Ruin(action=action, answer=answer))
@@ -346,7 +349,7 @@ class LastingOracle(_PlanOracle):
         return (keep, *self._considered(), Syntax(expected=self.lab.action_syntax))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Position], kinds: Set[FeedbackType]) -> None:
-        if not kinds & {HP, HN}:
+        if not kinds & {HP, HN} or not steady(moment.past, moment.action, self.lab):
             return
         named = {"action": moment.action, "answer": answer_of(moment.action, self.lab)}
         if not moment.over and (now := planned(moment.after, moment, self.lab)) is not None:
@@ -374,4 +377,6 @@ class LastingOracle(_PlanOracle):
         """Whether nothing keeps the episode going for so many actions after this one."""
         if ended(truth, action, self.lab):
             return True
+        if not steady(truth, action, self.lab):
+            return False
         return math.isinf(self.model.search(self.lab.truth, self.lab, left).least)

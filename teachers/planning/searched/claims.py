@@ -10,6 +10,7 @@ from teachers.planning.searched.scout import Plan
 from teachers.planning.searched.search import Task, reaches, refuted
 from worlds.actions import format_value
 from worlds.wrapped.gym_world import GymWorld, Position
+from worlds.wrapped.snapshots import draws, shake
 
 _LUCK = 2000  # the seed of the random numbers with which plans are played once more
 
@@ -361,17 +362,41 @@ def played(actions: Sequence[Any], truth: Position, lab: GymWorld) -> bool:
 
 
 def ended(truth: Position, action: Any, lab: GymWorld) -> bool:
-    """Whether an action ends the episode other than by time, and in vain; the lab has taken it."""
+    """Whether an action ends the episode other than by time, and in vain, whatever is drawn; the lab has taken it."""
+    for luck in (_LUCK, None):
+        lab.restore(truth)
+        if luck is not None:
+            shake(lab.env, luck)
+        _, _, terminated, _, info = lab.advance(action)
+        if not terminated or (lab.model.task.lasts is None and info["success"]):
+            return False
+    return True
+
+
+def steady(truth: Position, action: Any, lab: GymWorld) -> bool:
+    """Whether an action leads to the same state whatever is drawn."""
     lab.restore(truth)
+    before = draws(lab.env)
+    key = _after(action, lab)
+    if draws(lab.env) == before:
+        return True
+    lab.restore(truth)
+    shake(lab.env, _LUCK)
+    return _after(action, lab) == key
+
+
+def _after(action: Any, lab: GymWorld) -> tuple[Any, ...]:
+    """What an action leads to."""
     _, _, terminated, _, info = lab.advance(action)
-    return bool(terminated and not (lab.model.task.lasts is None and info["success"]))
+    return lab.model.task.state(lab.env), terminated, info["success"]
 
 
 def hopeless(truth: Position, action: Any, lab: GymWorld, left: int = 0) -> bool:
     """Whether nothing reaches the aim after an action: to solve the task, or to keep going for `left` actions."""
     if ended(truth, action, lab):
         return True
-    return impossible(lab, math.inf, left or lab.model.room(lab.truth))
+    lab.restore(truth)
+    return not lab.advance(action)[2] and impossible(lab, math.inf, left or lab.model.room(lab.truth))
 
 
 def impossible(lab: GymWorld, most: float, room: int) -> bool:

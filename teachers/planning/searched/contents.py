@@ -11,6 +11,7 @@ from gymnasium import spaces
 
 _Env = gymnasium.Env[Any, Any]
 _STEPS = 16  # of random play, which show what counts steps
+_SEED = "_np_random_seed"  # of the episode, by Gymnasium
 _PLAIN = (int, float, str, bool, bytes, type(None))
 
 
@@ -48,8 +49,8 @@ def contents_of(env: _Env) -> Contents:
         counts = {name for name in counts if vars(env.unwrapped).get(name) == before[name] + 1}
         if terminated or truncated:
             env.reset(seed=0)
-    parts = vars(env.unwrapped)
-    return Contents(tuple(sorted(name for name in parts.keys() - counts if _writable(parts[name]))))
+    parts = {name: part for name, part in vars(env.unwrapped).items() if name not in counts}
+    return Contents(tuple(sorted(name for name, part in parts.items() if name != _SEED and _writable(part))))
 
 
 def _writable(part: Any) -> bool:

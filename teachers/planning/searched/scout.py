@@ -1,8 +1,9 @@
 """What the searched tier knows: plans, found when they are needed, and kept while they are followed."""
 
+import math
 import warnings
 from collections.abc import Hashable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from teachers.planning.planner import PlanningError
 from teachers.planning.searched.search import Found, Task, reaches, search
@@ -11,6 +12,8 @@ from worlds.wrapped.gym_world import GymWorld, Position
 _KEPT = 4096  # plans, and results of searches
 _LUCK = 1000  # the seed of the random numbers with which plans are tried
 _AGAIN = 2  # a plan to last is made anew when less than this part of it is left
+
+_Value = TypeVar("_Value")
 
 
 class Plan(NamedTuple):
@@ -78,8 +81,13 @@ class Scout:
 
     def search(self, truth: Position, lab: GymWorld, room: int | None = None) -> Found:
         """What a search from a truth finds, as if `room` actions were left; a plan that needs luck is none."""
-        lab.restore(truth)
         room = self.room(truth) if room is None else room
+        if truth.turn == 0:
+            lab.restore(truth)
+        else:  # by its last action, to see whether that has ended the episode
+            lab.restore(Position(None, truth.turn - 1, truth.episode))
+            if lab.advance(truth.episode.actions[truth.turn - 1])[2]:
+                return Found(None, math.inf, 0)
         key = self.task.state(lab.env), self.task.aim(room)
         for known in (key, (*key, room)):
             if known in self._found:
@@ -87,14 +95,14 @@ class Scout:
         try:
             found = search(self.task, lab, room)
             if found.actions is not None and not reaches(self.task, lab, truth, found.actions, room, _LUCK):
-                found = Found(None, 0.0, found.nodes, found.cut)
+                found = found._replace(actions=None, least=0.0)
         except PlanningError as error:
             warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
             found = Found(None, 0.0, 0)
         return self._kept(self._found, (*key, room) if found.cut else key, found)
 
     @staticmethod
-    def _kept(store: dict[Hashable, Any], key: Hashable, value: Any) -> Any:
+    def _kept(store: dict[Hashable, _Value], key: Hashable, value: _Value) -> _Value:
         """Keep a value in place of the oldest."""
         store[key] = value
         if len(store) > _KEPT:

@@ -15,8 +15,8 @@ from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.snapshots import Snapshot, Way, shake
 
 _Env = gymnasium.Env[Any, Any]
-_TRIED = 50  # states in which a trial repeats steps, with other random numbers and from another way there
-_LUCK = 1  # the seed of these numbers
+_TRIED = 50  # states that were reached again, in which a trial takes the actions again
+_LUCK = 1, 2, 3, 4  # the seeds of other random numbers
 _ROUNDING = 1e-9
 
 
@@ -29,6 +29,8 @@ class Found(NamedTuple):
     """No fewer actions reach it, which is proven; infinite if none do."""
     nodes: int
     """Steps of the environment that it took."""
+    lucky: bool = False
+    """Whether it met actions whose results are drawn, which it left out, so that nothing else is proven."""
     cut: bool = False
     """Whether it would have gone on without the time limit."""
     deadly: bool = False
@@ -136,24 +138,28 @@ def search(task: Task, lab: GymWorld, room: int, *, trial: bool = False) -> Foun
         task: what is searched for.
         lab: the scratch world.
         room: the number of actions until the time limit.
-        trial: whether to find out if chance decides, and if states of the same key differ.
+        trial: whether to find out if states of the same key differ.
 
     Raises:
-        PlanningError: the trial found that, or the heuristic gives no number.
+        PlanningError: they do, or the heuristic gives no number.
     """
     watch = _Watch(task, lab) if trial else None
     found = _search(task, lab, room, watch)
     if watch:
         watch.compare()
-    return found._replace(deadly=bool(watch and watch.deadly))
+    return found._replace(deadly=watch is not None and watch.deadly, least=0.0 if found.lucky else found.least)
 
 
 def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Found:
-    begun, taken, order, least, cut = time.monotonic(), 0, 0, 0.0, False
+    begun, taken, order, least, cut, lucky = time.monotonic(), 0, 0, 0.0, False, False
     key, rank = task.key(lab.env, 0), task.rank(lab.env, 0)
     heap = [(rank, 0, 0, _Node(key, task.way.begin(lab), 0, None, None))]
     depths: dict[Hashable, int] = {key: 0}
     best: _Node | None = None
+
+    def found(least: float) -> Found:
+        return Found(best and best.actions(), least, taken, lucky, cut)
+
     while heap:
         rank, _, _, node = heappop(heap)
         if depths[node.key] < node.depth:
@@ -164,36 +170,48 @@ def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Fou
         if task.measures:
             least = min(max(least, math.ceil(rank - _ROUNDING)), room + 1)
             if best is not None and best.depth <= least:
-                return Found(best.actions(), best.depth, taken, cut)
+                return found(best.depth)
         for action in task.choices:
             if taken >= task.nodes or time.monotonic() - begun > task.seconds:
-                return Found(best and best.actions(), least, taken, cut)
+                return found(least)
             after, depth = task.way.step(lab, node.saved, action), node.depth + 1
             taken += 1
             child = _Node(task.key(after.env, depth), after.saved, depth, node, action)
-            over = task.over(after, depth, room)
-            if task.reached(after, depth, room):
+            reached = task.reached(after, depth, room)
+            goes_on = not reached and not task.over(after, depth, room)
+            is_new = goes_on and depth < depths.get(child.key, math.inf)
+            rank = task.rank(after.env, depth) if is_new else 0.0
+            if depends(task, lab, node.saved, action, after, child.key, depth):
+                lucky = True
+                continue
+            if reached:
                 if best is None or depth < best.depth:
                     best = child
                 if not task.measures:
-                    return Found(best.actions(), least, taken, cut)
-            elif not over and depth < depths.get(child.key, math.inf):
-                order += 1
-                heappush(heap, (task.rank(after.env, depth), -depth, order, child))
-                if watch and child.key in depths:
-                    watch.again(child)
-                depths[child.key] = depth
-            elif watch and not over:
-                watch.again(child)
+                    return found(least)
             if watch:
-                watch.see(node, child, after)
+                watch.see(node, child, after, goes_on and child.key in depths)
+            if is_new:
+                depths[child.key], order = depth, order + 1
+                heappush(heap, (rank, -depth, order, child))
     if best is not None:
-        return Found(best.actions(), best.depth, taken, cut)
-    return Found(None, math.inf if task.every and not cut else least, taken, cut)
+        return found(best.depth)
+    return found(math.inf if task.every and not cut else least)
+
+
+def depends(task: Task, lab: GymWorld, saved: Any, action: Any, after: Snapshot, key: Hashable, depth: int) -> bool:
+    """Whether what a step led to, with this key, was drawn; it is taken again with other random numbers."""
+    if not after.drew:
+        return False
+    others = (task.way.step(lab, saved, action, luck) for luck in _LUCK)
+    return any(
+        (other.terminated, other.solved, task.key(other.env, depth)) != (after.terminated, after.solved, key)
+        for other in others
+    )
 
 
 class _Watch:
-    """Repeats steps of a search, with other random numbers, and in states that were reached again."""
+    """Compares what follows in states that a search reached more than once."""
 
     def __init__(self, task: Task, lab: GymWorld) -> None:
         self._task, self._lab = task, lab
@@ -201,24 +219,15 @@ class _Watch:
         self._again: list[_Node] = []
         self.deadly = False
 
-    def see(self, node: _Node, child: _Node, after: Snapshot) -> None:
-        """Note what a step led to, and take it once more."""
-        row = self._results.setdefault(node.key, {})
-        row[child.action] = child.key, after.terminated, after.solved
+    def see(self, node: _Node, child: _Node, after: Snapshot, again: bool) -> None:
+        """Note what a step led to, and whether that was a state that was known."""
+        self._results.setdefault(node.key, {})[child.action] = child.key, after.terminated, after.solved
         self.deadly |= after.terminated and not after.solved
-        if len(self._results) > _TRIED:
-            return
-        other = self._task.way.step(self._lab, node.saved, child.action, _LUCK)
-        if (self._task.key(other.env, child.depth), other.terminated, other.solved) != row[child.action]:
-            raise PlanningError("chance decides what actions do, and a search would use its luck")
-
-    def again(self, node: _Node) -> None:
-        """Note a state that was reached again."""
-        if len(self._again) < _TRIED:
-            self._again.append(node)
+        if again and len(self._again) < _TRIED:
+            self._again.append(child)
 
     def compare(self) -> None:
-        """Compare what follows in states that were reached again."""
+        """Take the actions in states that were reached again."""
         for node in self._again:
             for action, result in self._results.get(node.key, {}).items():
                 after = self._task.way.step(self._lab, node.saved, action)
@@ -248,7 +257,7 @@ def reaches(
         if luck is not None:
             shake(lab.env, luck + depth)
         _, _, terminated, truncated, info = lab.advance(action)
-        after = Snapshot(lab.env, None, terminated, truncated, info["success"])
+        after = Snapshot(lab.env, None, terminated, truncated, info["success"], False)
         if depth == len(actions):
             return task.reached(after, depth, room)
         if task.over(after, depth, room):
@@ -272,12 +281,15 @@ def refuted(task: Task, lab: GymWorld, most: float, room: int) -> bool:
             for action in task.choices:
                 after = task.way.step(lab, saved, action)
                 taken += 1
+                key = task.key(after.env, depth)
+                far = task.measures and task.rank(after.env, depth) > most
                 if task.reached(after, depth, room) or taken > 2 * task.nodes:
                     return False
-                key = task.key(after.env, depth)
+                if depends(task, lab, saved, action, after, key, depth):
+                    return False
                 if task.over(after, depth, room) or key in seen:
                     continue
                 seen.add(key)
-                if not (task.measures and task.rank(after.env, depth) > most):
+                if not far:
                     layer.append(after.saved)
     return True
