@@ -105,6 +105,8 @@ class Exact(Planner):
                 f"{why}; to have its states explored, pass oracle=Exact(state=f) of teachers.planning, where f(env) is "
                 "all that decides what happens next, hashable"
             )
+        if own.endless and self.state is None:
+            raise PlanningError(f"{why}; and its states are real numbers, too many to explore")
         if not faithful(env):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)

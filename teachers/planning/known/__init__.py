@@ -46,6 +46,8 @@ class Known:
     """All that decides what happens but time, to explore an environment without a table."""
     fading: Callable[[_Env], Callable[[int], float]] | None = None
     """By what a reward is multiplied after so many actions; None: by 1."""
+    endless: bool = False
+    """Whether there are too many states to explore."""
     hides: bool = False
     """Whether the student does not see all of the state."""
     heuristic: Heuristic | None = None

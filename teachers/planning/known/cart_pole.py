@@ -70,6 +70,7 @@ KNOWN = Known(
     action_words={"left": 0, "right": 1},
     describe=_describe,
     state=_state,
+    endless=True,
     heuristic=_danger,
     lasts=_LASTS,
     success=_success,

@@ -227,9 +227,9 @@ def _tried(scout: Scout, world: GymWorld) -> Found:
         )
     raise PlanningError(
         f"a search of {found.nodes:,} steps found no way to solve the task in {scout.horizon:,} turns; the bounds are "
-        f"nodes={task.nodes:,} and seconds={task.seconds:g}; give more, or heuristic=..., a function of the environment that guesses how many "
-        "actions are left; or success=..., if the task is not to end with a positive reward; or lasts=..., if an "
-        "episode has to be kept going"
+        f"nodes={task.nodes:,} and seconds={task.seconds:g} of Searched; give more, or heuristic=..., a function of "
+        "the environment that guesses how many actions are left; or success=..., if the task is not to end with a "
+        "positive reward; or lasts=..., if an episode has to be kept going"
     )
 
 
