@@ -160,7 +160,9 @@ def test_known_environments_pass_the_kit(id):
     check_oracle(pupil(Lesson(lambda: gymnasium.make(id), "searched"), 40))
 
 
-@pytest.mark.parametrize("make", [Maze, cart_pole, pytest.param(mountain_car, marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "make", [Maze, *(pytest.param(make, marks=pytest.mark.full) for make in (cart_pole, mountain_car))]
+)
 def test_no_claim_is_false_and_lies_are_caught(make):
     subject = Lesson(make, "searched", max_turns=None if make is mountain_car else 60)
     honest = audit(subject, turns=60, students=("random", "obedient"))

@@ -25,6 +25,7 @@ _Env = gymnasium.Env[Any, Any]
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
 _GENERATORS = np.random.Generator, np.random.RandomState, random.Random
+_PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.float64}  # which have no attributes
 _STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
 
 
@@ -221,11 +222,12 @@ def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool
     """What a `Snapshot` has, but for the state."""
     if luck is not None:
         shake(env, luck)
-    before = draws(env)
+    generators = _generators(env)
+    before = [_drawn(each) for each in generators]
     observation, reward, terminated, truncated, info = env.step(native(lab.action_space, action))
     terminated, truncated = bool(terminated), bool(truncated)
     solved = lab.solved(observation, float(reward), terminated, truncated, info)
-    return terminated, truncated, solved, draws(env) != before
+    return terminated, truncated, solved, [_drawn(each) for each in generators] != before
 
 
 def _layers(env: _Env) -> Iterator[Any]:
@@ -249,7 +251,7 @@ def _copied(env: _Env) -> _Env:
 
 def draws(env: _Env) -> list[str]:
     """The states of an environment's random generators; they differ if something was drawn."""
-    return [str(_drawn(generator)) for generator in _generators(env)]
+    return [_drawn(generator) for generator in _generators(env)]
 
 
 def shake(env: _Env, luck: int) -> None:
@@ -262,10 +264,10 @@ def shake(env: _Env, luck: int) -> None:
             generator.seed(luck)
 
 
-def _drawn(generator: Any) -> Any:
+def _drawn(generator: Any) -> str:
     if isinstance(generator, np.random.Generator):
-        return generator.bit_generator.state
-    return generator.get_state() if isinstance(generator, np.random.RandomState) else generator.getstate()
+        return str(generator.bit_generator.state)
+    return str(generator.get_state() if isinstance(generator, np.random.RandomState) else generator.getstate())
 
 
 def _generators(env: _Env) -> list[Any]:
@@ -273,8 +275,10 @@ def _generators(env: _Env) -> list[Any]:
     found = []
     for layer in _layers(env):
         for part in vars(layer).values():
+            if type(part) in _PLAIN or isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
+                continue
             if isinstance(part, _GENERATORS):
                 found.append(part)
-            elif not isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
-                found += [each for each in getattr(part, "__dict__", {}).values() if isinstance(each, _GENERATORS)]
+            elif hasattr(part, "__dict__"):
+                found += [each for each in vars(part).values() if isinstance(each, _GENERATORS)]
     return found
