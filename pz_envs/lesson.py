@@ -35,8 +35,9 @@ class Lesson(Subject):
     Args:
         env: an environment, or a function without arguments that makes one.
         oracle: a subclass of `Oracle`, or a function that makes an oracle, given a function that makes scratch worlds.
-            Truths are `worlds.wrapped.gym_world.Position`s. Or a planner, or its name: `exact`, or `auto` for the
-            highest tier that serves the environment; it brings phrases and `look`, and words that it knows. None:
+            Truths are `worlds.wrapped.gym_world.Position`s. Or a planner, or its name: a tier of
+            `teachers.planning.TIERS`, or `auto` for the highest that serves the environment; it brings phrases and
+            `look`, and words that it knows. None:
             `RewardOracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
@@ -74,9 +75,11 @@ class Lesson(Subject):
         if isinstance(oracle, Planner | str):
             if look is not None or phrases is not None:
                 raise ValueError("a planner brings its own look and phrases; leave out look=... and phrases=...")
-            self.planned = _planned(env, parse_planner(oracle) if isinstance(oracle, str) else oracle, max_turns)
+            planner = parse_planner(oracle) if isinstance(oracle, str) else oracle
+            self.planned = _planned(env, planner, max_turns, success)
+            success = success or self.planned.success
             oracle, phrases, look = self.planned.oracle, self.planned.phrases, self.planned.look
-            describe, success = describe or self.planned.describe, success or self.planned.success
+            describe = describe or self.planned.describe
             action_words = action_words or self.planned.action_words
         self._oracle = RewardOracle if oracle is None else _checked(oracle)
         # An oracle that reads no truth needs no copies of it.
@@ -144,11 +147,16 @@ class Lesson(Subject):
         return make_phrasebook(self._phrases, claims, voice)
 
 
-def _planned(env: gymnasium.Env | Callable[[], gymnasium.Env], planner: Planner, turns: int | None) -> Planned:
+def _planned(
+    env: gymnasium.Env | Callable[[], gymnasium.Env],
+    planner: Planner,
+    turns: int | None,
+    success: Callable[..., Any] | None,
+) -> Planned:
     """Plan with the given environment, or with one that is made for this."""
     given = env if isinstance(env, gymnasium.Env) else env()
     with contextlib.nullcontext() if given is env else contextlib.closing(given):
-        return planner.plan(given, least([*limits_of(given), turns]))
+        return planner.plan(given, least([*limits_of(given), turns]), success)
 
 
 def _checked(oracle: Any) -> Callable[[Callable[[], World[Any]]], Oracle]:

@@ -1,5 +1,6 @@
 """Oracles for environments that bring none: they plan, and say no more than their tier of planning knows."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -8,32 +9,34 @@ import gymnasium
 from teachers.planning.exact import Exact
 from teachers.planning.expert import Expert
 from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.planning.searched import Searched
 from teachers.spec import parse_call
 
-__all__ = ["TIERS", "Auto", "Exact", "Expert", "Planned", "Planner", "PlanningError", "parse_planner", "survey"]
+__all__ = ["TIERS", "Auto", "Exact", "Expert", "Planned", "Planner", "PlanningError", "Searched", "parse_planner", "survey"]
 
 TIERS: dict[str, type[Planner]] = {
     "exact": Exact,
+    "searched": Searched,
     "expert": Expert,
 }
 """Planners by name, those that know the most first."""
 
 
 class Auto(Planner):
-    """The highest tier that serves an environment."""
+    """The first of the tiers that serves an environment, each with its default options."""
 
-    def plan(self, env: gymnasium.Env[Any, Any], turns: int) -> Planned:
+    def plan(self, env: gymnasium.Env[Any, Any], turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Try each tier."""
         refused: dict[str, str] = {}
         for name, planner in TIERS.items():
             try:
-                return replace(planner().plan(env, turns), refused=refused)
+                return replace(planner().plan(env, turns, success), refused=refused)
             except PlanningError as error:
                 refused[name] = f"{error}"
-        reasons = "; ".join(f"{name}: {reason}" for name, reason in refused.items())
+        reasons = "".join(f"\n- {name}: {reason}" for name, reason in refused.items())
         raise PlanningError(
-            f"no tier of planning serves {env}; {reasons}; leave out oracle=..., in a study or a command set "
-            "oracle='rewards', for rewards in words, or write an oracle (docs/teach-your-own-environment.md)"
+            f"no tier of planning serves {env}:{reasons}\nFollow one of these hints, leave out oracle=... (in a study or a "
+            "command, set oracle='rewards') for rewards in words, or write an oracle (docs/teach-your-own-environment.md)"
         )
 
 

@@ -22,7 +22,7 @@ class Planned:
     """What makes an environment a lesson."""
 
     tier: str
-    """How much is known: the name of a tier."""
+    """How much is known: a name of `teachers.planning.TIERS`."""
     why: str
     """What the tier rests on, for people."""
     oracle: type[Oracle[Any, Any]]
@@ -38,8 +38,8 @@ class Planned:
     """Words that name actions; empty: none are known."""
     describe: Callable[[Any], str] | None = None
     """An observation as text; None: plain numbers."""
-    success: Callable[..., bool] | None = None
-    """Whether the task is solved, as in `GymWorld`; None: as there."""
+    success: Callable[..., Any] | None = None
+    """Whether a step has solved the task, where the caller has not said; see `worlds.wrapped.gym_world.GymWorld`."""
     privileged: bool | None = None
     """Whether the teacher knows more of a state than the student sees; None: that is not known."""
     copies: bool = True
@@ -56,12 +56,13 @@ class Planner(ABC):
     """Makes a `Planned` of an environment."""
 
     @abstractmethod
-    def plan(self, env: _Env, turns: int) -> Planned:
+    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Find out what can be known.
 
         Args:
             env: an environment, which may be reset and stepped.
             turns: most actions of an episode.
+            success: whether a step has solved the task; None: what the environment says, or the planner knows.
 
         Raises:
             PlanningError: the environment is none that it can serve.

@@ -181,13 +181,15 @@ class GymWorld(World[Position, Any, Any]):
         self._turn += 1
         self._at = episode, self._turn
         self._observation = observation
+        success = self.solved(observation, reward, terminated, truncated, info)
+        return observation, reward, terminated, truncated, {**info, "success": success}
+
+    def solved(self, observation: Any, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> bool:
+        """Whether a step of the environment that gave this has solved the task."""
         if self._success is not None:
-            success = self._success(observation, reward, terminated, truncated, info)
-        else:
-            success = info.get("success", info.get("is_success"))
-            if success is None:
-                success = terminated and reward > 0
-        return observation, reward, terminated, truncated, {**info, "success": bool(success)}
+            return bool(self._success(observation, reward, terminated, truncated, info))
+        success = info.get("success", info.get("is_success"))
+        return bool(terminated and reward > 0 if success is None else success)
 
     def observe(self) -> Any:
         """The observation of reset or the last step."""
@@ -223,6 +225,12 @@ class GymWorld(World[Position, Any, Any]):
         """Close the environment."""
         if self._env is not None:
             self._env.close()
+
+    def lend(self) -> _Env:
+        """The environment in the current state, which the caller may step; the world finds its way back by itself."""
+        env = self._synchronized()
+        self._seen, self._at = self.truth.seen, _NOWHERE
+        return env
 
     def _load(self, truth: Position) -> None:
         """Go to a position; the environment is synchronized at its next use."""
@@ -332,15 +340,15 @@ def _check_complete(env: _Env) -> None:
 _NOWHERE = (Episode(0, None, None, None), -1)
 
 
-def faithful(env: _Env) -> bool:
-    """Whether deep copies of an environment continue like the original. The test does not change `env`."""
+def faithful(env: _Env, copied: Callable[[_Env], _Env] = copy.deepcopy) -> bool:
+    """Whether copies of an environment continue like the original. The test does not change `env`."""
     try:
         first = copy.deepcopy(env)
         first.action_space.seed(0)
         actions = [first.action_space.sample() for _ in range(_TRIAL)]
         first.reset(seed=0)
         _play(first, actions)
-        second = copy.deepcopy(first)
+        second = copied(first)
         if second is first or second.unwrapped is first.unwrapped:
             return False
         # One after the other: if they share state, the results differ.

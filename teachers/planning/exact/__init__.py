@@ -77,7 +77,7 @@ class Exact(Planner):
         if isinstance(self.seconds, bool) or not isinstance(self.seconds, int | float) or not self.seconds > 0:
             raise ValueError(f"seconds must be a number above 0, got {self.seconds!r}")
 
-    def plan(self, env: _Env, turns: int) -> Planned:
+    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Find all transitions, and compute what every action is worth."""
         listed = known(env)
         own = listed or Known()
@@ -120,6 +120,8 @@ class Exact(Planner):
                 state = own_state(env)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
+        if own.endless and self.state is None:
+            raise PlanningError(f"{why}; and its states are real numbers, too many to explore")
         if not faithful(env):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)

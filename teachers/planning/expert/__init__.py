@@ -72,7 +72,7 @@ class Expert(Planner):
             if type(value) not in (int, float) or not 0 < value < float("inf"):
                 raise ValueError(f"{name} must be a positive number, got {value!r}")
 
-    def plan(self, env: _Env, turns: int) -> Planned:
+    def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Try the expert, and find out whether anything is left to chance."""
         listed = known(env)
         own = listed or Known()

@@ -17,9 +17,14 @@ _Env = gymnasium.Env[Any, Any]
 State = Callable[[_Env], Hashable]
 """Reads the key of an environment's current state."""
 
+Heuristic = Callable[[_Env], float]
+"""Guesses from an environment's current state how many actions are left."""
+
 _MODULES = {
     "gymnasium.envs.box2d.lunar_lander:LunarLander": "lunar_lander",
     "gymnasium.envs.classic_control.acrobot:AcrobotEnv": "acrobot",
+    "gymnasium.envs.classic_control.cartpole:CartPoleEnv": "cart_pole",
+    "gymnasium.envs.classic_control.mountain_car:MountainCarEnv": "mountain_car",
     "gymnasium.envs.toy_text.blackjack:BlackjackEnv": "blackjack",
     "gymnasium.envs.toy_text.cliffwalking:CliffWalkingEnv": "cliff_walking",
     "gymnasium.envs.toy_text.frozen_lake:FrozenLakeEnv": "frozen_lake",
@@ -46,17 +51,27 @@ class Known:
     """All that decides what happens but time, to explore an environment without a table."""
     fading: Callable[[_Env], Callable[[int], float]] | None = None
     """By what a reward is multiplied after so many actions; None: by 1."""
-    success: Callable[..., bool] | None = None
-    """Whether the task is solved; see `worlds.wrapped.gym_world.GymWorld`. None: as there."""
     expert: Callable[[_Env], Callable[[Any, Mapping[str, Any]], Any]] | None = None
     """Makes an expert for an environment that was reset: a function of observation and info that returns an action. It
-    is copied together with the environment. One that keeps track of the episode has a method `took`, which is told each
+    is copied together with the environment. One that keeps track of the episode has a method `took`, which gets each
     action that is taken, and is asked in every state. None: no expert is known.
     """
     horizon: int = 100
     """Most actions of a roll-out that are worth their time."""
+    endless: bool = False
+    """Whether there are too many states to explore."""
     hides: bool = False
     """Whether the student does not see all of the state."""
+    heuristic: Heuristic | None = None
+    """For searches: the number of actions that are left to the goal; where an episode has to last, the danger."""
+    admissible: bool = False
+    """Whether the heuristic never guesses more than are needed."""
+    lasts: int | None = None
+    """For how many actions ahead a search has to keep the episode going; None: the task is to be solved."""
+    success: Callable[..., Any] | None = None
+    """Whether a step has solved the task; see `worlds.wrapped.gym_world.GymWorld`."""
+    goal: str = ""
+    """What to do, as in "get to the goal"; empty: `solve the task`."""
 
 
 def known(env: _Env) -> Known | None:

@@ -1,0 +1,110 @@
+"""What the searched tier knows: plans, found when they are needed, and kept while they are followed."""
+
+import math
+import warnings
+from collections.abc import Hashable
+from typing import Any, NamedTuple, TypeVar
+
+from teachers.planning.planner import PlanningError
+from teachers.planning.searched.search import Found, Task, reaches, search
+from worlds.wrapped.gym_world import GymWorld, Position
+
+_KEPT = 4096  # plans, and results of searches
+_LUCK = 1000  # the seed of the random numbers with which plans are tried
+_AGAIN = 2  # a plan to last is made anew when less than this part of it is left
+
+_Value = TypeVar("_Value")
+
+
+class Plan(NamedTuple):
+    """A plan from a state on."""
+
+    found: Found
+    """What the search found that made it."""
+    used: int
+    """The actions of it that were taken since."""
+
+    @property
+    def actions(self) -> tuple[Any, ...]:
+        """The actions that are left; empty if there is no plan."""
+        return (self.found.actions or ())[self.used :]
+
+    @property
+    def least(self) -> float:
+        """No fewer actions reach the aim from here, which is proven; infinite if none do."""
+        if self.used == 0:
+            return self.found.least
+        return len(self.actions) if self.found.shortest else 1.0
+
+
+class Scout:
+    """Searches from the states of episodes.
+
+    A plan follows from the start of the episode and the actions since, whoever asks and when.
+
+    Args:
+        task: what is searched for.
+        horizon: the most actions of an episode.
+        goal: what to do, in words.
+    """
+
+    def __init__(self, task: Task, horizon: int, goal: str) -> None:
+        self.task, self.horizon, self.goal = task, horizon, goal
+        self._plans: dict[Hashable, Plan] = {}
+        self._found: dict[Hashable, Found] = {}
+
+    def room(self, truth: Position) -> int:
+        """The actions until the time limit."""
+        return max(0, self.horizon - truth.turn)
+
+    def plan(self, truth: Position, lab: GymWorld) -> Plan:
+        """The plan at a truth; the lab goes elsewhere."""
+        episode, actions = (truth.seed, repr(truth.episode.options)), truth.actions
+        turn = truth.turn
+        while turn and (episode, actions[:turn]) not in self._plans:
+            turn -= 1
+        plan = self._plans.get((episode, actions[:turn]))
+        if plan is None:
+            plan = self._kept(self._plans, (episode, ()), Plan(self.search(Position(None, 0, truth.episode), lab), 0))
+        for now in range(turn + 1, truth.turn + 1):
+            plan = self._next(plan, Position(None, now, truth.episode), actions[now - 1], lab)
+            self._kept(self._plans, (episode, actions[:now]), plan)
+        return plan
+
+    def _next(self, plan: Plan, truth: Position, action: Any, lab: GymWorld) -> Plan:
+        """The plan after an action: what is left of the one before, or another."""
+        left = len(plan.actions) - 1
+        goes_on = left > 0 and plan.actions[0] == action
+        if goes_on and (self.task.lasts is None or left >= self.task.aim(self.room(truth)) / _AGAIN):
+            return plan._replace(used=plan.used + 1)
+        return Plan(self.search(truth, lab), 0)
+
+    def search(self, truth: Position, lab: GymWorld, room: int | None = None) -> Found:
+        """What a search from a truth finds, as if `room` actions were left; a plan that needs luck is none."""
+        room = self.room(truth) if room is None else room
+        if truth.turn == 0:
+            lab.restore(truth)
+        else:  # by its last action, to see whether that has ended the episode
+            lab.restore(Position(None, truth.turn - 1, truth.episode))
+            if lab.advance(truth.episode.actions[truth.turn - 1])[2]:
+                return Found(None, math.inf, 0)
+        key = self.task.state(lab.env), self.task.aim(room)
+        for known in (key, (*key, room)):
+            if known in self._found:
+                return self._found[known]
+        try:
+            found = search(self.task, lab, room)
+            if found.actions is not None and not reaches(self.task, lab, truth, found.actions, room, _LUCK):
+                found = found._replace(actions=None, least=0.0)
+        except PlanningError as error:
+            warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
+            found = Found(None, 0.0, 0)
+        return self._kept(self._found, (*key, room) if found.cut else key, found)
+
+    @staticmethod
+    def _kept(store: dict[Hashable, _Value], key: Hashable, value: _Value) -> _Value:
+        """Keep a value in place of the oldest."""
+        store[key] = value
+        if len(store) > _KEPT:
+            del store[next(iter(store))]
+        return value

@@ -1,0 +1,502 @@
+"""The searched tier: what is said of plans that were found, what is proven, and which environments are refused."""
+
+import dataclasses
+import pickle
+import threading
+from typing import ClassVar
+
+import gymnasium
+import minigrid  # noqa: F401 (its environments are registered by this)
+import networkx as nx
+import numpy as np
+import pytest
+from gymnasium import spaces
+
+import llf_teacher
+from llf_teacher.tools.audit import audit
+from pz_envs.lesson import Lesson
+from teachers.atoms import FN, FP, HN, HP, Label, Moment
+from teachers.planning import Exact, PlanningError, Searched
+from teachers.planning.known.minigrid import _heuristic
+from teachers.planning.searched.claims import Ahead, Astray, Doomed, Lost, Nearer, Next, Ruin, Safe, Way
+from teachers.planning.searched.search import refuted, search
+from teachers.testing import Pupil, check_oracle
+from worlds.wrapped.gym_world import GymWorld
+from worlds.wrapped.snapshots import Copies, Replays, States, way_back
+
+WALLS = {(1, 0), (1, 1), (1, 2), (3, 4), (3, 3), (3, 2)}
+MOVES = ((1, 0), (0, 1), (-1, 0), (0, -1))
+
+
+class Maze(gymnasium.Env):
+    """A grid of five by five with two walls; the fifth action is a leap into the void."""
+
+    observation_space, action_space = spaces.MultiDiscrete([5, 5]), spaces.Discrete(5)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.place, self.steps = (0, int(self.np_random.integers(5))), 0
+        return np.array(self.place), {}
+
+    def moved(self, action):
+        x, y = self.place[0] + MOVES[action][0], self.place[1] + MOVES[action][1]
+        return (x, y) if 0 <= x < 5 and 0 <= y < 5 and (x, y) not in WALLS else self.place
+
+    def step(self, action):
+        self.steps += 1
+        if action == 4:
+            return np.array(self.place), 0.0, True, False, {}
+        self.place = self.moved(action)
+        there = self.place == (4, 4)
+        return np.array(self.place), float(there), there, False, {}
+
+
+class Kept(Maze):
+    """Sets itself back."""
+
+    def get_state(self):
+        return self.place, self.steps
+
+    def set_state(self, state):
+        self.place, self.steps = state
+
+
+class Forgetful(Kept):
+    """Sets itself back to another place."""
+
+    def set_state(self, state):
+        self.place, self.steps = (0, 0), state[1]
+
+
+class Locked(Maze):
+    """Can be neither copied nor set back, but replayed."""
+
+    def __init__(self):
+        self.lock = threading.Lock()
+
+
+class Wild(Locked):
+    """Cannot be replayed either."""
+
+    def reset(self, *, seed=None, options=None):
+        return super().reset()
+
+
+class Slippery(Maze):
+    """Slips on the last step before the goal only; the draws to come would tell when."""
+
+    def step(self, action):
+        if action < 4 and self.moved(action) == (4, 4) and self.np_random.random() < 0.5:
+            action = (action + 2) % 4
+        return super().step(action)
+
+
+class Line(gymnasium.Env):
+    """A point on a line that is pushed by any force up to 1, to beyond 4."""
+
+    observation_space, action_space = spaces.Box(-9, 9, (1,), np.float64), spaces.Box(-1, 1, (1,), np.float64)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.point = 0.0
+        return np.array([self.point]), {}
+
+    def step(self, action):
+        self.point = float(np.clip(self.point + action[0], -9, 9))
+        return np.array([self.point]), float(self.point >= 4), self.point >= 4, False, {}
+
+
+WAYS = {"copies": (Maze, Copies), "states": (Kept, States), "replays": (Locked, Replays), "again": (Forgetful, Copies)}
+
+
+def mountain_car():
+    return gymnasium.make("MountainCar-v0")
+
+
+def lesson(make, turns=30, **options):
+    return Lesson(make, Searched(**options), max_turns=turns)
+
+
+def cart_pole():
+    return gymnasium.make("CartPole-v1")
+
+
+def pupil(subject, turns):
+    return Pupil(subject.make_world, subject.make_teacher, max_turns=subject.max_turns, turns=turns)
+
+
+def moments(subject, episodes, seed=0):
+    """An oracle, and the moments of random play."""
+    world, rng = subject.make_world(), np.random.default_rng(seed)
+    oracle = subject.make_teacher(world).oracle
+    for number in range(episodes):
+        world.reset(seed=number + seed)
+        yield oracle, Moment.opening(world.truth)
+        over = False
+        while not over:
+            before, action = world.truth, world.legal(world.sample_action(rng))
+            _, reward, terminated, truncated, info = world.step(action)
+            over = terminated or truncated or world.truth.turn >= subject.max_turns
+            yield oracle, Moment(before, action, reward, world.truth, info["success"], world.truth.turn, over)
+
+
+@pytest.mark.parametrize("name", WAYS)
+def test_the_way_back_is_proven_and_the_oracle_passes_the_kit(name):
+    make, way = WAYS[name]
+    subject = lesson(make)
+    assert type(subject.planned.model.task.way) is way is type(way_back(make()))
+    check_oracle(pupil(subject, 24))
+
+
+def test_an_oracle_that_keeps_going_passes_the_kit():
+    check_oracle(pupil(Lesson(cart_pole, "searched"), 60))
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(
+    "id", ["MiniGrid-MultiRoom-N2-S4-v0", "MiniGrid-MultiRoom-N4-S5-v0", "MiniGrid-DoorKey-8x8-v0", "MountainCar-v0"]
+)
+def test_known_environments_pass_the_kit(id):
+    check_oracle(pupil(Lesson(lambda: gymnasium.make(id), "searched"), 40))
+
+
+@pytest.mark.parametrize(
+    "make", [Maze, *(pytest.param(make, marks=pytest.mark.full) for make in (cart_pole, mountain_car))]
+)
+def test_no_claim_is_false_and_lies_are_caught(make):
+    subject = Lesson(make, "searched", max_turns=None if make is mountain_car else 60)
+    honest = audit(subject, turns=60, students=("random", "obedient"))
+    assert honest.count(Label.DISTORTED) == honest.contradictions == honest.leaks == 0 < honest.checked
+    liar = audit(subject, "mistake(eps=1)", turns=40, students=("random",))
+    assert liar.count(Label.TRUTHFUL) == sum(n for (kind, _), n in liar.claims.items() if kind is None)
+
+
+@pytest.mark.parametrize("make", [Maze, pytest.param(cart_pole, marks=pytest.mark.full)])
+def test_claims_with_another_number_or_action_do_not_hold(make):
+    """Each class has its liars: one for each number, and for another action."""
+    lied = set()
+    for oracle, moment in moments(Lesson(make, "searched", max_turns=30), 20 if make is cart_pole else 8):
+        way = oracle.brief(moment.after, "c") if "c" in oracle.instruction_types and not moment.turn else ()
+        for claim in (*oracle.judge(moment), *way):
+            if not type(claim).__module__.startswith("teachers.planning"):
+                continue
+            assert claim.holds(moment, oracle.lab)
+            changes = {name: getattr(claim, name) + 1 for name in ("before", "count", "turns") if hasattr(claim, name)}
+            if isinstance(claim, Next | Ahead | Nearer | Safe):
+                changes["left"] = claim.left + 1
+            if isinstance(claim, Astray):
+                changes["left"] = claim.left + 9
+            if isinstance(claim, Astray | Lost | Doomed | Nearer | Safe):
+                changes["action"] = 1 - claim.action if claim.action < 2 else 0
+            if hasattr(claim, "goal"):
+                changes["goal"] = "win"
+            if isinstance(claim, Way):
+                changes["actions"] = (4, *claim.actions[1:])
+            for name, value in changes.items():
+                assert not dataclasses.replace(claim, **{name: value}).holds(moment, oracle.lab), (claim, name)
+                lied.add(type(claim))
+            for other in oracle.falsehoods(claim, moment):
+                lied.add(type(claim))
+                assert not other.holds(moment, oracle.lab)
+    names = {each.__name__ for each in lied}
+    goal = {"Solve", "Way", "Next", "Nearer", "Astray", "Lost", "Ruin"}
+    assert names >= (goal if make is Maze else {"Hold", "Safe", "Doomed", "Fatal"})
+
+
+def distances():
+    """From each place of the maze to the goal, by networkx."""
+    maze, ways = Maze(), nx.DiGraph()
+    for place in ((x, y) for x in range(5) for y in range(5) if (x, y) not in WALLS):
+        for action in range(4):
+            maze.place = place
+            ways.add_edge(place, maze.moved(action))
+    return nx.single_target_shortest_path_length(ways, (4, 4))
+
+
+def test_what_is_said_agrees_with_the_true_distances():
+    far, kinds = distances(), set()
+    for oracle, moment in moments(lesson(Maze, state=lambda env: env.unwrapped.place), 30):
+        here = far[moment.after.seen]
+        for claim in oracle.judge(moment, {HP, HN, FP, FN}):
+            kinds.add(claim.kind)
+            if isinstance(claim, Next):
+                assert claim.left == here
+            elif isinstance(claim, Nearer):
+                assert (claim.before, claim.left) == (far[moment.past.seen], here)
+                assert claim.left == claim.before - 1
+            elif isinstance(claim, Astray):
+                assert claim.before == far[moment.past.seen] <= claim.left == here
+            else:
+                assert isinstance(claim, Lost | Ruin) == (claim.action == 4)
+    assert kinds == {HP, HN, FP, FN}
+
+
+@pytest.mark.parametrize(
+    "id",
+    [
+        pytest.param("MiniGrid-DoorKey-6x6-v0", marks=pytest.mark.full),
+        pytest.param("MiniGrid-Empty-6x6-v0", marks=pytest.mark.full),
+        "MiniGrid-MultiRoom-N2-S4-v0",
+    ],
+)
+def test_the_heuristic_of_minigrid_never_guesses_too_much(id):
+    """Along shortest ways that a search without it finds."""
+    env = gymnasium.make(id)
+    task = Lesson(env, Searched(heuristic=lambda env: 0.0, admissible=True, nodes=4000)).planned.model.task
+    world = GymWorld(env, look=task.state)
+    for seed in range(2):
+        world.reset(seed=seed)
+        lab = world.scratch()
+        lab.restore(world.truth)
+        found = search(task, lab, 1000)
+        assert found.shortest
+        for left in range(len(found.actions), 0, -1):
+            assert _heuristic(world.env) <= left
+            world.step(found.actions[-left])
+
+
+@pytest.mark.parametrize(
+    ("make", "turns"),
+    [
+        (Maze, range(6, 15)),
+        (lambda: gymnasium.make("MiniGrid-MultiRoom-N2-S4-v0"), range(3, 20)),
+        (mountain_car, range(80, 130)),
+        (cart_pole, (500,)),
+    ],
+)
+def test_the_plan_arrives(make, turns):
+    env = llf_teacher.teach(make, oracle="searched", feedback_type="fp")
+    for seed in (101,) if make is cart_pole else (101, 102):
+        info, over, count = env.reset(seed=seed)[1], False, 0
+        while not over:
+            (advice,) = [atom.claim for atom in info["atoms"] if atom.kind is FP]
+            _, _, terminated, truncated, info = env.step(advice.action)
+            over, count = terminated or truncated, count + 1
+        assert info["success"]
+        assert count in turns
+
+
+def test_bounds_are_met():
+    """Each search takes no more steps, and says less."""
+    subject = lesson(Maze)
+    world = subject.make_world()
+    world.reset(seed=0)
+    for nodes in (1, 7, 30):
+        task = dataclasses.replace(subject.planned.model.task, nodes=nodes)
+        found = search(task, world, 30)
+        assert found.nodes <= nodes
+        assert found.actions is None
+        assert found.least <= 8
+    slow = dataclasses.replace(subject.planned.model.task, seconds=1e-9)
+    assert search(slow, world, 30).nodes == 0
+    with pytest.raises(PlanningError, match=r"a search of 20 steps .* nodes=20 .* heuristic="):
+        lesson(Maze, nodes=20)
+
+
+def test_a_plan_that_needs_luck_is_none():
+    """The draws to come would show a way over the slippery last step, or that there is none."""
+    with pytest.raises(PlanningError, match="chance decides what actions do"):
+        Lesson(gymnasium.make("FrozenLake-v1"), "searched")
+    subject = lesson(Maze)
+    task = dataclasses.replace(subject.planned.model.task, way=Copies())
+    world, proven = GymWorld(Slippery, look=subject.planned.look), 0
+    for seed in range(20):
+        world.reset(seed=seed)
+        lab = world.scratch()
+        lab.restore(world.truth)
+        found = search(task, lab, 30)
+        assert found.lucky
+        assert found.actions is None
+        assert found.least == 0
+        lab.restore(world.truth)
+        proven += refuted(task, lab, 30, 30)
+    assert not proven
+
+
+class Icy(Slippery):
+    """Has another way to the goal, on which nothing slips."""
+
+    def step(self, action):
+        if action == 4 and self.place == (2, 4):
+            self.place = (4, 4)
+            return np.array(self.place), 1.0, True, False, {}
+        return super().step(action)
+
+
+def test_a_way_without_luck_is_found_where_others_need_it():
+    env = llf_teacher.teach(Icy, oracle="searched", max_turns=30)
+    for seed in range(8):
+        info, answers = env.reset(seed=seed)[1], []
+        while not info.get("success"):
+            answers.append(next(atom.claim.action for atom in info["atoms"] if atom.kind is FP))
+            info = env.step(answers[-1])[-1]
+        assert answers[-1] == 4
+
+
+def test_states_that_look_alike_are_found_out():
+    with pytest.raises(PlanningError, match=r"two states have the same key and differ .* give state="):
+        lesson(Maze, state=lambda env: env.unwrapped.place[1])
+
+
+class Broken(Maze):
+    def step(self, action):
+        return super().step(action)[:4]
+
+
+class Endless(Maze):
+    """Has no goal, and always a new state."""
+
+    def step(self, action):
+        self.seen = (*getattr(self, "seen", ()), action)
+        return np.array(self.place), 0.0, False, False, {}
+
+
+class Barren(Maze):
+    """Has no goal."""
+
+    def step(self, action):
+        observation, _, terminated, truncated, info = super().step(action)
+        return observation, 0.0, terminated, truncated, info
+
+
+class Pairs(Maze):
+    action_space = spaces.MultiDiscrete([2, 2])
+
+    def step(self, action):
+        return super().step(int(action[0]))
+
+
+@pytest.mark.parametrize(
+    ("make", "options", "error", "match"),
+    [
+        (Wild, {}, PlanningError, r"neither copied, nor set back, nor replayed .* get_state\(\)"),
+        (Broken, {}, PlanningError, "cannot be reset and stepped .*check_env"),
+        (Endless, {"nodes": 50}, PlanningError, "found no way to solve the task in 30 turns; .* heuristic="),
+        (Barren, {}, PlanningError, "no step solves the task in any state .* give success="),
+        (Pairs, {}, PlanningError, r"actions cannot be listed: .*choices="),
+        (Line, {"choices": [[7.0]]}, PlanningError, "choices must be actions"),
+        (Line, {"choices": []}, PlanningError, "choices must have at least one action"),
+        (Maze, {"state": lambda env: [0]}, TypeError, r"state must give something hashable, .* got \[0\]"),
+        (Maze, {"heuristic": lambda env: 1 / 0}, PlanningError, "must give a number .* raised ZeroDivisionError"),
+        (Maze, {"heuristic": lambda env: "near"}, PlanningError, "heuristic must give a number"),
+        (Maze, {"heuristic": lambda env: float("nan")}, PlanningError, "must give a finite number .* got nan"),
+        (Maze, {"heuristic": lambda env: 50, "admissible": True}, PlanningError, "guesses 50 actions where"),
+        (Maze, {"nodes": 0}, ValueError, "nodes must be an integer of at least 1, got 0"),
+        (Maze, {"lasts": 1.5}, ValueError, r"lasts must be an integer of at least 1, got 1\.5"),
+        (Maze, {"seconds": 0}, ValueError, "seconds must be greater than 0, got 0"),
+        (Barren, {"lasts": 9, "choices": [4]}, PlanningError, "no way was found to keep an episode going for 9"),
+    ],
+)
+def test_what_cannot_be_searched_is_refused_with_the_remedy(make, options, error, match):
+    with pytest.raises(error, match=match):
+        lesson(make, **options)
+
+
+def test_a_heuristic_that_fails_later_leaves_a_lesson_that_goes_on():
+    class Rises:
+        start = None
+
+        def __call__(self, env):
+            if self.start is not None and env.unwrapped.place != self.start:
+                raise RuntimeError("lost")
+            return 0.0
+
+    heuristic = Rises()
+    env = llf_teacher.StudentEnv(lesson(Maze, heuristic=heuristic))
+    heuristic.start = (9, 9)
+
+    def play():
+        atoms = env.reset(seed=5)[1]["atoms"]
+        return [atom for atom in atoms if atom.kind is FP], env.step(0)[1]
+
+    with pytest.warns(
+        UserWarning, match=r"no plan in this state: heuristic must give a number .* RuntimeError\('lost'"
+    ):
+        assert play() == ([], 0.0)
+
+
+def test_continuous_actions_are_a_grid_that_is_stated_and_proves_nothing():
+    subject = lesson(Line)
+    assert "of the actions [-1.0], [0.0], [1.0] only" in subject.planned.why
+    env = llf_teacher.StudentEnv(subject, text=True)
+    assert "[-1.0], [0.0], [1.0]" in env.reset(seed=0)[0]["instruction"]
+    info = env.step("[1.0]")[-1]
+    assert {atom.kind for atom in info["atoms"]} == {"r", HP, FP}
+    assert not {atom.kind for atom in env.step("[-0.5]")[-1]["atoms"]} & {HP, HN, FN}
+    task = subject.planned.model.task
+    assert not task.measures
+    assert not refuted(task, env.session.world.scratch(), 1, 30)
+    check_oracle(pupil(subject, 20))
+
+
+def test_another_task_than_the_usual_one_has_another_heuristic():
+    door = Lesson(gymnasium.make("MiniGrid-DoorKey-5x5-v0"), "searched")
+    assert door.planned.model.task.admissible
+
+    def holds_key(observation, reward, terminated, truncated, info):
+        return bool((observation["image"][3, 6] == (5, observation["image"][3, 6][1], 0)).all())
+
+    keys = Lesson(gymnasium.make("MiniGrid-DoorKey-5x5-v0"), "searched", success=holds_key)
+    assert keys.planned.model.task.heuristic is None
+    env = llf_teacher.StudentEnv(keys)
+    info, turns = env.reset(seed=3)[1], 0
+    while not info["success"]:
+        info = env.step(next(atom.claim.action for atom in info["atoms"] if atom.kind is FP))[-1]
+        turns += 1
+        assert turns < 20
+
+
+def test_what_is_said_does_not_depend_on_what_was_asked_before():
+    """Of the same episode, another oracle in another process says the same, in whatever order it is asked."""
+    first = [(moment, oracle.judge(moment)) for oracle, moment in moments(lesson(Maze), 5)]
+    subject = pickle.loads(pickle.dumps(lesson(Maze)))
+    oracle = subject.make_teacher(subject.make_world()).oracle
+    for moment, said in reversed(first):
+        assert oracle.judge(moment) == said
+
+
+class Count(gymnasium.Wrapper):
+    """Counts steps."""
+
+    steps: ClassVar[int] = 0
+
+    def step(self, action):
+        Count.steps += 1
+        return super().step(action)
+
+
+def test_a_plan_is_kept_while_it_is_followed():
+    env = llf_teacher.teach(lambda: Count(Maze()), oracle="searched", max_turns=30)
+    env.reset(seed=0)
+    model = env.teacher.oracle.model
+    searched = len(model._found)
+    plan = model.plan(env.session.world.truth, env.teacher.oracle.lab).actions
+    for action in plan[:-1]:
+        before = Count.steps
+        env.step(action)
+        assert Count.steps - before <= 2 * 30  # its own step, and warnings
+    assert len(model._found) == searched
+
+
+def test_auto_takes_the_tier_that_serves():
+    env = llf_teacher.teach(Maze, oracle="auto", max_turns=30)
+    assert env.teacher.oracle.tier == "searched"
+    assert "a search of at most 3,000 steps a turn through copies" in env.family.planned.why
+    assert Lesson(Maze, Exact(state=lambda env: env.unwrapped.place), max_turns=30).planned.tier == "exact"
+    with pytest.raises(ValueError, match=r"exact: .*\n- searched: .*\nFollow one of these hints") as refused:
+        llf_teacher.teach(Barren, oracle="auto")
+    assert "Exact(state=f)" in str(refused.value)
+
+
+@pytest.mark.parametrize("personality", ["worked_example", "myopic", "noisy"])
+def test_personalities_that_need_more_are_refused(personality):
+    with pytest.raises(ValueError, match=f"personality '{personality}.*' needs"):
+        llf_teacher.StudentEnv(lesson(Maze), teacher=personality)
+
+
+@pytest.mark.parametrize("teacher", ["hinter", "harsh", "vague", "sandwich", "delayed(turns=2) | mistake(eps=0.5)"])
+def test_other_personalities_work(teacher):
+    env = llf_teacher.StudentEnv(lesson(Maze), teacher=teacher, text=True)
+    env.reset(seed=1)
+    for answer in ("0", "1", "hm", "1", "3"):
+        assert isinstance(env.step(answer)[0]["feedback"], str)

@@ -1,0 +1,284 @@
+"""Ways back to states of an environment, so that a search can try other actions there.
+
+A way is proved by a trial before it is used: after it went back, the same actions must give the same results.
+"""
+
+import copy
+import random
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from gymnasium.envs.registration import EnvSpec
+
+from worlds.actions import native
+from worlds.wrapped.gym_world import GymWorld, faithful
+from worlds.wrapped.position import same, still
+
+__all__ = ["Copies", "Replays", "Snapshot", "States", "Way", "draws", "shake", "way_back"]
+
+_Env = gymnasium.Env[Any, Any]
+_METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
+_TRIAL = 8  # steps
+_GENERATORS = np.random.Generator, np.random.RandomState, random.Random
+_PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.float64}  # which have no attributes
+_STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
+
+
+class Snapshot(NamedTuple):
+    """What a step led to."""
+
+    env: _Env
+    """An environment in the state after the step, to be read only, before the next step."""
+    saved: Any
+    """The state, as `Way.step` takes it."""
+    terminated: bool
+    truncated: bool
+    solved: bool
+    """Whether the step has solved the task."""
+    drew: bool
+    """Whether the step drew random numbers."""
+
+
+class Way(ABC):
+    """A way back."""
+
+    words: str
+    """What it is, for people."""
+
+    @abstractmethod
+    def begin(self, lab: GymWorld) -> Any:
+        """Save the state of a scratch world, which must not be used until the last `step` from there."""
+
+    @abstractmethod
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+        """Take an action in a saved state.
+
+        Args:
+            lab: the scratch world.
+            saved: what `begin` or a step has saved.
+            action: the action, in canonical form.
+            luck: the seed of other random numbers than those that would come; None: those that would come.
+        """
+
+
+@dataclass(frozen=True)
+class Copies(Way):
+    """Each state is a copy of the environment."""
+
+    words = "copies of the environment"
+
+    def begin(self, lab: GymWorld) -> Any:
+        """Take the scratch world's environment: it is only copied."""
+        return lab.env
+
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+        """Step a copy."""
+        env = _copied(saved)
+        return Snapshot(env, env, *_step(lab, env, action, luck))
+
+
+@dataclass(frozen=True)
+class States(Way):
+    """The environment sets itself back.
+
+    Args:
+        save: returns the state of an environment.
+        load: takes an environment and a state, and sets the environment to it.
+    """
+
+    save: Callable[[_Env], Any]
+    load: Callable[[_Env, Any], None]
+    words = "the environment's own snapshots"
+
+    def begin(self, lab: GymWorld) -> Any:
+        """Borrow the scratch world's environment."""
+        env = lab.lend()
+        return env, self.saved(env)
+
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+        """Set the environment back, and step it."""
+        env, state = saved
+        self.loaded(env, state)
+        results = _step(lab, env, action, luck)
+        return Snapshot(env, (env, self.saved(env)), *results)
+
+    def saved(self, env: _Env) -> Any:
+        """The state, and the counts of time limits around it."""
+        return self.save(env), [getattr(layer, _STEPS, None) for layer in _layers(env)]
+
+    def loaded(self, env: _Env, saved: Any) -> None:
+        """Set all of these."""
+        state, counts = saved
+        self.load(env, state)
+        for layer, count in zip(_layers(env), counts, strict=True):
+            if count is not None:
+                setattr(layer, _STEPS, count)
+
+
+@dataclass(frozen=True)
+class Replays(Way):
+    """Each state is the list of actions that lead there from the start of the episode."""
+
+    words = "replays of the episode"
+
+    def begin(self, lab: GymWorld) -> Any:
+        """Note where the scratch world is."""
+        return lab.truth, ()
+
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+        """Take all actions anew."""
+        start, actions = saved
+        lab.restore(start)
+        for each in actions:
+            lab.advance(each)
+        env = lab.lend()
+        results = _step(lab, env, action, luck)
+        return Snapshot(env, (start, (*actions, action)), *results)
+
+
+def way_back(env: _Env, states: States | None = None) -> Way | None:
+    """The first way that proves faithful: own snapshots, copies, replays; None if none does. The environment is reset.
+
+    Args:
+        env: an environment, which is reset and stepped.
+        states: how it is set back; None: by its own methods, if it has them.
+    """
+    states = states or _own(env)
+    if states is not None and _restores(env, states):
+        return states
+    if faithful(env, _copied):
+        return Copies()
+    return Replays() if _repeats(env) else None
+
+
+def _own(env: _Env) -> States | None:
+    """The pair of methods of an environment that has one."""
+    for save, load in _METHODS:
+        if callable(getattr(env.unwrapped, save, None)) and callable(getattr(env.unwrapped, load, None)):
+            return States(_Method(save), _Method(load))
+    return None
+
+
+@dataclass(frozen=True)
+class _Method:
+    """Calls a method of an environment by its name."""
+
+    name: str
+
+    def __call__(self, env: _Env, *arguments: Any) -> Any:
+        return getattr(env.unwrapped, self.name)(*arguments)
+
+
+def _restores(env: _Env, states: States) -> bool:
+    """Whether an environment goes on alike each time that it is set back to a state."""
+    try:
+        actions = _actions(env)
+        env.reset(seed=0)
+        _trace(env, actions[: _TRIAL // 2])
+        saved = states.saved(env)
+        traces = []
+        for _ in range(3):
+            traces.append(_trace(env, actions))
+            states.loaded(env, saved)
+    except Exception:
+        return False
+    return all(same(traces[0], trace) for trace in traces)
+
+
+def _repeats(env: _Env) -> bool:
+    """Whether two episodes from the same seed are alike."""
+    try:
+        actions, traces = _actions(env), []
+        for _ in range(2):
+            traces.append([still(env.reset(seed=0)[0]), *_trace(env, actions)])
+    except Exception:
+        return False
+    return same(*traces)
+
+
+def _actions(env: _Env) -> list[Any]:
+    space = copy.deepcopy(env.action_space)
+    space.seed(0)
+    return [space.sample() for _ in range(_TRIAL)]
+
+
+def _trace(env: _Env, actions: list[Any]) -> list[Any]:
+    """The results of actions, until the episode ends."""
+    trace = []
+    for action in actions:
+        observation, reward, terminated, truncated, _ = env.step(action)
+        trace.append((still(observation), float(reward), bool(terminated), bool(truncated)))
+        if terminated or truncated:
+            break
+    return trace
+
+
+def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool, bool, bool, bool]:
+    """What a `Snapshot` has, but for the state."""
+    if luck is not None:
+        shake(env, luck)
+    generators = _generators(env)
+    before = [_drawn(each) for each in generators]
+    observation, reward, terminated, truncated, info = env.step(native(lab.action_space, action))
+    terminated, truncated = bool(terminated), bool(truncated)
+    solved = lab.solved(observation, float(reward), terminated, truncated, info)
+    return terminated, truncated, solved, [_drawn(each) for each in generators] != before
+
+
+def _layers(env: _Env) -> Iterator[Any]:
+    """The wrappers of an environment, and itself."""
+    while isinstance(env, gymnasium.Wrapper):
+        yield env
+        env = env.env
+    yield env
+
+
+def _copied(env: _Env) -> _Env:
+    """A copy that shares spaces and specs, which steps do not change and which are most of the work."""
+    shared = {
+        id(part): part
+        for layer in _layers(env)
+        for part in vars(layer).values()
+        if isinstance(part, spaces.Space | EnvSpec)
+    }
+    return copy.deepcopy(env, shared)
+
+
+def draws(env: _Env) -> list[str]:
+    """The states of an environment's random generators; they differ if something was drawn."""
+    return [_drawn(generator) for generator in _generators(env)]
+
+
+def shake(env: _Env, luck: int) -> None:
+    """Seed an environment's random generators anew."""
+    for generator in _generators(env):
+        if isinstance(generator, np.random.Generator):
+            bits: Any = generator.bit_generator
+            bits.state = type(bits)(luck).state
+        else:
+            generator.seed(luck)
+
+
+def _drawn(generator: Any) -> str:
+    if isinstance(generator, np.random.Generator):
+        return str(generator.bit_generator.state)
+    return str(generator.get_state() if isinstance(generator, np.random.RandomState) else generator.getstate())
+
+
+def _generators(env: _Env) -> list[Any]:
+    """The random generators among an environment's attributes, and among theirs."""
+    found = []
+    for layer in _layers(env):
+        for part in vars(layer).values():
+            if type(part) in _PLAIN or isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
+                continue
+            if isinstance(part, _GENERATORS):
+                found.append(part)
+            elif hasattr(part, "__dict__"):
+                found += [each for each in vars(part).values() if isinstance(each, _GENERATORS)]
+    return found
