@@ -11,12 +11,13 @@ from worlds.optimization import world as optimization
 from worlds.pictures import Sight, Step
 from worlds.pictures.alfworld import AlfworldPicture
 from worlds.pictures.bandits import BanditPicture
-from worlds.pictures.canvas import THEMES, Canvas, cut, height_of, measure, wrap
+from worlds.pictures.canvas import Canvas, cut, height_of, listed, measure, wrap
 from worlds.pictures.gridworld import GridworldPicture
 from worlds.pictures.movies import MoviesPicture
 from worlds.pictures.optimization import OptimizationPicture
 from worlds.pictures.poem import PoemPicture
 from worlds.pictures.testing import picture_of
+from worlds.pictures.themes import MEDIUM, SERIES, THEMES, contrast, luminance
 from worlds.poem import Poem
 
 WORDS = "Keep away from [0.02, 0.69, 0.22, 1], which would take the hand far from where it is wanted. A\n\nnew line."
@@ -69,7 +70,7 @@ def test_parts_are_drawn_on_the_whole():
 
 def test_a_paragraph_keeps_to_its_room():
     page = canvas()
-    assert page.paragraph((0, 0), WORDS, 90, 40) == pytest.approx(2 * 13 * 1.32)
+    assert page.paragraph((0, 0), WORDS, 90, 40) == pytest.approx(2 * MEDIUM * 1.32)
     assert (page.pixels()[40:] == page.pixels()[59, 99]).all()
 
 
