@@ -10,7 +10,7 @@ __all__ = [
     "KIND_MEANINGS",
     "KIND_WORDS",
     "VERDICTS",
-    "Verdict",
+    "VerdictWord",
     "feedback_words",
     "kind_word",
     "type_words",
@@ -39,7 +39,7 @@ INSTRUCTIONS = {"b": "basic", "p": "with practice", "c": "complete"}
 _WHOLE = {"a": "all kinds", "n": "none", "m": "random kinds"}
 
 
-class Verdict(NamedTuple):
+class VerdictWord(NamedTuple):
     """What the simulator says of a sentence."""
 
     holds: bool
@@ -50,10 +50,10 @@ class Verdict(NamedTuple):
 
 
 VERDICTS = {
-    Label.TRUTHFUL: Verdict(True, "true"),
-    Label.LATE: Verdict(True, "true, late"),
-    Label.PLACEBO: Verdict(True, "true, beside the point"),
-    Label.DISTORTED: Verdict(False, "false"),
+    Label.TRUTHFUL: VerdictWord(True, "true"),
+    Label.LATE: VerdictWord(True, "true, late"),
+    Label.PLACEBO: VerdictWord(True, "true, beside the point"),
+    Label.DISTORTED: VerdictWord(False, "false"),
 }
 """The verdict on each label that has been checked."""
 

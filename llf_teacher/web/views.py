@@ -15,7 +15,7 @@ from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import FeedbackType
-from teachers.words import VERDICTS, Verdict
+from teachers.words import VERDICTS, VerdictWord
 
 _MANY_WORDS = 24  # of a world, or numbers of its actions, for each of which there is a button
 
@@ -84,7 +84,7 @@ def _sentence(
     pages: jinja2.Environment,
     kind: FeedbackType | None,
     text: str,
-    verdict: Verdict | None = None,
+    verdict: VerdictWord | None = None,
     opening: bool = False,
 ) -> dict[str, str]:
     """A sentence with its kind and verdict, and both as HTML."""

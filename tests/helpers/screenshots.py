@@ -1,4 +1,4 @@
-"""Screenshots of what people read, to be looked at: `python tests/helpers/screenshots.py FOLDER`.
+"""Screenshots of what people read, to be looked at: `.ci/screenshots FOLDER`.
 
 README as a code host shows it, the site's start page and a family's page, the report in three places, the page of
 `llf serve` in three seats, and a frame of a film: each at three widths, on a light and on a dark screen.
@@ -12,8 +12,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-from browsing import browsing, found, serving
-from markdown_it import MarkdownIt
 from PIL import Image
 
 from llf_teacher.studies import Study
@@ -22,6 +20,12 @@ from llf_teacher.studies.report import render
 from llf_teacher.studies.store import Store
 from llf_teacher.theme import style
 from llf_teacher.tools.film import film
+
+try:
+    from browsing import browsing, programs, serving
+    from markdown_it import MarkdownIt
+except ModuleNotFoundError as error:
+    sys.exit(f"screenshots need {error.name}: pip install -e '.[all,browser,docs,web]' -c constraints.txt")
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTHS = (390, 768, 1200)
@@ -49,10 +53,7 @@ def main() -> int:
     parser.add_argument("--only", default="", help="a part of the names of the pages to take")
     arguments = parser.parse_args()
     try:
-        (
-            found("LLF_BROWSER", "chromium", "chromium-browser", "google-chrome"),
-            found("LLF_BROWSER_DRIVER", "chromedriver"),
-        )
+        programs()
     except RuntimeError as error:
         print(error, file=sys.stderr)
         return 1
