@@ -159,7 +159,7 @@ def dot_plot(
 
     figure, parts = _parts(series, width, height)
     for part, group in parts:
-        axes = part.subplots(2 if narrow else 1, 1 if narrow else 2, sharey=True)
+        axes = part.subplots(2 if narrow else 1, 1 if narrow else 2, sharey=True, squeeze=False).flatten()
         for ax, estimates, label in zip(
             axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True
         ):

@@ -31,7 +31,7 @@ def _plot(data: Data, found: Sequence[Ablation]) -> Plot:
         group = each.group
         title = f"{group.family} ({INSTRUCTIONS[group.instruction_type]})" if typed else group.family
         pane = panes.setdefault((title, *group.ids), Pane(title, data.units[group.family], {}))
-        rows = {**{KIND_WORDS[kind]: share for kind, share in each.shares.items()}, _ALL: each.total}
+        rows = {KIND_WORDS[kind]: each.shares[kind] for kind in kinds if kind in each.shares} | {_ALL: each.total}
         panes[title, *group.ids] = pane._replace(
             dots={**pane.dots, **{(row, name): estimate for row, estimate in rows.items()}}
         )
