@@ -180,7 +180,7 @@ def _label(canvas: Canvas, text: str, at: Point, size: float, side: float, colou
     """Words in a room, over the trail."""
     (x, y), width = at, measure(text, size)
     ground = canvas.theme.card if entered else canvas.theme.ground
-    canvas.box((x - width / 2, y - size * 0.55), (width, size * 1.1), ground)
+    canvas.box((x - width / 2, y - size * 0.5), (width, size), ground)
     canvas.text(at, text, size, colour, anchor="mm", most=side)
 
 

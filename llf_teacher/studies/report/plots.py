@@ -296,7 +296,7 @@ def curve_plot(
         ax.tick_params(labelbottom=True)
     figure.supxlabel("turn", size=_SMALL, color=SHADES["muted"].light)
     figure.supylabel(f"cumulative regret ({unit})", size=_SMALL, color=SHADES["muted"].light)
-    _separate(figure, labels)
+    separate(figure, labels)
     return figure
 
 
@@ -323,11 +323,11 @@ def _curves(ax: Axes, bands: Mapping[str, Band], styles: Mapping[str, tuple[str,
         ax.plot(turns, mean, color=color, marker=marker, markevery=(first, every), clip_on=False, zorder=3)
         whole = len(group) == len(bands) > 1
         label = "all teachers alike" if whole else ", ".join(group)
-        labels.append(_label(ax, label, (turns[-1], mean[-1]), color))
+        labels.append(name_end(ax, label, (turns[-1], mean[-1]), color))
     return labels
 
 
-def _label(ax: Axes, text: str, end: tuple[float, float], color: str) -> Annotation:
+def name_end(ax: Axes, text: str, end: tuple[float, float], color: str) -> Annotation:
     """The name of a line beside its end, joined to it by a thin line."""
     return ax.annotate(
         named(text, 22),
@@ -341,15 +341,14 @@ def _label(ax: Axes, text: str, end: tuple[float, float], color: str) -> Annotat
     )
 
 
-def _separate(figure: Figure, labels: Sequence[Annotation]) -> None:
+def separate(figure: Figure, labels: Sequence[Annotation]) -> None:
     """Move labels up or down so that none of a panel lies on another; of equal ends the first label is uppermost."""
     figure.draw_without_rendering()
     for ax in figure.axes:
         mine = sorted((each for each in reversed(labels) if each.axes is ax), key=lambda each: each.xy[1])
         room = ax.bbox.height / figure.dpi * 72
-        low, high = ax.get_ylim()
         heights = [_LINE * _SMALL * (each.get_text().count("\n") + 1) for each in mine]
-        wanted = [room * (each.xy[1] - low) / (high - low) for each in mine]
+        wanted = [(ax.transData.transform(each.xy)[1] - ax.bbox.y0) / figure.dpi * 72 for each in mine]
         for label, place, at in zip(mine, spread(wanted, heights, room), wanted, strict=True):
             label.set_position((_ASIDE, place - at))
 
@@ -391,7 +390,7 @@ def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: fl
         scores, band = profiles[name]
         ax.fill_between(scores, band.low, band.high, color=color, alpha=0.15, linewidth=0)
         ax.plot(scores, band.mean, color=color, marker=marker, markevery=5, zorder=3)
-        labels.append(_label(ax, name, (scores[-1], band.mean[-1]), color))
+        labels.append(name_end(ax, name, (scores[-1], band.mean[-1]), color))
     ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
     ax.set_ylim(0, 1)
     ax.margins(x=0)
@@ -400,7 +399,7 @@ def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: fl
     ax.set_xlabel("score against the baseline")
     ax.set_ylabel("runs above it")
     ax.grid()
-    _separate(figure, labels)
+    separate(figure, labels)
     return figure
 
 
