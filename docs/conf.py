@@ -4,6 +4,7 @@ import re
 from typing import Any
 
 import llf_teacher
+from llf_teacher.theme import properties, sentence_style
 
 project = "llf-teacher"
 author = "the llf-teacher authors"
@@ -12,6 +13,23 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphin
 root_doc = "index"
 exclude_patterns: list[str] = ["changes/*.*.md", "examples"]
 html_theme = "furo"
+html_theme_options = {
+    f"{name}_css_variables": colours
+    | {
+        "color-background-primary": colours["page"],
+        "color-background-secondary": colours["stripe"],
+        "color-brand-content": colours["link"],
+        "color-brand-primary": colours["link"],
+        "color-foreground-muted": colours["muted"],
+        "color-foreground-primary": colours["ink"],
+        "color-foreground-secondary": colours["muted"],
+        "color-sidebar-background": colours["stripe"],
+        "font-stack": colours["sans"],
+        "font-stack--monospace": colours["mono"],
+    }
+    for name, colours in (("light", properties(dark=False)), ("dark", properties(dark=True)))
+}
+"""The colours, sizes, spaces and fonts of reports and pages, and Furo's own names of them."""
 html_title = f"llf-teacher {release}"
 html_copy_source = False
 myst_heading_anchors = 4
@@ -54,7 +72,16 @@ _CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)(?=(\w)?)")
 _MARKS = re.compile(r"(?<![\\*])([*|])(?!\*)")
 
 
+def _style(app: Any, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
+    """Headings and sentences look as they do in reports."""
+    context["metatags"] = f"{context.get('metatags', '')}<style>{_HEADINGS}{sentence_style()}</style>"
+
+
+_HEADINGS = "h1 { font-size: var(--title) } h2 { font-size: var(--head) } h3 { font-size: var(--large) }"
+
+
 def setup(app: Any) -> None:
     """Called by Sphinx: before and after napoleon, which comes at 500."""
+    app.connect("html-page-context", _style)
     app.connect("autodoc-process-docstring", _before, priority=400)
     app.connect("autodoc-process-docstring", _after, priority=600)

@@ -7,11 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from PIL import Image
 
-from teachers.atoms import FN, FP, HN, HP, Atom, FeedbackType, Label, Moment, ParseFailure, R, Utterance
+from teachers.atoms import Atom, FeedbackType, Label, Moment, ParseFailure, Utterance
 from teachers.oracle import Oracle
 from teachers.session import Turn
+from teachers.words import KIND_COLOURS, VERDICTS, kind_word
 from worlds.pictures import Picture, Sight, Step, Text
-from worlds.pictures.canvas import THEMES, Canvas, Frame, Theme, height_of
+from worlds.pictures.canvas import Canvas, Frame, height_of
+from worlds.pictures.themes import LARGE, MEDIUM, SMALL, THEMES, Theme
 from worlds.world import World
 
 __all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "tile_frames"]
@@ -23,18 +25,10 @@ _PICTURE = 384  # width of the world's picture
 _COLUMN = WIDTH - _PICTURE - _MARGIN
 VIEW = (HEIGHT - _BAR, _PICTURE, 3)
 """Shape of the world's picture alone."""
-_SIZES = (14.0, 13.0, 12.0)
+_SIZES = (MEDIUM, SMALL)
 _ROOM_BELOW, _MORE = 8, 20
 _HEAD = 1.75  # of a sentence: its tag, in sizes of the font
 _LEAST = _HEAD + 1.32  # and one line
-_NAMES = {R: "reward", HP: "praise", HN: "blame", FP: "advice", FN: "warning"}
-_COLOURS = {R: "purple", HP: "green", HN: "red", FP: "blue", FN: "orange"}
-_VERDICTS = {
-    Label.TRUTHFUL: ("true", True),
-    Label.LATE: ("true, late", True),
-    Label.PLACEBO: ("true, beside the point", True),
-    Label.DISTORTED: ("false", False),
-}
 _TILES = 4  # more frames than this are shown at half their size
 
 
@@ -170,13 +164,17 @@ class EpisodeRenderer:
     def frame(self, seen: str) -> Frame:
         """The frame of the last turn, uint8 (480, 640, 3)."""
         canvas = Canvas(WIDTH, HEIGHT, self.theme)
+        self.draw(canvas, seen)
+        return canvas.pixels()
+
+    def draw(self, canvas: Canvas, seen: str) -> None:
+        """Draw the frame on a canvas of that size."""
         self.picture.draw(canvas.part(0, _BAR, _PICTURE, HEIGHT - _BAR), self.sight(seen))
         # The bar and the column cover what a picture has drawn beyond its edges.
         canvas.box((_PICTURE, _BAR), (WIDTH - _PICTURE, HEIGHT - _BAR), self.theme.card)
         canvas.line([(_PICTURE, _BAR), (_PICTURE, HEIGHT)], self.theme.faint)
         self._bar(canvas)
         self._column(canvas.part(_PICTURE + _MARGIN, _BAR, _COLUMN - _MARGIN, HEIGHT - _BAR))
-        return canvas.pixels()
 
     def _bar(self, canvas: Canvas) -> None:
         """The bar: name, turn and rewards."""
@@ -184,34 +182,36 @@ class EpisodeRenderer:
         canvas.box((0, 0), (WIDTH, _BAR), theme.card)
         canvas.line([(0, _BAR), (WIDTH, _BAR)], theme.faint)
         middle = _BAR / 2
-        width = canvas.text((_MARGIN, middle), self.name, 16, bold=True, most=_PICTURE - 110)
+        width = canvas.text((_MARGIN, middle), self.name, LARGE, bold=True, most=_PICTURE - 110)
         if moment.success:
-            canvas.tag((_MARGIN * 2 + width, middle), "solved", theme.green, 13)
+            canvas.tag((_MARGIN * 2 + width, middle), "solved", theme.green)
         elif moment.over:
-            canvas.tag((_MARGIN * 2 + width, middle), "over", theme.muted, 13)
-        canvas.text((_PICTURE + _MARGIN, middle), f"turn {moment.turn} of {self.max_turns}", 14)
-        canvas.text((WIDTH - _MARGIN, middle), f"total {self._total_reward():.4g}", 14, theme.muted, anchor="rm")
+            canvas.tag((_MARGIN * 2 + width, middle), "over", theme.muted)
+        canvas.text((_PICTURE + _MARGIN, middle), f"turn {moment.turn} of {self.max_turns}", MEDIUM)
+        canvas.text((WIDTH - _MARGIN, middle), f"total {self._total_reward():.4g}", MEDIUM, theme.muted, anchor="rm")
 
     def _column(self, canvas: Canvas) -> None:
         """The column: the student's action and the teacher's sentences."""
         theme, moment, y = self.theme, self.moments[-1], 10.0
         if moment.turn:
-            canvas.text((0, y), "The student", 12, theme.muted, anchor="lt")
-            canvas.text((canvas.width, y), f"reward {moment.reward + 0.0:.4g}", 12, theme.muted, anchor="rt")
-            y = canvas.paragraph((0, y + 17), _format_action(moment.action), canvas.width, 44, 15) + _ROOM_BELOW
+            canvas.text((0, y), "The student", SMALL, theme.muted, anchor="lt")
+            canvas.text((canvas.width, y), f"reward {moment.reward + 0.0:.4g}", SMALL, theme.muted, anchor="rt")
+            y = canvas.paragraph((0, y + 17), _format_action(moment.action), canvas.width, 44, MEDIUM) + _ROOM_BELOW
             canvas.line([(0, y), (canvas.width, y)], theme.faint)
             y += _ROOM_BELOW
         if self.sentences or self.heard:
-            canvas.text((0, y), "The teacher" if self.heard else "The teacher had said", 12, theme.muted, anchor="lt")
+            canvas.text(
+                (0, y), "The teacher" if self.heard else "The teacher had said", SMALL, theme.muted, anchor="lt"
+            )
             y += 21
         if self.heard and not self.sentences:
-            canvas.text((0, y), "(silence)", 13, theme.muted, anchor="lt")
+            canvas.text((0, y), "(silence)", MEDIUM, theme.muted, anchor="lt")
         room, width = canvas.height - y - _ROOM_BELOW, canvas.width
         size = next((size for size in _SIZES if self._height(size, width) <= room), _SIZES[-1])
         for i, sentence in enumerate(self.sentences):
             left = canvas.height - y - _ROOM_BELOW - (_MORE if i + 1 < len(self.sentences) else 0)
             if left < size * _LEAST:
-                canvas.text((0, y), f"… {len(self.sentences) - i} more", 12, theme.muted, anchor="lt")
+                canvas.text((0, y), f"… {len(self.sentences) - i} more", SMALL, theme.muted, anchor="lt")
                 return
             y = self._sentence(canvas, y, sentence, size, left)
 
@@ -221,17 +221,14 @@ class EpisodeRenderer:
     def _sentence(self, canvas: Canvas, y: float, sentence: SpokenSentence, size: float, room: float) -> float:
         """A sentence below its tag; returns the y of the next one."""
         theme, middle = self.theme, y + size * 0.72
-        part = "instruction" if self.moments[-1].turn == 0 else "words"
-        colour = getattr(theme, _COLOURS[sentence.kind]) if sentence.kind else theme.muted
-        x = canvas.tag((0, middle), sentence.kind or "i", colour if self.heard else theme.muted, size - 2)
-        name = _NAMES.get(sentence.kind, part) if sentence.kind else part
+        colour = getattr(theme, KIND_COLOURS[sentence.kind]) if self.heard else theme.muted
+        x = canvas.tag((0, middle), kind_word(sentence.kind, self.moments[-1].turn == 0), colour, SMALL - 1)
         if sentence.speaker:
-            name = f"{name}, {sentence.speaker}"
-        canvas.text((x + 6, middle), name, size - 2, theme.muted)
-        if sentence.verdict in _VERDICTS:
-            verdict, holds = _VERDICTS[sentence.verdict]
-            taken = canvas.text((canvas.width, middle), verdict, size - 2, theme.muted, anchor="rm")
-            canvas.mark((canvas.width - taken - 9, middle), holds, 4.5)
+            canvas.text((x + 6, middle), sentence.speaker, SMALL, theme.muted)
+        if (verdict := VERDICTS.get(sentence.verdict)) is not None:
+            ink = theme.green if verdict.holds else theme.red
+            taken = canvas.text((canvas.width, middle), verdict.word, SMALL, ink, anchor="rm", bold=not verdict.holds)
+            canvas.mark((canvas.width - taken - 9, middle), verdict.holds, 4.5)
         ink = theme.ink if self.heard else theme.muted
         below = canvas.paragraph((0, y + size * _HEAD), sentence.text, canvas.width, room - size * _HEAD, size, ink)
         return below + size * 0.55

@@ -13,6 +13,7 @@ from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
+from teachers.words import KIND_WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -220,9 +221,9 @@ def _fitted(drawn: Text, width: int) -> Text:
 def _say(console: Console, lesson: "LiveLesson") -> None:
     """What the teacher said, each sentence with its kind."""
     for sentence in lesson.view.require_renderer().sentences:
-        kind = sentence.kind or ""
-        style = _STYLES.get(kind, "bold")
-        console.print(Text(f"{kind:2} ", style).append(escape_control_chars(sentence.text), "" if kind else "bold"))
+        style = _STYLES.get(sentence.kind or "", "bold")
+        word = f"{KIND_WORDS[sentence.kind]}: " if sentence.kind else ""
+        console.print(Text(word, style).append(escape_control_chars(sentence.text), "" if word else "bold"))
     console.print()
 
 
@@ -250,7 +251,8 @@ def _choose(console: Console, offer: "Offer") -> int | None:
     for claim in offer.claims():
         if claim.kind is not None:
             said = escape_control_chars(_worded(claim, offer))
-            line = Text("  ").append(f"{claim.kind:2}", _STYLES[claim.kind]).append(f" {said}")
+            head = f"{claim.kind:2} {KIND_WORDS[claim.kind]}:"
+            line = Text("  ").append(head, _STYLES[claim.kind]).append(f" {said}")
             console.print(line, soft_wrap=True)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "

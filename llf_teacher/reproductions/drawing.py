@@ -9,6 +9,7 @@ from llf_teacher.studies.analysis.statistics import Estimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 def line(axes: "Axes", places: Sequence[float], found: Sequence[Estimate], label: str, **style: Any) -> None:
@@ -21,7 +22,20 @@ def line(axes: "Axes", places: Sequence[float], found: Sequence[Estimate], label
         label: in the legend.
         style: as of Matplotlib's `errorbar`.
     """
-    axes.errorbar(places, [each.mean for each in found], _spread(found), label=label, **{"marker": "o"} | style)
+    axes.errorbar(places, [each.mean for each in found], _spread(found), label=label, **style)
+
+
+def name_lines(figure: "Figure") -> None:
+    """Write the label of each line beside its end, in place of a legend."""
+    from llf_teacher.studies.report.plots import name_end, separate
+
+    names = []
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            drawn: Any = handle.lines[0] if isinstance(handle, tuple) else handle
+            end = drawn.get_xydata()[-1]
+            names.append(name_end(axes, label, (float(end[0]), float(end[1])), drawn.get_color()))
+    separate(figure, names)
 
 
 def _spread(estimates: Sequence[Estimate]) -> list[list[float]]:

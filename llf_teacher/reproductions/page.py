@@ -136,11 +136,16 @@ def table(rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 def plot(row: Row, values: Values, path: Path) -> None:
-    """Draw a row's plot, in colours for colour-blind readers."""
+    """Draw a row's plot in the style of reports: with colours and markers that differ in grey, dashed after six."""
+    from cycler import cycler
     from matplotlib import style
     from matplotlib.figure import Figure
 
-    with style.context("tableau-colorblind10"):
+    from llf_teacher.studies.report.plots import MARKERS, SERIES, STYLE
+
+    series = cycler(color=SERIES) + cycler(marker=list(MARKERS))
+    looks = {"axes.prop_cycle": cycler(linestyle=["-", "--"]) * series, "text.parse_math": True}
+    with style.context([STYLE, looks]):
         figure = Figure(figsize=(9, 4), layout="constrained")
         row.draw(values, figure)
         figure.savefig(path, dpi=80)

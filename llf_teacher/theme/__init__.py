@@ -5,10 +5,12 @@
 
 import jinja2
 
-from llf_teacher.theme.shades import SHADES
-from llf_teacher.theme.turns import KIND_NAMES, MARKS, prepare_turns
+from llf_teacher.theme.shades import FONTS, LENGTHS, SHADES
+from llf_teacher.theme.turns import prepare_turns
+from teachers.atoms import FeedbackType
+from teachers.words import INSTRUCTIONS, KIND_MEANINGS, KIND_WORDS, VERDICTS, feedback_words, kind_word, type_words
 
-__all__ = ["KIND_NAMES", "MARKS", "SHADES", "pages", "prepare_turns", "style"]
+__all__ = ["LENGTHS", "SHADES", "kind_mark", "pages", "prepare_turns", "properties", "sentence_style", "style"]
 
 
 def pages(package: str, folder: str = "") -> jinja2.Environment:
@@ -28,14 +30,45 @@ def pages(package: str, folder: str = "") -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": _number, "percent": _percent}
-    environment.globals |= {"kind_names": KIND_NAMES, "marks": MARKS, "shades": SHADES}
+    environment.filters |= {
+        "feedback_words": feedback_words,
+        "kind_word": kind_word,
+        "number": _number,
+        "percent": _percent,
+    }
+    environment.globals |= {
+        "fonts": FONTS,
+        "instructions": INSTRUCTIONS,
+        "kind_meanings": KIND_MEANINGS,
+        "kind_words": KIND_WORDS,
+        "lengths": LENGTHS,
+        "shades": SHADES,
+        "type_words": type_words,
+        "verdicts": VERDICTS,
+    }
     return environment
 
 
 def style() -> str:
     """The style of all pages."""
     return pages(__name__).get_template("style.css.j2").render()
+
+
+def sentence_style() -> str:
+    """The style of sentences with their kinds and verdicts, where the custom properties of `properties` are set."""
+    return pages(__name__).get_template("sentence.css.j2").render()
+
+
+def properties(dark: bool) -> dict[str, str]:
+    """The custom properties of a light or a dark page, without their leading dashes: colours, sizes, spaces, fonts."""
+    colours = {name: shade.dark if dark else shade.light for name, shade in SHADES.items()}
+    return colours | {name: f"{length}rem" for name, length in LENGTHS.items()} | FONTS
+
+
+def kind_mark(kind: FeedbackType | None) -> str:
+    """The mark of a kind, as HTML."""
+    macro = pages(__name__).get_template("episode.html.j2").module.kind_mark  # type: ignore[attr-defined]  # a macro of it
+    return str(macro(kind, True)).strip()
 
 
 def _number(value: float, digits: int = 1) -> str:

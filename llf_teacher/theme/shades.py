@@ -1,6 +1,9 @@
-"""The colours of pages and plots."""
+"""The colours and sizes of pages and plots, which are those of pictures."""
 
 from typing import NamedTuple
+
+from teachers.words import KIND_COLOURS
+from worlds.pictures.themes import SERIES, SIZES, SPACES, THEMES
 
 
 class Shade(NamedTuple):
@@ -10,19 +13,32 @@ class Shade(NamedTuple):
     dark: str
 
 
+def _both(name: str) -> Shade:
+    return Shade(*(getattr(theme, name) for theme in THEMES.values()))
+
+
 SHADES = {
-    "ink": Shade("#1c2128", "#e8eaed"),
-    "muted": Shade("#59636e", "#a3acb8"),
-    "rule": Shade("#dfe3e8", "#353c45"),
-    "stripe": Shade("#f5f7f9", "#1f242b"),
-    # Okabe & Ito (2008), for colour-blind readers; adjusted for contrast, black and yellow replaced.
-    "series-0": Shade("#0072b2", "#4fa9e0"),
-    "series-1": Shade("#d55e00", "#f08342"),
-    "series-2": Shade("#008a64", "#2fc596"),
-    "series-3": Shade("#b9578f", "#e59bc6"),
-    "series-4": Shade("#db9600", "#f0b73f"),
-    "series-5": Shade("#47a5da", "#97d3f6"),
-    "series-6": Shade("#7d7000", "#d9cf55"),
-    "series-7": Shade("#4a4f57", "#c3c8cf"),
+    **{name: _both(name) for name in ("ink", "muted")},
+    "rule": _both("faint"),
+    "page": Shade(THEMES["light"].card, THEMES["dark"].ground),
+    "stripe": Shade(THEMES["light"].ground, THEMES["dark"].card),
+    "on": Shade("#ffffff", "#000000"),  # text on a coloured ground
+    "link": _both("blue"),
+    "good": _both("green"),
+    "bad": _both("red"),
+    "notice": Shade("#fff4d6", "#3a2f12"),
+    "edge": _both("orange"),
+    **{f"kind-{kind or 'none'}": _both(colour) for kind, colour in KIND_COLOURS.items()},
+    **{f"series-{i}": Shade(*pair) for i, pair in enumerate(zip(*SERIES.values(), strict=True))},
 }
 """Every colour by the name of its custom property."""
+FONTS = {
+    "sans": 'system-ui, -apple-system, "Segoe UI", "Liberation Sans", Arial, sans-serif',
+    "mono": 'ui-monospace, "SF Mono", Menlo, Consolas, "Liberation Mono", monospace',
+}
+"""Families of fonts by the names of their custom properties."""
+LENGTHS = {
+    **SIZES,
+    **{f"space-{i}": space for i, space in enumerate(SPACES, start=1)},
+}
+"""Sizes of type and spaces, in rem, by the names of their custom properties."""

@@ -3,22 +3,7 @@
 import json
 from typing import Any
 
-from teachers.atoms import KINDS, Label
-
-KIND_NAMES = {
-    "r": "reward",
-    "hp": "hindsight positive: what was good",
-    "hn": "hindsight negative: what was bad",
-    "fp": "future positive: what to do",
-    "fn": "future negative: what to avoid",
-    None: "instruction or notice",
-}
-MARKS = {
-    Label.TRUTHFUL: "✓ true",
-    Label.LATE: "✓ true, late",
-    Label.PLACEBO: "✓ true, placebo",
-    Label.DISTORTED: "✗ false",
-}
+from teachers.atoms import KINDS
 
 
 def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:

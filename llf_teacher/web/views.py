@@ -10,10 +10,12 @@ from PIL import Image
 from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import pack_turns, unpack_turns
 from llf_teacher.escaping import escape_control_chars
-from llf_teacher.theme import MARKS, prepare_turns
+from llf_teacher.theme import prepare_turns
 from llf_teacher.web.lesson import PlannedLesson
 from llf_teacher.web.open_lessons import NAMES, OpenLesson, OpenLessons
 from pz_envs.seats import STUDENT, TEACHER
+from teachers.atoms import FeedbackType
+from teachers.words import VERDICTS, VerdictWord
 
 _MANY_WORDS = 24  # of a world, or numbers of its actions, for each of which there is a button
 
@@ -60,17 +62,13 @@ def state(
         "now": escape_control_chars("".join(piece for piece, _ in world)),
         "did": escape_control_chars(did.strip()),
         "said": [
-            {
-                "kind": f"{spoken.kind or ''}",
-                "text": escape_control_chars(spoken.text),
-                "mark": MARKS.get(spoken.verdict, ""),
-            }
+            _sentence(pages, spoken.kind, spoken.text, VERDICTS.get(spoken.verdict), moment.turn == 0)
             for spoken in renderer.sentences
             if renderer.heard
         ],
         "heard": renderer.heard,
         "undo": terms.undo and not opened.kept and bool(lesson.moves) and lesson.moves[-1][0] == seat,
-        **(_to_teach(lesson) if seat == TEACHER and mine else {}),
+        **(_to_teach(lesson, pages) if seat == TEACHER and mine else {}),
         **(_to_learn(lesson) if seat == STUDENT else {}),
     }
 
@@ -82,14 +80,31 @@ def _drawn(lesson: PlannedLesson, first: int, checked: bool, pages: jinja2.Envir
     return [escape_control_chars(str(macro(turn, checked))) for turn in turns]
 
 
-def _to_teach(lesson: PlannedLesson) -> dict[str, Any]:
+def _sentence(
+    pages: jinja2.Environment,
+    kind: FeedbackType | None,
+    text: str,
+    verdict: VerdictWord | None = None,
+    opening: bool = False,
+) -> dict[str, str]:
+    """A sentence with its kind and verdict, and both as HTML."""
+    macro = pages.get_template("theme/episode.html.j2").module.sentence  # type: ignore[attr-defined]  # a macro of it
+    return {
+        "kind": f"{kind or ''}",
+        "text": escape_control_chars(text),
+        "mark": f"{verdict or ''}",
+        "html": escape_control_chars(str(macro(kind, text, verdict, opening))),
+    }
+
+
+def _to_teach(lesson: PlannedLesson, pages: jinja2.Environment) -> dict[str, Any]:
     """The choices of a person that teaches."""
     offer = lesson.teacher_view.offer
     if lesson.settings.speech == "message":
         return {"suggestion": escape_control_chars(offer.suggestion())}
     return {
         "claims": [
-            {"kind": f"{claim.kind}", "text": escape_control_chars(sentence)}
+            _sentence(pages, claim.kind, sentence)
             for claim, sentence in zip(offer.listed(), offer.sentences(), strict=True)
         ]
     }

@@ -19,10 +19,12 @@ from llf_teacher import make
 from llf_teacher.registry import entries, family
 from llf_teacher.tools.pictures import GOLDEN, dhash, frame_rate, sample
 from pz_envs.family import all_families
+from pz_envs.frames import HEIGHT, WIDTH
 from worlds.gridworld import Gridworld
 from worlds.pictures import TextPicture
 from worlds.pictures import testing as kit
 from worlds.pictures.gridworld import GridworldPicture
+from worlds.pictures.themes import THEMES
 
 GOLDENS = Path(__file__).parents[1] / "golden" / GOLDEN
 BITS = 6
@@ -129,6 +131,25 @@ def test_frames_hide_what_is_hidden(entry):
     assert np.array_equal(env.render(), frame)
 
 
+@pytest.mark.parametrize("name", LIGHT)
+def test_no_text_of_a_frame_is_cut_or_on_other_text(name):
+    """Of whole frames with the truth and the plan, in fresh episodes."""
+    taught = family(name)
+    teacher = "mistake(eps=0.3)" if taught.serves("mistake") else "oracle"
+    for seed in np.random.SeedSequence().generate_state(2).tolist():
+        env = make(f"llf-{taught.showcase[0]}", render_mode="rgb_array", privileged_info=True, teacher=teacher)
+        env.reset(seed=seed)
+        rng = np.random.default_rng(seed)
+        for turn in range(5):
+            canvas = kit.Proof(WIDTH, HEIGHT, THEMES["dark"])
+            env.student_view.renderer.draw(canvas, env.student_view.description())
+            assert canvas.faults() == [], (seed, turn)
+            plan = env.session.teacher.oracle.plan(env.session.moment.after, 1) if turn % 2 else ()
+            if any(env.step(plan[0] if plan else env.session.world.sample_action(rng))[2:4]):
+                break
+        env.close()
+
+
 def test_a_family_without_a_picture_is_shown_in_its_own_words():
     plain = replace(family("gridworld"), picture="")
     world = plain.make_world()
@@ -169,6 +190,31 @@ class Bright(GridworldPicture):
         canvas.line([(0, 0), (200, 200)], "#000000", 9)
 
 
+class Cuts(GridworldPicture):
+    """Writes a word for which there is no room."""
+
+    def draw(self, canvas, sight):
+        super().draw(canvas, sight)
+        canvas.text((20, 20), "bathroom", 14, most=40)
+
+
+class Outside(GridworldPicture):
+    """Writes beyond the edge."""
+
+    def draw(self, canvas, sight):
+        super().draw(canvas, sight)
+        canvas.text((canvas.width - 20, 200), "bathroom", 14)
+
+
+class Covers(GridworldPicture):
+    """Writes numbers that collide."""
+
+    def draw(self, canvas, sight):
+        super().draw(canvas, sight)
+        canvas.text((20, 432), "+0.158", 14)
+        canvas.text((50, 432), "0.21 m", 14)
+
+
 class Forgets(GridworldPicture):
     """Draws what it has drawn before."""
 
@@ -187,6 +233,9 @@ class Forgets(GridworldPicture):
         (Betrays, "a student can distinguish the turns"),
         (Blank, "is blank"),
         (Bright, "the same in light and dark"),
+        (Cuts, "'bathroom' is cut to 'b"),
+        (Outside, "'bathroom' lies outside the canvas"),
+        (Covers, r"'0.21 m' lies on '\+0.158'"),
         (Forgets, "two pictures of the same sight differ"),
     ],
 )

@@ -16,7 +16,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select, WebDriverWait
 
 HOW = (
-    "tests/browser needs Chromium and its driver: on Debian `apt-get install chromium chromium-driver`, then "
+    "a browser is needed, Chromium and its driver: on Debian `apt-get install chromium chromium-driver`, then "
     '`pip install -e ".[all,test,browser]" -c constraints.txt`; or name them by LLF_BROWSER and LLF_BROWSER_DRIVER'
 )
 SECONDS = 30
@@ -30,6 +30,16 @@ def found(setting, *names):
     if path is None:
         raise RuntimeError(f"found no {names[0]}. {HOW}")
     return path
+
+
+def programs():
+    """The paths of a browser and of its driver.
+
+    Raises:
+        RuntimeError: one is missing; says how to get it.
+    """
+    browser = found("LLF_BROWSER", "chromium", "chromium-browser", "google-chrome")
+    return browser, found("LLF_BROWSER_DRIVER", "chromedriver")
 
 
 @contextlib.contextmanager
@@ -51,7 +61,7 @@ def serving(*arguments):
 def browsing(width=1100, height=900, dark=False):
     """A browser without a window on a screen."""
     options = webdriver.ChromeOptions()
-    options.binary_location = found("LLF_BROWSER", "chromium", "chromium-browser", "google-chrome")
+    options.binary_location, driven_by = programs()
     for argument in (
         "--headless=new",
         "--disable-dev-shm-usage",
@@ -64,7 +74,7 @@ def browsing(width=1100, height=900, dark=False):
     if width < 500:  # no window can be so small
         options.add_experimental_option("mobileEmulation", {"deviceMetrics": {"width": width, "height": height}})
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    service = webdriver.ChromeService(found("LLF_BROWSER_DRIVER", "chromedriver"))
+    service = webdriver.ChromeService(driven_by)
     driver = webdriver.Chrome(options, service)
     try:
         if dark:

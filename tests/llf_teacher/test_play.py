@@ -23,7 +23,7 @@ def test_the_student_sees_turns_rewards_and_a_map():
     assert "Turn 0 of 2, 2 left; reward 0 in all\n" in out
     assert "Turn 1 of 2, 1 left; reward 0 in all\nThe student: west (reward 0)\n" in out
     assert "[cellar-1]" in out
-    assert re.search(r"^fp \w", out, re.MULTILINE)
+    assert re.search(r"^advice: \w", out, re.MULTILINE)
 
 
 def test_an_empty_line_repeats_nothing():

@@ -145,7 +145,7 @@ def test_page_is_sound_and_needs_nothing_else(html):
     assert not re.search(r"@import|url\((?!#)", html)
     assert all("scope" in attributes for tag, attributes in page.tags if tag == "th")
     images = [attributes for _, attributes in page.tags if attributes.get("role") == "img"]
-    assert len(images) == 5  # the findings in two widths
+    assert len(images) == 8  # four in two widths
     assert all(attributes["aria-label"] for attributes in images)
 
 
@@ -265,12 +265,12 @@ def test_of_many_teachers_a_few_are_drawn_from_the_best_to_the_worst(store):
     )
     fill(store, [play(spec) for spec in study.episodes()])
     html = render(store, study)
-    caption = re.search(r"8 of 12 teachers, from the best to the worst for <code>obedient</code>", html)
+    caption = re.search(r"6 of 12 teachers, from the best to the worst for <code>obedient</code>", html)
     assert caption
     curves = html[: caption.start()].rpartition("<svg")[2]
     drawn = [teacher for teacher in study.teachers if f">{teacher}<" in curves]
     assert {"oracle", "mistake(eps=1.0)", "silent"} <= set(drawn)
-    assert len(drawn) == 8
+    assert len(drawn) == 6
 
 
 def test_nothing_played_is_an_error(store, tmp_path):

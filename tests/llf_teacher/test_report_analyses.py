@@ -133,7 +133,7 @@ def test_the_matrix_is_told(page):
 
 def test_tests_are_told(page):
     told = part(page, "transfer")
-    assert f"{ROOMS} 1 same, a oracle obedient(forget=False)" in told
+    assert f"{ROOMS} 1 same, all kinds oracle obedient(forget=False)" in told
     assert part(page, "ablation") is None
 
 
@@ -145,7 +145,7 @@ def test_an_ablation_is_told_and_has_one_section(tmp_path):
     assert list(gains) == ["r", "hp", "hn", "fp", "fn", "all kinds"]
     assert sum(gains.values()) == pytest.approx(2 * gains["all kinds"], rel=1e-3)
     told = part(html, "ablation")
-    assert "gain r hp hn fp fn gridworld oracle obedient" in told
+    assert "gain reward praise blame advice warning gridworld oracle obedient" in told
     assert len(re.findall('<section id="gridworld-', html)) == 1
     assert len(re.findall("Each subset", told)) == 1
     assert part(html, "transfer") is part(html, "matrix") is None

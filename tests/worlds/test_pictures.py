@@ -11,12 +11,13 @@ from worlds.optimization import world as optimization
 from worlds.pictures import Sight, Step
 from worlds.pictures.alfworld import AlfworldPicture
 from worlds.pictures.bandits import BanditPicture
-from worlds.pictures.canvas import THEMES, Canvas, cut, height_of, measure, wrap
+from worlds.pictures.canvas import Canvas, cut, height_of, listed, measure, wrap
 from worlds.pictures.gridworld import GridworldPicture
 from worlds.pictures.movies import MoviesPicture
 from worlds.pictures.optimization import OptimizationPicture
 from worlds.pictures.poem import PoemPicture
 from worlds.pictures.testing import picture_of
+from worlds.pictures.themes import MEDIUM, THEMES, contrast
 from worlds.poem import Poem
 
 WORDS = "Keep away from [0.02, 0.69, 0.22, 1], which would take the hand far from where it is wanted. A\n\nnew line."
@@ -69,7 +70,7 @@ def test_parts_are_drawn_on_the_whole():
 
 def test_a_paragraph_keeps_to_its_room():
     page = canvas()
-    assert page.paragraph((0, 0), WORDS, 90, 40) == pytest.approx(2 * 13 * 1.32)
+    assert page.paragraph((0, 0), WORDS, 90, 40) == pytest.approx(2 * MEDIUM * 1.32)
     assert (page.pixels()[40:] == page.pixels()[59, 99]).all()
 
 
@@ -81,21 +82,24 @@ def test_a_dash_is_as_long_as_it_is_said_to_be():
     page.dashes([(5, 5), (5, 5)], "#000000")  # of no length
 
 
-def test_colours_of_kinds_are_told_apart_on_their_ground():
-    """Against the card on which they stand: at least 2.2 to 1, as labels have a text of their own."""
-    for theme in THEMES.values():
-        for colour in (theme.blue, theme.green, theme.orange, theme.red, theme.purple):
-            bright, dark = sorted((light_of(colour), light_of(theme.card)), reverse=True)
-            assert (bright + 0.05) / (dark + 0.05) > 2.2
-        ink, card = sorted((light_of(theme.ink), light_of(theme.card)), reverse=True)
-        assert (ink + 0.05) / (card + 0.05) > 7
+def test_what_does_not_fit_a_line_is_counted():
+    rooms = ["a bowl", "a cup", "a plate"]
+    assert listed(rooms, 12, 500) == "a bowl, a cup, a plate"
+    assert listed(rooms, 12, measure("a bowl, +2", 12) + 1) == "a bowl, +2"
+    assert listed(rooms, 12, 50) == "3 in all"
+    assert listed([], 12, 50) == ""
 
 
-def light_of(colour):
-    """The luminance of a colour as WCAG defines it."""
-    parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
-    return float(np.dot((0.2126, 0.7152, 0.0722), linear))
+@pytest.mark.parametrize("mode", THEMES)
+def test_tags_are_legible(mode):
+    """Their text is black or white, whichever has more contrast with the theme's colours."""
+    theme = THEMES[mode]
+    for colour in (theme.blue, theme.green, theme.orange, theme.red, theme.purple, theme.muted):
+        tag = Canvas(60, 20, theme)
+        tag.tag((2, 10), "III", colour)
+        shown = {tuple(pixel) for pixel in tag.pixels()[5:15, 8:30].reshape(-1, 3).tolist()}
+        inks = [ink for ink, pixel in (("#000000", (0, 0, 0)), ("#ffffff", (255, 255, 255))) if pixel in shown]
+        assert [contrast(ink, colour) >= 4.5 for ink in inks] == [True]
 
 
 def test_a_map_has_the_rooms_that_one_knows():

@@ -12,6 +12,7 @@ import numpy as np
 from typing_extensions import TypeVar
 
 from worlds.pictures.canvas import Canvas, height_of
+from worlds.pictures.themes import LARGE, MEDIUM, SMALL
 from worlds.world import TruthT, World
 
 __all__ = ["Picture", "Sight", "Step", "Text", "TextPicture", "WorldT"]
@@ -90,5 +91,5 @@ class TextPicture(Picture[Any]):
         """Draw the text in the largest size that fits."""
         width, height = canvas.width - 32, canvas.height - 32
         text = sight.seen[:_SEEN] or "There is nothing to see."
-        size = next((size for size in (18, 16, 14) if height_of(text, size, width) <= height), 13)
+        size = next((size for size in (LARGE, MEDIUM) if height_of(text, size, width) <= height), SMALL)
         canvas.paragraph((16, 16), text, width, height, size)

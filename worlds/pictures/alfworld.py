@@ -9,7 +9,8 @@ from worlds.alfworld.games import Fact
 from worlds.alfworld.house import House, house_of
 from worlds.alfworld.world import Alfworld, Truth
 from worlds.pictures import Picture, Sight, Step, Text
-from worlds.pictures.canvas import Canvas, wrap
+from worlds.pictures.canvas import Canvas, listed, measure, wrap
+from worlds.pictures.themes import MEDIUM, SMALL
 
 __all__ = ["AlfworldPicture"]
 
@@ -27,15 +28,15 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
         theme, truth = canvas.theme, sight.now
         house = house_of(truth.game)
         found = _inside(truth.facts, house) if sight.privileged else _remembered(sight.turns, house)
-        task = wrap(truth.game.goal, 14, canvas.width - 28)
+        task = wrap(truth.game.goal, MEDIUM, canvas.width - 28)
         for i, line in enumerate(task[:2]):
-            canvas.text((14, 18 + 20 * i), line, 14, bold=True, most=canvas.width - 28)
+            canvas.text((14, 18 + 20 * i), line, MEDIUM, bold=True, most=canvas.width - 28)
         places = sorted(house.place, key=lambda each: _order(house.name[each]))
         columns = 2 if len(places) <= 16 else 3
         rows = -(-len(places) // columns)
-        plans = [f"next: {' · '.join(sight.plan)}"] if sight.plan else []
+        plans = wrap(f"next: {' · '.join(sight.plan)}", SMALL, canvas.width - 28)[:2] if sight.plan else ()
         top = 20 * min(len(task), 2) + 16
-        floor = canvas.height - _BELOW - 20 * len(plans)
+        floor = canvas.height - _BELOW - 18 * len(plans)
         width, step = (canvas.width - 28 + 6) / columns, min((floor - top) / rows, 46)
         here = _location(truth.facts)
         for i, place in enumerate(places):
@@ -47,21 +48,26 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
             outline = theme.blue if at else theme.faint
             canvas.box((x, y), (width - 6, step - 4), fill, outline, 2.5 if at else 1, 5)
             state = "" if place not in house.openable else "open" if ("opened", place) in truth.facts else "closed"
-            size = min(step * 0.32, 12.5)
+            size = min(step * 0.32, SMALL)
             ink = theme.ink if held is not None or at else theme.muted
-            name = canvas.text((x + 6, y + step * 0.26), house.name[place], size, ink, bold=at, most=width - 16)
-            if state and held is not None and name < width - 62:
-                canvas.text((x + width - 12, y + step * 0.26), state, size - 2, theme.muted, anchor="rm")
+            called, most = house.name[place], width - 18
+            size = next((each for each in (size, size - 1, size - 2) if measure(called, each, at) <= most), size - 3)
+            name = canvas.text((x + 6, y + step * 0.26), called, size, ink, bold=at, most=most)
+            if state and held is not None and name + measure(state, size - 1) + 6 <= most:
+                canvas.text((x + width - 12, y + step * 0.26), state, size - 1, theme.muted, anchor="rm")
             if held is not None:
-                contents = ", ".join(house.name[each] for each in held) or "nothing"
+                names = [house.name[each] for each in held] or ["nothing"]
+                sizes = (each for each in (size, 10.0, 9.0) if listed(names, each, most).startswith(names[0]))
+                size = next(sizes, 9.0)
                 colour = theme.purple if held else theme.muted
-                canvas.text((x + 6, y + step * 0.64), contents, size, colour, most=width - 16)
-        for plan in plans:
-            canvas.text((14, floor + 12), plan, 13, theme.green, most=canvas.width - 28)
+                canvas.text((x + 6, y + step * 0.64), listed(names, size, most), size, colour, most=most)
+        for i, plan in enumerate(plans):
+            canvas.text((14, floor + 8 + 16 * i), plan, SMALL, theme.green)
         carried = [_called(each, truth.facts, house) for each in _held(truth.facts)]
         canvas.line([(14, canvas.height - 38), (canvas.width - 14, canvas.height - 38)], theme.faint)
-        label = canvas.text((14, canvas.height - 18), "in hand", 13, theme.muted)
-        canvas.text((22 + label, canvas.height - 18), ", ".join(carried) or "nothing", 14, theme.purple, bold=True)
+        label = canvas.text((14, canvas.height - 18), "in hand", SMALL, theme.muted)
+        inventory = listed(carried, MEDIUM, canvas.width - 36 - label, bold=True) or "nothing"
+        canvas.text((22 + label, canvas.height - 18), inventory, MEDIUM, theme.purple, bold=True)
 
     def text(self, sight: Sight[Truth]) -> Text:
         """The contents of the places as far as seen, above the world's description."""

@@ -8,6 +8,7 @@ import numpy as np
 from worlds.bandits import Bandit, Truth
 from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import Canvas
+from worlds.pictures.themes import LARGE, SMALL
 
 __all__ = ["BanditPicture"]
 
@@ -28,15 +29,15 @@ class BanditPicture(Picture[Truth, Bandit]):
         def level(value: float) -> float:
             return floor - (value - low) / (high - low) * (floor - top)
 
-        canvas.text((left, 22), "mean payout", 13, theme.muted)
+        canvas.text((left, 22), "mean payout", SMALL, theme.muted)
         if sight.privileged:
             canvas.line([(left + 128, 22), (left + 152, 22)], theme.orange, 3)
-            canvas.text((left + 158, 22), "expected", 13, theme.muted)
+            canvas.text((left + 158, 22), "expected", SMALL, theme.muted)
         step = _step(high - low)
         for i in range(math.ceil(low / step), math.floor(high / step) + 1):
             y = level(i * step)
             canvas.line([(left, y), (right, y)], theme.muted if i == 0 else theme.faint)
-            canvas.text((left - 6, y), f"{i * step:.3g}", 12, theme.muted, anchor="rm")
+            canvas.text((left - 6, y), f"{i * step:.3g}", SMALL, theme.muted, anchor="rm")
         width = (right - left) / self.lab.arms
         last = sight.turns[-1].action
         for arm, each in enumerate(paid):
@@ -51,11 +52,11 @@ class BanditPicture(Picture[Truth, Bandit]):
                 y = level(truth.means[arm])
                 canvas.line([(x - bar / 2 - 2, y), (x + bar / 2 + 2, y)], theme.orange, 3)
                 if arm in truth.best:
-                    canvas.star((x, y - 14), 8, theme.orange, theme.ink)
+                    canvas.star((x, y - 14), 8, theme.yellow, "#000000")
             if chosen:
                 canvas.box((x - width / 2 + 1, floor + 8), (width - 2, 56), None, theme.blue, 2, 6)
-            canvas.text((x, floor + 22), f"{arm}", 16, anchor="mm", bold=True)
-            canvas.text((x, floor + 42), f"{len(each)} x" if each else "-", 13, theme.muted, anchor="mm")
+            canvas.text((x, floor + 22), f"{arm}", LARGE, anchor="mm", bold=True)
+            canvas.text((x, floor + 42), f"{len(each)} x" if each else "-", SMALL, theme.muted, anchor="mm")
 
     def text(self, sight: Sight[Truth]) -> Text:
         """A line for each arm that was pulled."""

@@ -9,13 +9,15 @@ from functools import lru_cache
 from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageDraw, ImageFont
 
-__all__ = ["SCALE", "THEMES", "Canvas", "Frame", "Point", "Theme", "height_of", "measure", "wrap"]
+from worlds.pictures.themes import MEDIUM, SMALL, THEMES, Theme, contrast
+
+__all__ = ["SCALE", "THEMES", "Canvas", "Frame", "Point", "Theme", "height_of", "listed", "measure", "wrap"]
 
 Frame = npt.NDArray[np.uint8]
 """Rows of pixels, (height, width, 3)."""
@@ -24,40 +26,6 @@ Point = tuple[float, float]
 SCALE = 2
 """Pixels of the canvas per pixel of the finished picture, along each axis."""
 _LEADING = 1.32  # height of a line of text, in font sizes
-
-
-class Theme(NamedTuple):
-    """Colours by use. The named colours are those of Okabe and Ito, which colour-blind people can distinguish."""
-
-    ground: str
-    """Background."""
-    card: str
-    """Background of raised parts."""
-    ink: str
-    muted: str
-    """For secondary information."""
-    faint: str
-    """For separating lines."""
-    blue: str
-    green: str
-    orange: str
-    red: str
-    purple: str
-    sky: str
-    yellow: str
-
-
-THEMES = {
-    "light": Theme(
-        *("#f6f6f3", "#ffffff", "#1c1f24", "#666b73", "#d3d5d6"),
-        *("#0072b2", "#009e73", "#e69f00", "#d55e00", "#b25590", "#56b4e9", "#f0e442"),
-    ),
-    "dark": Theme(
-        *("#15181d", "#22262d", "#f1f2f4", "#a3a9b3", "#3f4550"),
-        *("#4da3dc", "#1fbf91", "#f0b429", "#f27d33", "#dc8fc0", "#7cc6f2", "#f0e442"),
-    ),
-}
-"""The themes by name."""
 
 
 class Canvas:
@@ -160,7 +128,7 @@ class Canvas:
         self,
         at: Point,
         text: str,
-        size: float = 13,
+        size: float = MEDIUM,
         colour: str | None = None,
         *,
         anchor: str = "lm",
@@ -195,7 +163,7 @@ class Canvas:
         text: str,
         width: float,
         height: float = math.inf,
-        size: float = 13,
+        size: float = MEDIUM,
         colour: str | None = None,
     ) -> float:
         """Text in as many lines as fit, with an ellipsis if lines are left out; returns the y of the next line."""
@@ -203,18 +171,18 @@ class Canvas:
         lines: Sequence[str] = wrap(text, size, width)
         room = max(int((height + 0.01) // (size * _LEADING)), 1) if height < math.inf else len(lines)
         if len(lines) > room:
-            lines = [*lines[: room - 1], f"{lines[room - 1]} …"]
+            lines = [*lines[: room - 1], _unfinished(lines[room - 1], size, width)]
         for line in lines:
             self.text((x, y), line, size, colour, anchor="lt", most=width)
             y += size * _LEADING
         return y
 
-    def tag(self, at: Point, text: str, colour: str, size: float = 12) -> float:
+    def tag(self, at: Point, text: str, colour: str, size: float = SMALL) -> float:
         """A small label on a coloured ground, placed by the middle of its left side; returns its width."""
         x, y = at
         width = measure(text, size, True) + size * 0.9
         self.box((x, y - size * 0.72), (width, size * 1.44), colour, radius=size * 0.3)
-        self.text((x + width / 2, y), text, size, _contrast(colour), anchor="mm", bold=True)
+        self.text((x + width / 2, y), text, size, _legible(colour), anchor="mm", bold=True)
         return width
 
 
@@ -254,15 +222,38 @@ def _pieces(word: str, size: float, width: float) -> Iterator[str]:
     yield word
 
 
+def _unfinished(line: str, size: float, most: float) -> str:
+    """A line with an ellipsis for those that are left out, in place of its last words if it must be."""
+    while " " in line and measure(f"{line} …", size) > most:
+        line = line[: line.rindex(" ")]
+    return f"{line} …"
+
+
 def cut(text: str, size: float, most: float, bold: bool = False) -> str:
-    """A text with unprintable characters replaced, shortened with an ellipsis if it is wider than `most`."""
+    """A text with unprintable characters replaced; if it is wider than `most`, its first words with an ellipsis.
+
+    Only a first word that is too wide is cut itself.
+    """
     if not text.isprintable():
         text = "".join(each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in text)
     if measure(text, size, bold) <= most:
         return text
-    while text and measure(text + "…", size, bold) > most:
+    while " " in text and measure(f"{text} …", size, bold) > most:
+        text = text[: text.rindex(" ")].rstrip()
+    if measure(f"{text} …", size, bold) <= most:
+        return f"{text} …"
+    while text and measure(f"{text}…", size, bold) > most:
         text = text[:-1]
-    return f"{text.rstrip()}…" if text else ""
+    return f"{text}…" if text else ""
+
+
+def listed(items: Sequence[str], size: float, most: float, separator: str = ", ", bold: bool = False) -> str:
+    """Items in a line that is at most `most` wide; those that do not fit are counted at its end, as in `bowl 1, +2`."""
+    for shown in range(len(items), 0, -1):
+        more = [f"+{len(items) - shown}"] * (shown < len(items))
+        if measure(line := separator.join([*items[:shown], *more]), size, bold) <= most:
+            return line
+    return f"{len(items)} in all" if len(items) > 1 else "".join(items)
 
 
 @lru_cache(maxsize=16_384)
@@ -295,7 +286,6 @@ def _font(size: float, bold: bool) -> ImageFont.FreeTypeFont:
 
 
 @lru_cache(maxsize=64)
-def _contrast(colour: str) -> str:
-    """Black or white, by contrast with a colour."""
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return "#000000" if 0.299 * red + 0.587 * green + 0.114 * blue > 140 else "#ffffff"
+def _legible(colour: str) -> str:
+    """Black or white, whichever has more contrast with a colour."""
+    return max("#000000", "#ffffff", key=lambda ink: contrast(ink, colour))

@@ -7,15 +7,18 @@ import numpy as np
 
 from worlds.gridworld import NO_DOOR, Gridworld, Layout, Truth
 from worlds.pictures import Picture, Sight, Step, Text
-from worlds.pictures.canvas import Canvas, Point, measure
+from worlds.pictures.canvas import Canvas, Point, listed, measure
+from worlds.pictures.themes import SMALL
 
 __all__ = ["GridworldPicture"]
 
 Cell = tuple[int, int]
 _STEPS = ((0, -1), (1, 0), (-1, 0), (0, 1))  # north, east, west, south, on a screen
-_MOST = 9  # greatest number of cells along each axis, around the current room
+_MOST = 7, 8  # greatest number of columns and rows, around the current room
 _LEAST = 4
 _MARGIN = 8
+_INSIDE = 0.82  # of the side of a cell: the inside of its room
+_SMALLEST = 9  # pixels of letters that are legible; names of two words are written on two lines before they are smaller
 
 
 class GridworldPicture(Picture[Truth, Gridworld]):
@@ -70,7 +73,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
             _furnish(canvas, layout, room, middle(room), side, room in been)
         if sight.now.found or sight.privileged:
             x, y = middle(layout.treasure)
-            canvas.star((x, y), side * (0.24 if now == layout.treasure else 0.17), theme.orange, theme.ink)
+            canvas.star((x, y), side * (0.24 if now == layout.treasure else 0.17), theme.yellow, "#000000")
         canvas.disc(middle(now), side * 0.1, theme.blue, theme.card, 2)
 
     def text(self, sight: Sight[Truth]) -> Text:
@@ -140,11 +143,11 @@ def _known(layout: Layout, been: set[int]) -> set[int]:
 def _window(cells: list[Cell], here: Cell) -> tuple[Cell, Cell]:
     """The least column and row to draw, and their numbers: all cells, or those around the current room."""
     least, count = [], []
-    for axis in (0, 1):
+    for axis, most in enumerate(_MOST):
         low, high = (bound(cell[axis] for cell in cells) for bound in (min, max))
-        if high - low >= _MOST:
-            low = min(max(here[axis] - _MOST // 2, low), high - _MOST + 1)
-            high = low + _MOST - 1
+        if high - low >= most:
+            low = min(max(here[axis] - most // 2, low), high - most + 1)
+            high = low + most - 1
         low -= max(_LEAST - (high - low + 1), 0) // 2
         least.append(low)
         count.append(max(high - low + 1, _LEAST))
@@ -152,22 +155,33 @@ def _window(cells: list[Cell], here: Cell) -> tuple[Cell, Cell]:
 
 
 def _furnish(canvas: Canvas, layout: Layout, room: int, at: Point, side: float, entered: bool) -> None:
-    """The name of a room, and what lies in it."""
+    """The name of a room, its number below it if both do not fit a line, and what lies in it."""
     theme, (x, y) = canvas.theme, at
     kind, _, number = layout.names[room].rpartition("-")
-    _label(canvas, f"{kind} {number}", (x, y - side * 0.27), side, theme.ink if entered else theme.muted, entered)
+    lines = [f"{kind} {number}".strip()]
+    if _size(lines[0], side) < _SMALLEST:
+        lines = [kind, number] if kind else lines
+    size = min(_size(line, side) for line in lines)
+    for i, line in enumerate(lines):
+        place = x, y - side * (0.27 if len(lines) == 1 else 0.32) + i * size * 1.05
+        _label(canvas, line, place, size, side, theme.ink if entered else theme.muted, entered)
     if entered and layout.objects[room]:
-        _label(canvas, ", ".join(layout.objects[room]), (x, y + side * 0.28), side, theme.purple, entered)
+        things = listed(layout.objects[room], _SMALLEST, side * _INSIDE)
+        _label(canvas, things, (x, y + side * 0.28), _size(things, side), side, theme.purple, entered)
 
 
-def _label(canvas: Canvas, text: str, at: Point, side: float, colour: str, entered: bool) -> None:
-    """Words in a room, in letters that fit, and over the trail."""
-    most, (x, y) = side * 0.83, at
-    size = next((size for size in range(min(int(side * 0.15), 13), 8, -1) if measure(text, size) <= most), 8)
-    width = min(measure(text, size), most)
+def _size(text: str, side: float) -> float:
+    """The size in which text fits into a room."""
+    sizes = range(min(int(side * 0.17), SMALL), 7, -1)
+    return next((size for size in sizes if measure(text, size) <= side * _INSIDE), 7)
+
+
+def _label(canvas: Canvas, text: str, at: Point, size: float, side: float, colour: str, entered: bool) -> None:
+    """Words in a room, over the trail."""
+    (x, y), width = at, measure(text, size)
     ground = canvas.theme.card if entered else canvas.theme.ground
-    canvas.box((x - width / 2, y - size * 0.55), (width, size * 1.1), ground)
-    canvas.text(at, text, size, colour, anchor="mm", most=most)
+    canvas.box((x - width / 2, y - size * 0.5), (width, size), ground)
+    canvas.text(at, text, size, colour, anchor="mm", most=side)
 
 
 def _follow(canvas: Canvas, layout: Layout, room: int, plan: Sequence[int], middle: Callable[[int], Point]) -> None:

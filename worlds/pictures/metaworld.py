@@ -6,6 +6,7 @@ from worlds.metaworld.state import Truth
 from worlds.metaworld.world import MetaWorld
 from worlds.pictures import Picture, Sight
 from worlds.pictures.canvas import Canvas
+from worlds.pictures.themes import SMALL
 
 __all__ = ["MetaWorldPicture"]
 
@@ -31,7 +32,7 @@ class MetaWorldPicture(Picture[Truth, MetaWorld]):
         hand, goal = numbers[:3], numbers[36:39]
         rows = [
             (theme.ink, "hand", hand, f"gripper {numbers[3]:.2f}"),
-            (theme.green, "goal", goal, f"{math.dist(hand, goal):.2f} m from the hand" if any(goal) else ""),
+            (theme.green, "goal", goal, f"{math.dist(hand, goal):.2f} m away" if any(goal) else ""),
         ]
         if sight.plan:
             x, y, z, grip = sight.plan[0]
@@ -41,7 +42,7 @@ class MetaWorldPicture(Picture[Truth, MetaWorld]):
             ]
         y = 12 + _PIXELS + 17.0
         for colour, name, place, more in rows:
-            canvas.text((left, y), name, 13, colour, bold=True)
-            canvas.text((left + 66, y), "  ".join(f"{each:+.3f}" for each in place), 13)
-            canvas.text((left + _PIXELS, y), more, 12, theme.muted, anchor="rm")
+            canvas.text((left, y), name, SMALL, colour, bold=True)
+            canvas.text((left + 66, y), "  ".join(f"{each:+.3f}" for each in place), SMALL)
+            canvas.text((left + _PIXELS, y), more, SMALL, theme.muted, anchor="rm")
             y += 19

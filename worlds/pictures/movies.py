@@ -7,6 +7,7 @@ import numpy as np
 from worlds.movies import ATTRIBUTES, Movies, Profile, Truth, draw_profile, titles_of
 from worlds.pictures import Picture, Sight, Step, Text
 from worlds.pictures.canvas import Canvas
+from worlds.pictures.themes import MEDIUM, SMALL
 
 __all__ = ["MoviesPicture"]
 
@@ -25,9 +26,9 @@ class MoviesPicture(Picture[Truth, Movies]):
         for wish in wishes:
             hidden = wish == unsaid
             colour = theme.orange if hidden else theme.blue
-            width = canvas.tag((14, y), wish, colour, 12)
+            width = canvas.tag((14, y), wish, colour)
             words = profile.words(wish) + (" (not said)" if hidden else "")
-            canvas.text((22 + width, y), words, 14, most=canvas.width - width - 40)
+            canvas.text((22 + width, y), words, MEDIUM, most=canvas.width - width - 40)
             y += 24
         titles = titles_of(answer)
         canvas.line([(14, y), (canvas.width - 14, y)], theme.faint)
@@ -35,25 +36,25 @@ class MoviesPicture(Picture[Truth, Movies]):
         y += 18
         for i, wish in enumerate(wishes):
             name = "rated" if " " in wish else wish
-            canvas.text((left + (i + 0.5) * _COLUMN, y), name, 12, theme.muted, anchor="mm")
+            canvas.text((left + (i + 0.5) * _COLUMN, y), name, SMALL, theme.muted, anchor="mm")
         if titles:
             met = round((sight.turns[-1].reward + 1) * len(titles))
-            canvas.text((14, y), f"{met} of {len(titles)} meet all", 13, theme.muted)
+            canvas.text((14, y), f"{met} of {len(titles)} meet all", SMALL, theme.muted)
         else:
-            canvas.text((14, y), "no titles yet" if len(sight.turns) < 2 else "an empty list", 13, theme.muted)
+            canvas.text((14, y), "no titles yet" if len(sight.turns) < 2 else "an empty list", SMALL, theme.muted)
         for title in titles[:_ROWS]:
             y += 27
             canvas.line([(14, y - 13), (canvas.width - 14, y - 13)], theme.faint)
-            canvas.text((14, y), title, 14, most=left - 24)
+            canvas.text((14, y), title, MEDIUM, most=left - 24)
             for i, wish in enumerate(wishes):
                 met_it = self._meets(sight, title, wish)
                 at = left + (i + 0.5) * _COLUMN, y
                 if met_it is None:
-                    canvas.text(at, "?", 13, theme.muted, anchor="mm")
+                    canvas.text(at, "?", SMALL, theme.muted, anchor="mm")
                 else:
                     canvas.mark(at, met_it)
         if len(titles) > _ROWS:
-            canvas.text((14, y + 25), f"… {len(titles) - _ROWS} more", 13, theme.muted)
+            canvas.text((14, y + 25), f"… {len(titles) - _ROWS} more", SMALL, theme.muted)
 
     def _meets(self, sight: Sight[Truth], title: str, wish: str) -> bool | None:
         """Whether a title meets a wish; None if unknown: from the reward follows only how many titles fit."""

@@ -9,6 +9,7 @@ from worlds.optimization.loss import Landscape, Loss, Point
 from worlds.optimization.world import Optimization, Truth
 from worlds.pictures import Picture, Sight, Step
 from worlds.pictures.canvas import SCALE, Canvas, Frame
+from worlds.pictures.themes import MEDIUM, SMALL
 
 __all__ = ["OptimizationPicture"]
 
@@ -39,8 +40,10 @@ class OptimizationPicture(Picture[Truth, Optimization]):
             canvas.line([(x, top), (x, top + side)], theme.faint)
             canvas.line([(left, y), (left + side, y)], theme.faint)
             if not i % 2:
-                canvas.text((x, top + side + 13), f"{low1 + share * (high1 - low1):.4g}", 12, theme.muted, anchor="mm")
-                canvas.text((left - 5, y), f"{low2 + share * (high2 - low2):.4g}", 12, theme.muted, anchor="rm")
+                canvas.text(
+                    (x, top + side + 13), f"{low1 + share * (high1 - low1):.4g}", SMALL, theme.muted, anchor="mm"
+                )
+                canvas.text((left - 5, y), f"{low2 + share * (high2 - low2):.4g}", SMALL, theme.muted, anchor="rm")
         if sight.privileged:
             for minimiser in Landscape(world.loss, sight.now.shift).minimisers():
                 canvas.star(place(minimiser), 9, theme.yellow, "#000000")
@@ -60,7 +63,7 @@ class OptimizationPicture(Picture[Truth, Optimization]):
         ):
             canvas.disc((left + 6, below + 20 * i), 6, colour, theme.ink, 1)
             (x1, x2), loss = each.x, each.y
-            canvas.text((left + 18, below + 20 * i), f"{name}: y = {loss:.4g} at [{x1:.3g}, {x2:.3g}]", 13)
+            canvas.text((left + 18, below + 20 * i), f"{name}: y = {loss:.4g} at [{x1:.3g}, {x2:.3g}]", MEDIUM)
 
     def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
         """A loss with another shift, whose values at the proposed points are taken to be the same."""

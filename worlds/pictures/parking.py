@@ -8,6 +8,7 @@ import numpy as np
 from worlds.parking import LENGTH, WALL_X, WALL_Y, WIDTH, Action, Car, Parking, Truth
 from worlds.pictures import Picture, Sight, Step
 from worlds.pictures.canvas import Canvas, Point
+from worlds.pictures.themes import MEDIUM
 
 __all__ = ["ParkingPicture"]
 
@@ -45,7 +46,7 @@ class ParkingPicture(Picture[Truth, Parking]):
             hand = x + math.cos(turn) * radius * 0.85, y + math.sin(turn) * radius * 0.85
             canvas.line([(x, y), hand], theme.blue, 4)
             canvas.disc((x, y), 5, theme.blue)
-            canvas.text((x, y + radius + 14), name, 14, anchor="mm")
+            canvas.text((x, y + radius + 14), name, MEDIUM, anchor="mm")
 
     def _way(self, truth: Truth, plan: Sequence[Action]) -> list[Point]:
         """The positions of the car along a plan."""

@@ -2,6 +2,7 @@
 
 from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas
+from worlds.pictures.themes import LARGE, SMALL
 from worlds.poem import Poem, Truth, fits, lines_of, readings
 
 __all__ = ["PoemPicture"]
@@ -23,12 +24,12 @@ class PoemPicture(Picture[Truth, Poem]):
         count = max(len(lines), len(wanted))
         step = min((canvas.height - 62) / count, 62)
         number = "any number of lines" if truth.free else f"{len(wanted)} line{'s' * (len(wanted) > 1)}"
-        canvas.text((_LEFT, 24), f"{self.lab.form}: {number}", 13, theme.muted, most=canvas.width - 120)
+        canvas.text((_LEFT, 24), f"{self.lab.form}: {number}", SMALL, theme.muted, most=canvas.width - 120)
         if lines:
             tally = f"{len(lines)} written"
-            width = canvas.text((canvas.width - 14, 24), tally, 13, theme.muted, anchor="rm")
+            width = canvas.text((canvas.width - 14, 24), tally, SMALL, theme.muted, anchor="rm")
             canvas.mark((canvas.width - 26 - width, 24), right)
-        size = min(step * (0.3 if step >= _DOTTED else 0.5), 17)
+        size = min(step * (0.3 if step >= _DOTTED else 0.5), LARGE)
         for i in range(count):
             y = 44 + i * step
             line = lines[i] if i < len(lines) else ""

@@ -4,23 +4,27 @@ Each check takes a factory of worlds and a function that makes the picture of a 
 describes the error.
 """
 
+import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from worlds.pictures import Picture, Sight, Step
-from worlds.pictures.canvas import THEMES, Canvas, Frame
+from worlds.pictures.canvas import Canvas, Frame, Point, cut
+from worlds.pictures.themes import MEDIUM, THEMES, Theme
 from worlds.testing import plain, require, some_actions, started
 from worlds.world import World
 
-__all__ = ["CHECKS", "check_picture", "episode", "picture_of"]
+__all__ = ["CHECKS", "Proof", "check_picture", "episode", "picture_of"]
 
 Make = Callable[[], World[Any]]
 MakePicture = Callable[[World[Any]], Picture[Any]]
 _SIZE = 384, 442
 _SEEDS = 3
 _TURNS = 6
+_SLACK = 1.0  # pixels by which boxes of text may overlap
 
 
 def check_picture(make: Make, make_picture: MakePicture) -> None:
@@ -77,6 +81,79 @@ def check_drawing(make: Make, make_picture: MakePicture) -> None:
             require(plain(sight) == before, "drawing has changed the sight")
 
 
+class _Written(NamedTuple):
+    """A line of text on a canvas."""
+
+    text: str
+    asked: str
+    """The text before it was shortened."""
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def meets(self, other: "_Written") -> bool:
+        """Whether the boxes of both overlap."""
+        wide = min(self.right, other.right) - max(self.left, other.left)
+        high = min(self.bottom, other.bottom) - max(self.top, other.top)
+        return wide > _SLACK and high > _SLACK
+
+
+class Proof(Canvas):
+    """A canvas that knows what is written on it, to find text that is cut, lies outside or lies on other text."""
+
+    def __init__(self, width: int, height: int, theme: Theme) -> None:
+        super().__init__(width, height, theme)
+        self._whole = width, height
+        self._written: list[_Written] = []
+
+    def text(
+        self,
+        at: Point,
+        text: str,
+        size: float = MEDIUM,
+        colour: str | None = None,
+        *,
+        anchor: str = "lm",
+        bold: bool = False,
+        most: float = math.inf,
+    ) -> float:
+        """As `Canvas.text`."""
+        width = super().text(at, text, size, colour, anchor=anchor, bold=bold, most=most)
+        x, y = at[0] + self._x, at[1] + self._y
+        x -= {"l": 0.0, "m": width / 2, "r": width}[anchor[0]]
+        y -= {"t": 0.0, "m": 0.42, "b": 0.84}[anchor[1]] * size
+        if width:
+            shown = cut(text, size, most, bold)
+            self._written.append(_Written(shown, text, x, y, x + width, y + 0.84 * size))
+        return width
+
+    def faults(self) -> list[str]:
+        """What is wrong with the text, a sentence for each fault."""
+        width, height = self._whole
+        found = []
+        for i, each in enumerate(self._written):
+            cropped = each.text.endswith("…") and not each.text.endswith(" …") and not each.asked.endswith("…")
+            if cropped:
+                found.append(f"{each.asked!r} is cut to {each.text!r}")
+            if min(each.left, each.top) < -_SLACK or each.right > width + _SLACK or each.bottom > height + _SLACK:
+                found.append(f"{each.text!r} lies outside the canvas")
+            found += [f"{each.text!r} lies on {one.text!r}" for one in self._written[:i] if each.meets(one)]
+        return found
+
+
+def check_text(make: Make, make_picture: MakePicture) -> None:
+    """No word is cut, no text lies outside the canvas or on other text, in any turn."""
+    for seed in range(_SEEDS):
+        world = started(make, seed)
+        picture, turns = make_picture(world), episode(world, seed=seed)
+        for i, privileged in product(range(1, len(turns) + 1), (False, True)):
+            canvas = Proof(*_SIZE, THEMES["light"])
+            picture.draw(canvas, sight_of(world, turns[:i], privileged))
+            faults = canvas.faults()
+            require(not faults, f"the picture of turn {i - 1} with seed {seed}: {'; '.join(faults[:3])}")
+
+
 def check_repetition(make: Make, make_picture: MakePicture) -> None:
     """Pictures of equal sights are equal, whatever was drawn before, and the world does not change."""
     world = started(make)
@@ -119,5 +196,5 @@ def _seen(world: World[Any], turn: Step[Any]) -> Any:
     return plain(observation), world.describe(observation)
 
 
-CHECKS = (check_drawing, check_repetition, check_hidden)
+CHECKS = (check_drawing, check_text, check_repetition, check_hidden)
 """Every check of a picture."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from llf_teacher.registry import entry
-from llf_teacher.reproductions.drawing import line
+from llf_teacher.reproductions.drawing import line, name_lines
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
 from llf_teacher.reproductions.rule import Rule, saves
 from llf_teacher.students.builtin.q_learning import QLearning
@@ -111,7 +111,7 @@ def draw(values: Values, figure: "Figure") -> None:
         found = [mean_interval(values(starts=starts, practice=n)[:, 0]) for n in PRACTICE]
         line(axes, PRACTICE, found, starts)
     axes.set(xlabel="moves of practice", ylabel="moves wasted in an episode of the test", xscale="log")
-    axes.legend()
+    name_lines(figure)
 
 
 ROW = Row(

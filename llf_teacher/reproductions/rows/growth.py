@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from llf_teacher.reproductions.drawing import name_lines
 from llf_teacher.reproductions.lessons import regrets, total
 from llf_teacher.reproductions.lifetimes import live
 from llf_teacher.reproductions.row import Reading, Row, Values, describe
@@ -159,12 +160,12 @@ def draw(values: Values, figure: "Figure") -> None:
     """Regret by size, both axes logarithmic."""
     for axes, (family, sizes) in zip(figure.subplots(1, 2), SIZES.items(), strict=True):
         for learns in TEACHERS:
-            axes.plot(sizes, _means(values, family, learns), marker="o", label=learns)
+            axes.plot(sizes, _means(values, family, learns), label=learns)
         axes.set(title=family, xlabel="arms" if family == "bandits" else "rooms", ylabel="total regret")
         axes.set_xscale("log", base=2)
         axes.set_yscale("symlog", linthresh=1.0)
         axes.set_ylim(bottom=-0.1)
-    axes.legend()
+    name_lines(figure)
 
 
 ROW = Row(

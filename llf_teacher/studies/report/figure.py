@@ -17,7 +17,7 @@ from urllib.parse import quote
 import matplotlib.style
 from matplotlib.figure import Figure
 
-from llf_teacher.studies.report.plots import STYLE, make_narrow
+from llf_teacher.studies.report.plots import NARROW, STYLE, WIDTH
 from llf_teacher.theme import SHADES
 
 _STYLES: list[str | Path | dict[str, Any]] = ["default", STYLE]
@@ -35,7 +35,8 @@ class Plot:
     """Stem of its files, and id of the figure in the page."""
     title: str
     """Alternative text."""
-    draw: Callable[[], Figure]
+    draw: Callable[[float], Figure]
+    """Draws it in a width, in inches."""
     columns: Sequence[str]
     rows: Sequence[Sequence[Any]]
     """The data; floats are written with five digits, NaN is left empty."""
@@ -62,7 +63,7 @@ class Plot:
         """
         files = [folder / f"{self.name}.{suffix}" for suffix in FORMATS]
         with matplotlib.style.context(_STYLES):
-            figure = self.draw()
+            figure = self.draw(WIDTH)
             figure.savefig(files[0], metadata={"Date": None})
             figure.savefig(files[1], metadata={"CreationDate": None})
         files[2].write_text(self.csv, encoding="utf-8")
@@ -72,9 +73,7 @@ class Plot:
         """An SVG element with unique ids, whose colours and fonts are the page's; `narrow`: for a phone."""
         buffer = io.StringIO()
         with matplotlib.style.context(_STYLES):
-            figure = self.draw()
-            if narrow:
-                make_narrow(figure)
+            figure = self.draw(NARROW if narrow else WIDTH)
             figure.savefig(buffer, format="svg", metadata=_NOTHING, transparent=True)
         svg = buffer.getvalue()
         svg = svg[svg.index("<svg") :]

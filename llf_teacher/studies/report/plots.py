@@ -1,54 +1,61 @@
 """The plots of a report, by Matplotlib.
 
-Series differ in markers, too, so that no plot depends on colour alone.
+Series differ in lightness and markers, too, so that no plot depends on colour alone. Lines are labelled at their ends;
+at most six have a colour, and others are grey. Of more series of dots, each six have a plot of their own. Every plot
+can be drawn for a phone: the same letters on less width, with panels below each other.
 """
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.text import Annotation
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from llf_teacher.studies.analysis.statistics import Band, Estimate
-from llf_teacher.theme import SHADES
+from llf_teacher.theme import LENGTHS, SHADES
 
 SERIES = [shade.light for name, shade in SHADES.items() if name.startswith("series")]
 """The colours of series."""
-MARKERS = "osD^vPX"
-"""One fewer than colours, so that more pairs of both differ."""
-_STRIPE = 8.0  # points
-_BESIDE = 2  # panels in a row
+MARKERS = "osD^vP"
+"""The markers of series, in the order of their colours."""
+MOST = len(SERIES)
+"""Greatest number of series in a plot."""
 WIDTH = 10.0
 """Width of figures in inches; the page scales them."""
-_NARROW = 4.1  # width in inches for a phone, where letters then are as large as beside a wide figure
+NARROW = 4.1
+"""Width for a phone, where letters then are as large as those of a wide figure."""
+_BODY = 10.5  # points: the size of the page's body in a figure of its width
+_SMALL = round(_BODY * LENGTHS["small"])
+_LINE = 1.25  # height of a line of labels, in sizes of the font
+_ASIDE = 14.0  # points from the end of a line to its label
 STYLE: dict[str, Any] = {
     "axes.axisbelow": True,
     "axes.edgecolor": SHADES["muted"].light,
     "axes.labelcolor": SHADES["muted"].light,
-    "axes.labelsize": 9,
+    "axes.labelsize": _SMALL,
     "axes.spines.left": False,
     "axes.spines.right": False,
     "axes.spines.top": False,
-    "axes.titlesize": 10,
+    "axes.titlesize": _BODY,
     "figure.constrained_layout.h_pad": 0.07,
     "figure.constrained_layout.use": True,
-    "font.size": 9,
+    "font.size": _SMALL,
     "grid.color": SHADES["rule"].light,
     "grid.linewidth": 0.7,
     "legend.borderpad": 0,
-    "legend.fontsize": 9,
+    "legend.fontsize": _SMALL,
     "legend.frameon": False,
     "legend.labelcolor": SHADES["ink"].light,
     "lines.dash_capstyle": "butt",
     "lines.linewidth": 1.5,
     "lines.markersize": 4.4,
-    "lines.scale_dashes": False,
     "lines.solid_capstyle": "round",
     "svg.fonttype": "none",
     "svg.hashsalt": "llf",
@@ -73,7 +80,7 @@ def _intervals(
     line: Mapping[str, Any] = MappingProxyType({"linewidth": 1.6, "alpha": 0.55}),
     **dot: Any,
 ) -> None:
-    """Draw a dot with its interval per row and series, on alternating stripes.
+    """Draw a dot with its interval per row and series, at most `MOST`, on alternating stripes.
 
     Args:
         ax: to draw on.
@@ -103,10 +110,27 @@ def _intervals(
     ax.grid(axis="x")
 
 
-def _label_rows(ax: Axes, rows: Sequence[str]) -> None:
+def _label_rows(ax: Axes, rows: Sequence[str], narrow: bool) -> None:
     """Name the rows, the first one at the top."""
     ax.set_ylim(len(rows) - 0.5, -0.5)
-    ax.set_yticks(range(len(rows)), [folded(row) for row in rows], color=SHADES["ink"].light)
+    ax.set_yticks(range(len(rows)), [folded(row, narrow) for row in rows], color=SHADES["ink"].light)
+
+
+def _parts(
+    series: Sequence[str], width: float, height: Callable[[int], float]
+) -> tuple[Figure, list[tuple[FigureBase, Sequence[str]]]]:
+    """A figure with a part for each `MOST` series, below each other.
+
+    Args:
+        series: all of them.
+        width: of the figure in inches.
+        height: of a part in inches, by the number of its series.
+    """
+    groups = [series[first : first + MOST] for first in range(0, len(series), MOST)] or [series]
+    heights = [height(len(group)) for group in groups]
+    figure = Figure(figsize=(width, sum(heights)))
+    parts = figure.subfigures(len(groups), 1, squeeze=False, height_ratios=heights).flatten()
+    return figure, list(zip(parts, groups, strict=True))
 
 
 def dot_plot(
@@ -115,8 +139,9 @@ def dot_plot(
     success: Mapping[tuple[str, str], Estimate],
     regret: Mapping[tuple[str, str], Estimate],
     unit: str,
+    width: float = WIDTH,
 ) -> Figure:
-    """Success and final cumulative regret side by side: a dot with its interval per row and series.
+    """Success and final cumulative regret, side by side or on a phone below each other: a dot per row and series.
 
     Args:
         rows: labels from top to bottom.
@@ -124,19 +149,30 @@ def dot_plot(
         success: shares, 0 to 1, by (row, series); missing ones are blank.
         regret: cumulative regrets in `unit`, by (row, series).
         unit: of regret.
+        width: of the figure in inches.
     """
-    pitch = max(0.36, 0.1 * len(series) + 0.04, tallest(rows))
-    figure = Figure(figsize=(WIDTH, pitch * len(rows) + 1.0))
-    axes = figure.subplots(1, 2, sharey=True)
-    for ax, estimates, label in zip(axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True):
-        _intervals(ax, rows, series, estimates, clip_on=False)
-        ax.set_xlabel(label)
-    axes[0].set_xlim(0, 1)
-    axes[0].xaxis.set_major_formatter(PercentFormatter(1))
-    axes[1].set_xlim(left=0)
-    axes[1].xaxis.set_major_locator(ticks())
-    _label_rows(axes[0], rows)
-    legend(figure, axes[0], 1.0)
+    narrow = width < WIDTH
+
+    def height(count: int) -> float:
+        pitch = max(0.36, 0.1 * count + 0.04, tallest(rows, narrow))
+        return (pitch * len(rows) + 0.6) * (2 if narrow else 1) + 0.4
+
+    figure, parts = _parts(series, width, height)
+    for part, group in parts:
+        axes = part.subplots(2 if narrow else 1, 1 if narrow else 2, sharey=True, squeeze=False).flatten()
+        for ax, estimates, label in zip(
+            axes, (success, regret), ("success", f"cumulative regret ({unit})"), strict=True
+        ):
+            _intervals(ax, rows, group, estimates, clip_on=False)
+            ax.set_xlabel(label)
+        axes[0].set_xlim(0, 1)
+        axes[0].xaxis.set_major_formatter(PercentFormatter(1))
+        axes[0].xaxis.set_major_locator(ticks(narrow=narrow))
+        axes[1].set_xlim(left=0)
+        axes[1].xaxis.set_major_locator(ticks(narrow=narrow))
+        _label_rows(axes[0], rows, narrow)
+        axes[1].tick_params(axis="y", labelcolor=SHADES["ink"].light)
+        legend(part, axes[0], narrow)
     return figure
 
 
@@ -146,6 +182,7 @@ def gain_plot(
     gains: Mapping[tuple[str, str], Estimate],
     single: Mapping[tuple[str, str], Sequence[float]],
     baseline: str,
+    width: float = WIDTH,
 ) -> Figure:
     """The scores of teachers with students: a dot with its interval per row and series, over faint marks.
 
@@ -155,19 +192,27 @@ def gain_plot(
         gains: scores over all families, by (row, series); missing ones are blank.
         single: scores in each family, drawn as marks; those beyond the axis are drawn at its end.
         baseline: the teacher at 0.
+        width: of the figure in inches.
     """
-    figure = Figure(figsize=(WIDTH, max(0.3, 0.11 * len(series) + 0.06, tallest(rows)) * len(rows) + 1.1))
-    ax = figure.subplots()
+    narrow = width < WIDTH
+    figure, parts = _parts(
+        series,
+        width,
+        lambda count: max(0.3, 0.11 * count + 0.06, tallest(rows, narrow)) * len(rows) + 1.1 + 0.2 * narrow,
+    )
     ends = [end for gain in gains.values() for end in gain[:3] if not math.isnan(end)]
     least, most = min([-0.1, *ends]) - 0.03, max([1.0, *ends]) + 0.03
     marks = {pair: [min(max(share, least), most) for share in shares] for pair, shares in single.items()}
     line = {"linewidth": 2, "alpha": None}
-    _intervals(ax, rows, series, gains, spacing=0.22, at_zero=True, marks=marks, line=line, markersize=5.5)
-    ax.set_xlim(least, most)
-    ax.xaxis.set_major_locator(ticks())
-    ax.set_xlabel(f"score against {baseline}: above 0 the teacher is better")
-    _label_rows(ax, rows)
-    legend(figure, ax, 1.0)
+    for part, group in parts:
+        ax = part.subplots()
+        _intervals(ax, rows, group, gains, spacing=0.22, at_zero=True, marks=marks, line=line, markersize=5.5)
+        ax.set_xlim(least, most)
+        ax.xaxis.set_major_locator(ticks(narrow=narrow))
+        label = f"score against {baseline}: above 0 the teacher is better"
+        ax.set_xlabel(textwrap.fill(label, 40) if narrow else label)
+        _label_rows(ax, rows, narrow)
+        legend(part, ax, narrow)
     return figure
 
 
@@ -181,7 +226,9 @@ class Pane(NamedTuple):
     """By row and series; missing ones are blank."""
 
 
-def panel_plot(panels: Sequence[Pane], rows: Sequence[str], series: Sequence[str], label: str) -> Figure:
+def panel_plot(
+    panels: Sequence[Pane], rows: Sequence[str], series: Sequence[str], label: str, width: float = WIDTH
+) -> Figure:
     """A dot with its interval per row and series, and a line at 0; panels share rows and series, but not the axis.
 
     Args:
@@ -189,154 +236,207 @@ def panel_plot(panels: Sequence[Pane], rows: Sequence[str], series: Sequence[str
         rows: labels from top to bottom.
         series: labels in the order of their colours.
         label: of the axis; the unit of each panel is added.
+        width: of the figure in inches.
     """
-    columns = min(_BESIDE, len(panels))
-    height = math.ceil(len(panels) / columns)
-    pitch = max(0.22, 0.1 * len(series) + 0.04, tallest(rows))
-    figure = Figure(figsize=(WIDTH, (pitch * len(rows) + 0.75) * height + 0.5))
-    grid = figure.subplots(height, columns, sharey=True, squeeze=False).flatten()
-    for ax, panel in zip(grid, panels, strict=False):
-        _intervals(ax, rows, series, panel.dots, at_zero=True)
-        ax.set_title(textwrap.fill(panel.title, 100 // columns), loc="left", color=SHADES["ink"].light)
-        ax.set_xlabel(f"{label} ({panel.unit})")
-        ax.xaxis.set_major_locator(ticks())
-    for ax in grid[len(panels) :]:
-        ax.set_axis_off()
-    _label_rows(grid[0], rows)
-    for ax in grid[:: len(grid) // height]:
-        ax.tick_params(axis="y", labelcolor=SHADES["ink"].light)
-    legend(figure, grid[0], 1.0)
+    narrow = width < WIDTH
+    columns = min(1 if narrow else 2, len(panels))
+    lines = math.ceil(len(panels) / columns)
+
+    def height(count: int) -> float:
+        return (max(0.22, 0.1 * count + 0.04, tallest(rows, narrow)) * len(rows) + 0.75) * lines + 0.5
+
+    figure, parts = _parts(series, width, height)
+    for part, group in parts:
+        grid = part.subplots(lines, columns, sharey=True, squeeze=False).flatten()
+        for ax, panel in zip(grid, panels, strict=False):
+            _intervals(ax, rows, group, panel.dots, at_zero=True)
+            _title(ax, panel.title, columns, narrow)
+            ax.set_xlabel(f"{label} ({panel.unit})")
+            ax.xaxis.set_major_locator(ticks(narrow=narrow))
+        for ax in grid[len(panels) :]:
+            ax.set_axis_off()
+        _label_rows(grid[0], rows, narrow)
+        for ax in grid[::columns]:
+            ax.tick_params(axis="y", labelcolor=SHADES["ink"].light)
+        legend(part, grid[0], narrow)
     return figure
 
 
-def curve_plot(panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], unit: str) -> Figure:
-    """Cumulative regret over turns: panels with a line and a band per series.
+def curve_plot(
+    panels: Mapping[str, Mapping[str, Band]], series: Sequence[str], unit: str, width: float = WIDTH
+) -> Figure:
+    """Cumulative regret over turns: panels with a line and a band per series, whose name stands at its end.
 
-    Equal lines are drawn as one line in stripes of their colours, or in black if all lines of a panel are equal.
+    Equal lines are drawn as one, with all their names. Lines that are not among the series are grey, without a name.
 
     Args:
         panels: bands by panel title, then by series; element t - 1 of a band is turn t.
-        series: labels in the order of their colours and markers.
+        series: at most `MOST` labels in the order of their colours and markers.
         unit: of regret.
+        width: of the figure in inches.
     """
-    columns = min(3, len(panels))
+    narrow = width < WIDTH
+    columns = min(1 if narrow else 2, len(panels))
     height = math.ceil(len(panels) / columns)
-    figure = Figure(figsize=(WIDTH, 2.3 * height + 0.8))
+    figure = Figure(figsize=(width, 2.5 * height + 0.3))
     axes = figure.subplots(height, columns, sharex=True, sharey=True, squeeze=False).flatten()
-    styles = dict(zip(series, zip(cycle(SERIES), cycle(MARKERS), strict=False), strict=False))
+    styles = dict(zip(series, zip(SERIES, MARKERS, strict=True), strict=False))
+    labels = []
     for ax, (title, bands) in zip(axes, panels.items(), strict=False):
-        _curves(ax, bands, styles)
-        ax.set_title(textwrap.fill(title, 100 // columns), loc="left", color=SHADES["ink"].light)
+        labels += _curves(ax, bands, styles)
+        _title(ax, title, columns, narrow)
         ax.grid(axis="y")
         ax.margins(x=0)
-    axes[0].xaxis.set_major_locator(ticks(integer=True))
+    axes[0].xaxis.set_major_locator(ticks(integer=True, narrow=narrow))
     axes[0].yaxis.set_major_locator(ticks())
     axes[0].set_ylim(bottom=0)
     for ax in axes[len(panels) :]:
         ax.set_axis_off()
     for ax in axes[max(0, len(panels) - columns) : len(panels)]:
         ax.tick_params(labelbottom=True)
-    for name, (color, marker) in styles.items():
-        axes[0].plot([], [], color=color, marker=marker, label=named(name))
-    figure.supxlabel("turn", size=9, color=SHADES["muted"].light)
-    figure.supylabel(f"cumulative regret ({unit})", size=9, color=SHADES["muted"].light)
-    legend(figure, axes[0], 2.2)
+    figure.supxlabel("turn", size=_SMALL, color=SHADES["muted"].light)
+    figure.supylabel(f"cumulative regret ({unit})", size=_SMALL, color=SHADES["muted"].light)
+    separate(figure, labels)
     return figure
 
 
-def _curves(ax: Axes, bands: Mapping[str, Band], styles: Mapping[str, tuple[str, str]]) -> None:
+def _curves(ax: Axes, bands: Mapping[str, Band], styles: Mapping[str, tuple[str, str]]) -> list[Annotation]:
+    """Draw the lines of a panel; returns their labels."""
     groups: list[list[str]] = []
     for name in bands:
+        if name not in styles:
+            ax.plot(np.concatenate([[0.0], bands[name].mean]), color=SHADES["rule"].light, linewidth=1, zorder=1)
+            continue
         alike = (group for group in groups if np.allclose(bands[group[0]].mean, bands[name].mean))
         if (group := next(alike, None)) is not None:
             group.append(name)
         else:
             groups.append([name])
+    labels = []
     for group in groups:
         mean, low, high = (np.concatenate([[0.0], curve]) for curve in bands[group[0]])
         turns = np.arange(len(mean))
-        plain = len(group) == len(bands) > 1
-        shade = SHADES["muted"].light if len(group) > 1 else styles[group[0]][0]
-        ax.fill_between(turns, low, high, color=shade, alpha=0.15, linewidth=0)
-        if plain:
-            ax.plot(turns, mean, color=SHADES["ink"].light, clip_on=False, zorder=3)
-            ax.text(0.03, 0.94, "all coincide", transform=ax.transAxes, va="top", color=shade)
-            continue
+        color, marker = styles[group[0]]
+        ax.fill_between(turns, low, high, color=color, alpha=0.15, linewidth=0)
         every = max(2, len(turns) // 3)
-        for i, name in enumerate(group):
-            color, marker = styles[name]
-            stripes = (-i * _STRIPE, (_STRIPE, (len(group) - 1) * _STRIPE)) if len(group) > 1 else "solid"
-            first = 1 + list(styles).index(name) * every // len(
-                styles
-            )  # so that markers of different lines do not overlap
-            line = ax.plot(turns, mean, color=color, linestyle=stripes, clip_on=False, zorder=3)[0]
-            line.set(marker=marker, markevery=(first, every))
+        first = 1 + list(styles).index(group[0]) * every // len(styles)  # so that markers of lines do not overlap
+        ax.plot(turns, mean, color=color, marker=marker, markevery=(first, every), clip_on=False, zorder=3)
+        whole = len(group) == len(bands) > 1
+        label = "all teachers alike" if whole else ", ".join(group)
+        labels.append(name_end(ax, label, (turns[-1], mean[-1]), color))
+    return labels
 
 
-def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]]) -> Figure:
-    """Performance profiles: a line and a band per label for the share of the runs above a score.
+def name_end(ax: Axes, text: str, end: tuple[float, float], color: str) -> Annotation:
+    """The name of a line beside its end, joined to it by a thin line."""
+    return ax.annotate(
+        named(text, 22),
+        end,
+        (_ASIDE, 0),
+        textcoords="offset points",
+        va="center",
+        color=SHADES["ink"].light,
+        annotation_clip=False,
+        arrowprops={"arrowstyle": "-", "color": color, "linewidth": 1, "relpos": (0, 0.5), "shrinkA": 1, "shrinkB": 0},
+    )
+
+
+def separate(figure: Figure, labels: Sequence[Annotation]) -> None:
+    """Move labels up or down so that none of a panel lies on another; of equal ends the first label is uppermost."""
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        mine = sorted((each for each in reversed(labels) if each.axes is ax), key=lambda each: each.xy[1])
+        room = ax.bbox.height / figure.dpi * 72
+        heights = [_LINE * _SMALL * (each.get_text().count("\n") + 1) for each in mine]
+        wanted = [(ax.transData.transform(each.xy)[1] - ax.bbox.y0) / figure.dpi * 72 for each in mine]
+        for label, place, at in zip(mine, spread(wanted, heights, room), wanted, strict=True):
+            label.set_position((_ASIDE, place - at))
+
+
+def spread(wanted: Sequence[float], heights: Sequence[float], room: float) -> list[float]:
+    """Places near the wanted ones, in their order, at which boxes do not overlap, between 0 and `room` if they fit.
 
     Args:
-        profiles: scores and shares, 0 to 1, by label.
+        wanted: the middles of boxes, ascending.
+        heights: of the boxes, in the same unit.
+        room: the greatest place of an upper edge.
     """
-    figure = Figure(figsize=(WIDTH, 3.4))
+    places: list[float] = []
+    for want, height in zip(wanted, heights, strict=True):
+        floor = places[-1] + heights[len(places) - 1] / 2 if places else 0.0
+        places.append(max(want, floor + height / 2))
+    ceiling = max(room, sum(heights))
+    for i in reversed(range(len(places))):
+        places[i] = min(places[i], ceiling - heights[i] / 2)
+        ceiling = places[i] - heights[i] / 2
+    return places
+
+
+def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: float = WIDTH) -> Figure:
+    """Performance profiles: a line and a band per label, which stands at its end, for the share of runs above a score.
+
+    Args:
+        profiles: scores and shares, 0 to 1, by label; the first `MOST` have a colour and a name, the others are grey.
+        width: of the figure in inches.
+    """
+    narrow = width < WIDTH
+    figure = Figure(figsize=(width, 3.4))
     ax = figure.subplots()
-    for (name, (scores, band)), color, marker in zip(profiles.items(), cycle(SERIES), cycle(MARKERS), strict=False):
+    names = list(profiles)[:MOST]
+    for scores, band in list(profiles.values())[MOST:]:
+        ax.plot(scores, band.mean, color=SHADES["rule"].light, linewidth=1, zorder=1)
+    labels = []
+    for name, color, marker in zip(names, SERIES, MARKERS, strict=False):
+        scores, band = profiles[name]
         ax.fill_between(scores, band.low, band.high, color=color, alpha=0.15, linewidth=0)
-        ax.plot(scores, band.mean, color=color, marker=marker, markevery=5, label=named(name))
+        ax.plot(scores, band.mean, color=color, marker=marker, markevery=5, zorder=3)
+        labels.append(name_end(ax, name, (scores[-1], band.mean[-1]), color))
     ax.axvline(0, color=SHADES["ink"].light, linewidth=1)
     ax.set_ylim(0, 1)
     ax.margins(x=0)
+    ax.xaxis.set_major_locator(ticks(narrow=narrow))
     ax.yaxis.set_major_formatter(PercentFormatter(1))
     ax.set_xlabel("score against the baseline")
     ax.set_ylabel("runs above it")
     ax.grid()
-    legend(figure, ax, 2.2)
+    separate(figure, labels)
     return figure
 
 
-def ticks(integer: bool = False) -> MaxNLocator:
+def ticks(integer: bool = False, narrow: bool = False) -> MaxNLocator:
     """Few ticks, at round numbers."""
-    return MaxNLocator(6, steps=[1, 2, 5, 10], integer=integer)
+    return MaxNLocator(4 if narrow else 6, steps=[1, 2, 5, 10], integer=integer)
 
 
-def folded(label: str) -> str:
+def _title(ax: Axes, title: str, columns: int, narrow: bool) -> None:
+    ax.set_title(textwrap.fill(title, 40 if narrow else 100 // columns), loc="left", color=SHADES["ink"].light)
+
+
+def folded(label: str, narrow: bool = False) -> str:
     """The label, wrapped if it is long."""
-    return textwrap.fill(label, 30)
+    return textwrap.fill(label, 20 if narrow else 30)
 
 
-def tallest(rows: Sequence[str]) -> float:
+def tallest(rows: Sequence[str], narrow: bool = False) -> float:
     """Height of the tallest label in inches, so that labels do not overlap."""
-    return 0.15 * max((folded(row).count("\n") + 1 for row in rows), default=1) + 0.04
+    return 0.15 * max((folded(row, narrow).count("\n") + 1 for row in rows), default=1) + 0.04
 
 
-def named(label: str) -> str:
+def named(label: str, most: int = 100) -> str:
     """The label in a form that Matplotlib shows; it leaves out labels that begin with an underscore."""
-    label = textwrap.fill(label, 100)
+    label = textwrap.fill(label, most)
     return f" {label}" if label.startswith("_") else label
 
 
-def legend(figure: Figure, ax: Axes, handle: float, most: int = 125) -> int:
-    """Add a legend above all axes, in as many columns as fit; returns the number of its rows.
+def legend(figure: FigureBase, ax: Axes, narrow: bool) -> None:
+    """Add a legend above all axes, in as many columns as fit.
 
     Args:
         figure: gets the legend.
         ax: has the series.
-        handle: length of a line, in ems.
-        most: characters that fit into a row.
+        narrow: whether the figure is for a phone.
     """
     handles, labels = ax.get_legend_handles_labels()
+    most = 45 if narrow else 125  # characters in a row
     columns = max(1, min(len(labels), int(most / (max(map(len, labels)) + 8))))
-    figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=handle, columnspacing=1.8)
-    return math.ceil(len(labels) / columns)
-
-
-def make_narrow(figure: Figure) -> None:
-    """Lay a figure of one panel out for a phone: the same letters on less width."""
-    for ax in figure.axes:
-        ax.set_xlabel(textwrap.fill(ax.get_xlabel(), 40))
-        ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-    (old,) = figure.legends
-    old.remove()
-    rows = legend(figure, figure.axes[0], old.handlelength, 45)
-    figure.set_size_inches(_NARROW, figure.get_figheight() + 0.17 * rows)
+    figure.legend(handles, labels, loc="outside upper left", ncols=columns, handlelength=1.0, columnspacing=1.8)

@@ -19,11 +19,8 @@ from llf_teacher.studies.definition.recalled import student_of
 from llf_teacher.studies.definition.study import Grid
 from llf_teacher.studies.report.columns import Curves, Sums
 from llf_teacher.studies.report.figure import Plot
-from llf_teacher.studies.report.plots import curve_plot, dot_plot
+from llf_teacher.studies.report.plots import MOST, curve_plot, dot_plot
 from pz_envs.subject import Subject
-
-_CURVES = 8
-"""Greatest number of curves in a panel."""
 
 
 class Cell(NamedTuple):
@@ -158,7 +155,9 @@ class Section:
         )
         panels = {
             student: {
-                teacher: self.cells[teacher, student].band for teacher in self.drawn if (teacher, student) in self.cells
+                teacher: self.cells[teacher, student].band
+                for teacher in self.grid.teachers
+                if (teacher, student) in self.cells
             }
             for student in self.grid.students
         }
@@ -170,7 +169,7 @@ class Section:
             Plot(
                 name=f"{self.anchor}-dots",
                 title=f"Success and cumulative regret by teacher and student in {name}; its table has the numbers.",
-                draw=lambda: dot_plot(*names, success, regret, unit),
+                draw=lambda width: dot_plot(*names, success, regret, unit, width),
                 columns=("teacher", "student", "seeds", *_ends("success"), *_ends("regret")),
                 rows=[
                     (*pair, self.regret[pair].n, *self.success[pair][:3], *self.regret[pair][:3]) for pair in self.cells
@@ -179,12 +178,13 @@ class Section:
             Plot(
                 name=f"{self.anchor}-curves",
                 title=f"Mean cumulative regret over turns by teacher, one panel a student, in {name}.",
-                draw=lambda: curve_plot(labels, tuple(map(called, self.drawn)), unit),
+                draw=lambda width: curve_plot(labels, tuple(map(called, self.drawn)), unit, width),
                 columns=("student", "teacher", "turn", *_ends("regret")),
                 rows=[
                     (student, teacher, turn, *map(float, at))
                     for student, bands in panels.items()
                     for teacher, band in bands.items()
+                    if teacher in self.drawn
                     for turn, at in enumerate(zip(*band, strict=True), start=1)
                 ],
             ),
@@ -199,11 +199,11 @@ class Section:
         """The teachers whose curves are drawn: all, or if they are too many, the reference and teachers at even ranks
         of the regret of `reader`, the least and the greatest included.
         """  # noqa: D205
-        if len(self.grid.teachers) <= _CURVES:
+        if len(self.grid.teachers) <= MOST:
             return self.grid.teachers
         others = [t for t in self.grid.teachers if t != self.reference and (t, self.reader) in self.cells]
         ranked = sorted(others, key=lambda teacher: self.regret[teacher, self.reader].mean)
-        room = min(_CURVES - (self.reference in self.grid.teachers), len(ranked))
+        room = min(MOST - (self.reference in self.grid.teachers), len(ranked))
         chosen = {ranked[rank] for rank in np.linspace(0, len(ranked) - 1, room).round().astype(int)} | {self.reference}
         return tuple(teacher for teacher in self.grid.teachers if teacher in chosen)
 

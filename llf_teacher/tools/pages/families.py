@@ -9,11 +9,13 @@ from llf_teacher.episodes.loop import play_turns
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
+from llf_teacher.theme import kind_mark
 from llf_teacher.tools.film import film, save
 from llf_teacher.tools.markdown import escape, table
 from pz_envs.family import Family
 from teachers.atoms import ActionClaim, Claim, EditClaim, PlanClaim
 from teachers.oracle import claims_of
+from teachers.words import INSTRUCTIONS, KIND_WORDS
 
 __all__ = ["examples", "family_page", "write_film"]
 
@@ -32,13 +34,13 @@ def family_page(family: Family, film: str = "") -> str:
     name = family.showcase[0]
     world = family.make_world(**family.environments[name])
     oracle = family.oracle_class()
-    kinds = " ".join(kind.value for kind in oracle.feedback_types)
+    kinds = ", ".join(f"{KIND_WORDS[kind]} (`{kind}`)" for kind in oracle.feedback_types)
     facts = [
         ("observation", f"`{world.observation_space}`"),
         ("action", f"`{world.action_space}`; as text {world.action_syntax}"),
         ("reward of a turn", "`{:g}` to `{:g}`".format(*world.reward_range)),
         ("turns", f"{family.max_turns}, {'asked anew in each' if family.repeated else 'or until the world ends it'}"),
-        ("instructions", " ".join(oracle.instruction_types)),
+        ("instructions", ", ".join(f"{INSTRUCTIONS[each]} (`{each}`)" for each in oracle.instruction_types)),
         ("feedback", kinds),
         ("regret counts", family.regret_unit),
         ("what rewards alone teach", f"`{family.learning}`"),
@@ -127,10 +129,10 @@ def _claims(family: Family) -> str:
     made, book = examples(family), family.phrasebook()
     rows = []
     for cls in claims_of(family.oracle_class().__module__):
-        kind = cls.kind if isinstance(cls.kind, str) else ("as its fields say" if cls.kind else "instruction")
+        kind = "as its fields say" if cls.kind and not isinstance(cls.kind, str) else kind_mark(cls.kind)
         role = next((name for base, name in _ROLES.items() if issubclass(cls, base)), "")
         sentence = escape(made.get(cls, book.templates(cls)[0]))
-        rows.append((f"`{cls.__name__}`", f"{kind}", role, escape(_meaning(cls)), sentence))
+        rows.append((f"`{cls.__name__}`", kind, role, escape(_meaning(cls)), sentence))
     return table(("claim", "kind", "about", "is true if", "for example"), rows)
 
 

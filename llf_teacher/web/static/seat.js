@@ -42,18 +42,17 @@ const send = async (what, sent) => {
   }
 };
 
-const kinds = (kind) => make("abbr", kind || "task", { class: "kind" });
+// A sentence with its kind and verdict. The server's own template has made and escaped it, as the turns below.
+const drawn = (name, { html }) => {
+  const line = make(name, "", { class: "sentence" });
+  line.innerHTML = html;
+  return line;
+};
 
 const sentences = (state) => {
   const said = byId("said");
   byId("did").textContent = state.did;
-  const shown = state.said.map(({ kind, text, mark }) => {
-    const line = make("p");
-    const words = make("span", text);
-    if (mark) words.append(" ", make("span", mark, { class: mark.startsWith("✓") ? "holds" : "fails" }));
-    line.append(kinds(kind), words);
-    return line;
-  });
+  const shown = state.said.map((each) => drawn("p", each));
   if (!shown.length) shown.push(make("p", state.heard ? "(silence)" : "(nothing yet)", { class: "quiet" }));
   const same = said.textContent === shown.map((line) => line.textContent).join("");
   if (!same || state.turn !== known.turn) said.replaceChildren(...shown); // else a screen reader would say it again
@@ -97,9 +96,9 @@ const teacher = (state) => {
   byId("own").hidden = chooses;
   if (chooses) {
     const legend = byId("claims").querySelector("legend");
-    const choices = state.claims.map(({ kind, text }, number) => {
+    const choices = state.claims.map((each, number) => {
       const label = make("label");
-      label.append(make("input", "", { type: "checkbox", value: number }), kinds(kind), make("span", text));
+      label.append(make("input", "", { type: "checkbox", value: number }), drawn("span", each));
       return label;
     });
     if (!choices.length) choices.push(make("p", "There is nothing true to say.", { class: "quiet" }));

@@ -9,6 +9,7 @@ from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import Pane, panel_plot
 from teachers.atoms import KINDS
+from teachers.words import INSTRUCTIONS, KIND_WORDS
 
 _ALL = "all kinds"
 
@@ -28,16 +29,18 @@ def _plot(data: Data, found: Sequence[Ablation]) -> Plot:
         name = f"{data.called(each.teacher)}, {data.called(each.student)}" if taught else data.called(each.student)
         series[name] = None
         group = each.group
-        title = f"{group.family} ({group.instruction_type})" if typed else group.family
+        title = f"{group.family} ({INSTRUCTIONS[group.instruction_type]})" if typed else group.family
         pane = panes.setdefault((title, *group.ids), Pane(title, data.units[group.family], {}))
-        rows = {**each.shares, _ALL: each.total}
+        rows = {KIND_WORDS[kind]: each.shares[kind] for kind in kinds if kind in each.shares} | {_ALL: each.total}
         panes[title, *group.ids] = pane._replace(
             dots={**pane.dots, **{(row, name): estimate for row, estimate in rows.items()}}
         )
     return Plot(
         name="ablation-shares",
         title="What each kind of feedback adds to the gain, and the gain of all kinds, one panel a family.",
-        draw=lambda: panel_plot(list(panes.values()), [*kinds, _ALL], list(series), "gain"),
+        draw=lambda width: panel_plot(
+            list(panes.values()), [*(KIND_WORDS[kind] for kind in kinds), _ALL], list(series), "gain", width
+        ),
         columns=("family", "instruction_type", "teacher", "student", "kind", "seeds", "gain", "gain_low", "gain_high"),
         rows=[
             (each.group.family, each.group.instruction_type, each.teacher, each.student, kind, gain.n, *gain[:3])

@@ -11,6 +11,7 @@ from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.store import Store, StoreError
 from llf_teacher.theme import prepare_turns
+from teachers.words import type_words
 
 
 class Transcript(NamedTuple):
@@ -43,7 +44,7 @@ def _values(data: Data) -> Mapping[str, Any]:
 
 
 def _links(data: Data) -> list[tuple[str, str, str]]:
-    return [(s.anchor, s.family.name, f"{s.instruction_type}, {s.feedback_type}") for s in data.sections]
+    return [(s.anchor, s.family.name, type_words(s.instruction_type, s.feedback_type)) for s in data.sections]
 
 
 def _plots(data: Data) -> list[Plot]:

@@ -14,6 +14,7 @@ from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import gain_plot
 from llf_teacher.studies.report.section import share
 from teachers.atoms import Label
+from teachers.words import type_words
 
 _ALIKE = 0.1  # shares of claims that differ by less let expect no difference
 
@@ -136,7 +137,7 @@ def _plot(data: Data, found: Sequence[Primary]) -> Plot:
 
     def series(each: Primary) -> str:
         name = called(each.compared.student)
-        return f"{name} ({each.compared.instruction_type}, {each.compared.feedback_type})" if typed else name
+        return f"{name} ({type_words(each.compared.instruction_type, each.compared.feedback_type)})" if typed else name
 
     teachers = [teacher for teacher in data.study.teachers if any(teacher == each.compared.teacher for each in found)]
     teachers.sort(key=lambda t: -max(each.mean for each in found if each.compared.teacher == t))
@@ -144,12 +145,13 @@ def _plot(data: Data, found: Sequence[Primary]) -> Plot:
     return Plot(
         name="findings-scores",
         title=f"Score of each teacher against {baseline} with each student, over all families.",
-        draw=lambda: gain_plot(
+        draw=lambda width: gain_plot(
             [called(teacher) for teacher in teachers],
             list(dict.fromkeys(map(series, found))),
             {(called(each.compared.teacher), series(each)): each.score.estimate for each in found},
             {(called(each.compared.teacher), series(each)): each.shares for each in found},
             baseline,
+            width,
         ),
         columns=(
             *("teacher", "student", "instruction_type", "feedback_type", "primary", "where", "seeds"),

@@ -44,7 +44,7 @@ def _plot(data: Data, found: Sequence[Matrix], types: tuple[str, str]) -> Plot:
     return Plot(
         name=f"matrix-gains-{'-'.join(types)}".replace("+", "-"),
         title=f"Gain over {CONTROL} by teacher and student, one panel a family.",
-        draw=lambda: panel_plot(
+        draw=lambda width: panel_plot(
             [
                 Pane(
                     each.group.family,
@@ -56,6 +56,7 @@ def _plot(data: Data, found: Sequence[Matrix], types: tuple[str, str]) -> Plot:
             list(dict.fromkeys(called(teacher) for each in found for teacher in each.teachers)),
             list(dict.fromkeys(called(student) for each in found for student in each.students)),
             f"gain over {CONTROL}",
+            width,
         ),
         columns=("family", "instruction_type", "feedback_type", "teacher", "student", "seeds", *_GAIN),
         rows=[

@@ -9,10 +9,10 @@ from llf_teacher.studies.analysis.overall import THRESHOLDS, Overall, overall
 from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
-from llf_teacher.studies.report.plots import profile_plot
+from llf_teacher.studies.report.plots import MOST, profile_plot
+from teachers.words import type_words
 
 _SHOWN = (0.0, 0.5, 0.9)
-_CURVES = 8  # greatest number of curves
 
 
 def _typed(found: Sequence[Overall]) -> bool:
@@ -20,20 +20,20 @@ def _typed(found: Sequence[Overall]) -> bool:
 
 
 def _plot(data: Data, found: Sequence[Overall]) -> Plot:
-    """A line per teacher; of many, those with the greatest interquartile means and that with the least."""
+    """A line per teacher; of many, those with the greatest interquartile means and that with the least are named."""
     ranked = sorted(found, key=lambda each: -each.middle.mean)
-    drawn = ranked if len(ranked) <= _CURVES else [*ranked[: _CURVES - 1], ranked[-1]]
+    drawn = ranked if len(ranked) <= MOST else [*ranked[: MOST - 1], ranked[-1], *ranked[MOST - 1 : -1]]
     typed = _typed(found)
 
     def label(each: Overall) -> str:
         name = data.called(each.teacher)
-        return f"{name} ({each.instruction_type}, {each.feedback_type})" if typed else name
+        return f"{name} ({type_words(each.instruction_type, each.feedback_type)})" if typed else name
 
     return Plot(
         name="overall-profiles",
         title="Performance profiles: the share of the runs above a score, by teacher, over all families.",
-        draw=lambda: profile_plot(
-            {label(each): (each.profile.thresholds.tolist(), each.profile.band) for each in drawn}
+        draw=lambda width: profile_plot(
+            {label(each): (each.profile.thresholds.tolist(), each.profile.band) for each in drawn}, width=width
         ),
         columns=("teacher", "instruction_type", "feedback_type", "score", "above", "above_low", "above_high"),
         rows=[
@@ -54,6 +54,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
         return None
     return {
         "found": found,
+        "most": MOST,
         "plot": _plot(data, found),
         "thresholds": {value: int(np.abs(THRESHOLDS - value).argmin()) for value in _SHOWN},
         "typed": _typed(found),

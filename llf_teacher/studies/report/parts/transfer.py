@@ -9,11 +9,12 @@ from llf_teacher.studies.report.data import Data
 from llf_teacher.studies.report.figure import Plot
 from llf_teacher.studies.report.parts.part import Part
 from llf_teacher.studies.report.plots import Pane, panel_plot
+from teachers.words import INSTRUCTIONS, feedback_words
 
 
 def _row(group: Group) -> str:
     """The label of lessons in the figure."""
-    return f"{group.lessons} {group.worlds}, {group.feedback_type}"
+    return f"{group.lessons} {group.worlds}, {feedback_words(group.feedback_type)}"
 
 
 def _plot(data: Data, found: Sequence[AfterLessons]) -> Plot | None:
@@ -26,7 +27,7 @@ def _plot(data: Data, found: Sequence[AfterLessons]) -> Plot | None:
             continue
         group = each.group
         where = ", ".join(group.ids) + ("" if group.ids == (group.taught,) else f" after {group.taught}")
-        title = f"{where} ({group.instruction_type})"
+        title = f"{where} ({INSTRUCTIONS[group.instruction_type]})"
         row, name = _row(group), f"{data.called(each.teacher)}, {data.called(each.student)}"
         rows[row] = series[name] = None
         pane = panes.setdefault(title, Pane(title, data.units[group.family], {}))
@@ -37,7 +38,7 @@ def _plot(data: Data, found: Sequence[AfterLessons]) -> Plot | None:
     return Plot(
         name="transfer-gains",
         title=f"Regret in a test without a teacher, less than after as many lessons with {baseline}.",
-        draw=lambda: panel_plot(list(panes.values()), list(rows), list(series), "gain"),
+        draw=lambda width: panel_plot(list(panes.values()), list(rows), list(series), "gain", width),
         columns=(
             *("tested_in", "taught_in", "instruction_type", "lessons", "worlds", "feedback_type"),
             *("teacher", "student", "seeds", "success", "regret", "gain", "gain_low", "gain_high"),

@@ -1,0 +1,75 @@
+"""The words that people read in place of codes: of kinds of feedback, of feedback and instruction types, of labels."""
+
+from typing import NamedTuple
+
+from teachers.atoms import KINDS, FeedbackType, Label
+
+__all__ = [
+    "INSTRUCTIONS",
+    "KIND_COLOURS",
+    "KIND_MEANINGS",
+    "KIND_WORDS",
+    "VERDICTS",
+    "VerdictWord",
+    "feedback_words",
+    "kind_word",
+    "type_words",
+]
+
+KIND_WORDS: dict[FeedbackType | None, str] = dict(
+    zip((*KINDS, None), ("reward", "praise", "blame", "advice", "warning", "instruction"), strict=True)
+)
+"""The word of each kind; None is that of what belongs to no kind."""
+_MEANINGS = (
+    "reward (r): how well it went",
+    "praise (hp, hindsight positive): what was good",
+    "blame (hn, hindsight negative): what was bad",
+    "advice (fp, future positive): what to do next",
+    "warning (fn, future negative): what to avoid next",
+    "instruction or notice",
+)
+KIND_MEANINGS: dict[FeedbackType | None, str] = dict(zip((*KINDS, None), _MEANINGS, strict=True))
+"""What each kind means, with its code."""
+KIND_COLOURS: dict[FeedbackType | None, str] = dict(
+    zip((*KINDS, None), ("purple", "green", "red", "blue", "orange", "muted"), strict=True)
+)
+"""The colour of each kind, by its name in `worlds.pictures.themes.Theme`."""
+INSTRUCTIONS = {"b": "basic", "p": "with practice", "c": "complete"}
+"""The word of each instruction type."""
+_WHOLE = {"a": "all kinds", "n": "none", "m": "random kinds"}
+
+
+class VerdictWord(NamedTuple):
+    """What the simulator says of a sentence."""
+
+    holds: bool
+    word: str
+
+    def __str__(self) -> str:
+        return f"{'✓' if self.holds else '✗'} {self.word}"
+
+
+VERDICTS = {
+    Label.TRUTHFUL: VerdictWord(True, "true"),
+    Label.LATE: VerdictWord(True, "true, late"),
+    Label.PLACEBO: VerdictWord(True, "true, beside the point"),
+    Label.DISTORTED: VerdictWord(False, "false"),
+}
+"""The verdict on each label that has been checked."""
+
+
+def kind_word(kind: FeedbackType | None, opening: bool = False) -> str:
+    """The word of a sentence's kind; what has none is an instruction at the opening, and later just words."""
+    return KIND_WORDS[kind] if kind is not None or opening else "words"
+
+
+def type_words(instruction_type: str, feedback_type: str) -> str:
+    """An instruction type and a feedback type in words: `basic, all kinds` for b and a."""
+    return f"{INSTRUCTIONS[instruction_type]}, {feedback_words(feedback_type)}"
+
+
+def feedback_words(feedback_type: str) -> str:
+    """A feedback type in words: `all kinds` for a, `reward, praise` for r+hp."""
+    if feedback_type in _WHOLE:
+        return _WHOLE[feedback_type]
+    return ", ".join(KIND_WORDS[FeedbackType(kind)] for kind in feedback_type.split("+"))
