@@ -1,9 +1,11 @@
 """What documents name as evidence exists: each test, and each command with its options."""
 
 import re
+import shlex
 
 import pytest
-from documents import DOCUMENTS, ROOT
+from commands import llf
+from documents import BLOCK, DOCUMENTS, ROOT
 from evidence import missing_command, missing_test, named
 
 PROMISES = (ROOT / "docs" / "promises.md").read_text(encoding="utf-8")
@@ -51,3 +53,24 @@ def test_what_is_no_test_is_found():
     assert not missing_test("tests/test_promises.py::test_what_is_no_test_is_found")
     assert missing_test("tests/test_promises.py::test_nothing") == "tests/test_promises.py has no test_nothing"
     assert missing_test("tests/test_promise.py") == "there is no tests/test_promise.py"
+
+
+def test_reviewers_see_what_their_page_shows(tmp_path):
+    """Of each command in a block `console`, up to white space; `...` stands for anything."""
+    blocks = BLOCK.findall((ROOT / "docs" / "for-reviewers.md").read_text(encoding="utf-8"))
+    (study,) = [code for language, code in blocks if language == "toml"]
+    (tmp_path / "review.toml").write_text(study, encoding="utf-8")
+    consoles = [code for language, code in blocks if language == "console"]
+    assert len(consoles) >= 3
+    for code in consoles:
+        first, _, shown = code.partition("\n")
+        result = llf(*shlex.split(first.removeprefix("$ llf ")), cwd=tmp_path)
+        assert result.returncode == 0, result.stderr
+        pattern = ".*".join(re.escape(" ".join(part.split())) for part in shown.split("..."))
+        assert re.search(pattern, " ".join(f"{result.stdout} {result.stderr}".split())), result.stdout + result.stderr
+    again = llf("study", "review.toml", "--store", "review.db", "--report", "review.html", cwd=tmp_path)
+    assert "Played 0 episodes; review.db now has 48." in again.stderr
+    damaged = bytearray((tmp_path / "review.db").read_bytes())
+    damaged[len(damaged) // 2] ^= 255
+    (tmp_path / "copy.db").write_bytes(damaged)
+    assert llf("study", "check", "copy.db", cwd=tmp_path).returncode > 0
