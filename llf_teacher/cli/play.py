@@ -13,7 +13,6 @@ from rich.text import Text
 
 from llf_teacher.cli import complete_id, complete_student, complete_teacher
 from llf_teacher.escaping import escape_control_chars
-from llf_teacher.theme.turns import KIND_NAMES
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
@@ -175,6 +174,8 @@ def _refusal(session: "Session", text: str) -> str:
 
 def _explain(console: Console, session: "Session") -> None:
     """The rules, the kinds of feedback, and what else can be typed."""
+    from llf_teacher.theme.turns import KIND_NAMES
+
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     for kind in KINDS:
         _put_beside(console, Text(f"{kind:2} ", _STYLES[kind]), Text(KIND_NAMES[kind]))
