@@ -8,7 +8,7 @@ from importlib import import_module
 import llf_teacher.origins  # noqa: F401 (checks that the packages beside this one are ours)
 from llf_teacher.registry import ids, register_all, supported_types
 
-__version__ = "0.2.0.dev0"
+__version__ = "0.2.0"
 __all__ = [
     "Conversation", "Lesson", "OldGym", "StudentEnv", "TeacherEnv", "TeacherVectorEnv",
     "chat_student", "ids", "make", "prompt", "rollout", "supported_types", "teach",

@@ -1,5 +1,6 @@
 """What is built from the source tree is whole, and what it asks of other packages is what is tested."""
 
+import email
 import re
 import shutil
 import subprocess
@@ -8,6 +9,8 @@ import tarfile
 import tomllib
 import zipfile
 from pathlib import Path
+
+import llf_teacher
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
@@ -47,8 +50,23 @@ def test_what_is_built_is_whole(tmp_path):
     assert all(any(name.endswith(f"licenses/{text}") for name in packed) for text in ("LICENSE", "NOTICE"))
     with tarfile.open(archive) as tar:
         entries = {entry.name.partition("/")[2] for entry in tar.getmembers() if entry.isfile()}
+    _check_metadata(zipfile.ZipFile(wheel))
+    assert wheel.stat().st_size < 2_000_000
+    assert archive.stat().st_size < 6_000_000
     made = {"PKG-INFO", "setup.cfg"}
     assert {name for name in entries if ".egg-info/" not in name} - made == top | files | _files(BESIDES)
+
+
+def _check_metadata(wheel):
+    """The version, the command, and README, whose links an index can follow."""
+    (info,) = {name.partition("/")[0] for name in wheel.namelist() if ".dist-info/" in name}
+    metadata = email.message_from_bytes(wheel.read(f"{info}/METADATA"))
+    assert (metadata["Name"], metadata["Version"]) == ("llf-teacher", llf_teacher.__version__)
+    assert "llf = llf_teacher.cli:main" in wheel.read(f"{info}/entry_points.txt").decode()
+    links = [*re.findall(r'\]\(([^)]+)\)|(?:src|srcset|href)="([^"]+)"', metadata.get_payload(decode=True).decode())]
+    assert len(links) > 10
+    assert all("".join(link).startswith(("https://", "#")) for link in links)
+    assert not [name for name in wheel.namelist() if name.endswith((".db", ".pyc", ".log"))]
 
 
 def test_the_project_has_addresses():

@@ -26,7 +26,7 @@ def film(
     feedback_type: Annotated[
         str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
     ] = "a",
-    seed: Annotated[int, typer.Option(help="Seed of the episode.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 0,
     max_turns: Annotated[
         int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
     ] = None,

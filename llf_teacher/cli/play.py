@@ -1,7 +1,10 @@
 """`llf play`: play the student or the teacher in the terminal."""
 
 import math
+import re
 import secrets
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -13,6 +16,7 @@ from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
+from teachers.spec import unknown
 from teachers.words import KIND_WORDS
 
 if TYPE_CHECKING:
@@ -20,10 +24,10 @@ if TYPE_CHECKING:
 
     from llf_teacher.episodes.live import LiveLesson
     from teachers.atoms import Claim
-    from teachers.session import Offer
+    from teachers.session import Offer, Session
 
 UNDO, HELP, QUIT = "undo", ("?", "help"), ("quit", "exit")
-"""What one types to take a turn back, to read the rules again, and to leave. The world's own actions come first."""
+"""What a person types to take a turn back, to read the rules again, and to leave, if the world has no such action."""
 _COMMANDS = f"Type {UNDO} to take a turn back, {HELP[0]} for the rules, {QUIT[0]} or Ctrl-D to leave."
 _STYLES = {
     "here": "bold blue",
@@ -66,7 +70,7 @@ def play(
         str, typer.Option(help="Feedback: a (all), n (none), m (random kinds in each turn), or kinds such as r+hp.")
     ] = "a",
     budget: Annotated[int | None, typer.Option(help="Most claims that you can make as the teacher.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the episode.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the episode.")] = None,
     max_turns: Annotated[
         int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
     ] = None,
@@ -77,8 +81,9 @@ def play(
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
-    `undo` takes a turn back, `?` shows the rules, `quit` or Ctrl-D leaves; what is no action costs no turn. An empty
-    line ends a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
+    `undo` takes a turn back, `?` or `help` shows the rules, `quit` or Ctrl-D leaves. What is no action, or not among
+    those that the world lists, costs no turn. An empty line ends a text of several lines and is ignored elsewhere. Set
+    NO_COLOR to switch colours off.
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
@@ -153,19 +158,36 @@ def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
     words = text.strip().lower()
     if not words or words == UNDO:
         return words or None
-    read = session.read(text)
-    unread = isinstance(read, ParseFailure)
-    if words in HELP and (unread or several_lines or words == "?"):
-        _put(console, Text(escape_control_chars(session.instruction), "bold"))
-        _put(console, Text(_COMMANDS, "dim"))
+    if words in HELP:
+        _explain(console, session)
         return None
-    if words in QUIT and (unread or several_lines):
+    why = _refusal(session, text)
+    if words in QUIT and (why or several_lines):
         raise EOFError
-    if isinstance(read, ParseFailure):
-        why = f"No turn is lost: {read.why}. Expected: {read.expected}."
-        _put(console, Text(escape_control_chars(why)))
+    if why:
+        _put(console, Text(escape_control_chars(f"No turn is lost: {why}.")))
         return None
     return text
+
+
+def _refusal(session: "Session", text: str) -> str:
+    """Why a text is no action that can be taken now; empty if it is one."""
+    read = session.read(text)
+    if isinstance(read, ParseFailure):
+        return f"{read.why}. Expected: {read.expected}"
+    possible = session.info.get(session.world.actions_key, ())
+    return unknown("action", read, possible) if possible and read not in possible else ""
+
+
+def _explain(console: Console, session: "Session") -> None:
+    """The rules, the kinds of feedback, and what else can be typed."""
+    from llf_teacher.theme.turns import KIND_NAMES
+
+    _put(console, Text(escape_control_chars(session.instruction), "bold"))
+    for kind in KINDS:
+        _put_beside(console, Text(f"{kind:2} ", _STYLES[kind]), Text(KIND_NAMES[kind]))
+    console.print()
+    _put(console, Text(_COMMANDS, "dim"))
 
 
 def _teach(console: Console, lesson: "LiveLesson") -> None:
@@ -175,7 +197,7 @@ def _teach(console: Console, lesson: "LiveLesson") -> None:
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
         _show(console, lesson)
-        subset = _choose(console, offer)
+        subset = _choose(console, offer, partial(_explain, console, session))
         if subset is None:
             _take_back(console, lesson, TEACHER)
             continue
@@ -188,10 +210,16 @@ def _greet(console: Console, lesson: "LiveLesson") -> None:
     _put(console, Text(f"Seed {lesson.seed}. {_COMMANDS}", "dim"))
 
 
-def _put(console: Console, text: Text, **settings: Any) -> None:
+def _put(console: Console, text: Text) -> None:
     """Text and an empty line."""
-    console.print(text, **settings)
+    console.print(text)
     console.print()
+
+
+def _put_beside(console: Console, lead: Text, text: Text) -> None:
+    """Text whose lines all begin to the right of `lead`."""
+    lines = text.wrap(console, max(console.width - len(lead), 1))
+    console.print(lead + Text(f"\n{' ' * len(lead)}").join(lines), soft_wrap=True)
 
 
 def _show(console: Console, lesson: "LiveLesson") -> None:
@@ -199,7 +227,7 @@ def _show(console: Console, lesson: "LiveLesson") -> None:
     status, did, *world = lesson.view.pieces()
     shown = Text("").join((_styled([status, did]), _fitted(_styled(world[:-1]), console.width), _styled(world[-1:])))
     shown.rstrip()
-    _put(console, shown, soft_wrap=True)
+    _put(console, shown)
 
 
 def _styled(pieces: "Iterable[tuple[str, str]]") -> Text:
@@ -215,7 +243,17 @@ def _fitted(drawn: Text, width: int) -> Text:
         return drawn
     middle = (here.start + here.end) // 2 - drawn.plain.rfind("\n", 0, here.start) - 1
     left = min(max(middle - width // 2, 0), widest - width)
-    return Text("\n").join(line[left : left + width] for line in lines)
+    return Text("\n").join(_cut(line, left, left + width) for line in lines)
+
+
+def _cut(line: Text, left: int, right: int) -> Text:
+    """Part of a line, with an ellipsis for each word that would be cut."""
+    kept = line[left:right]
+    for word in re.finditer(r"\S+", line.plain):
+        begin, end = max(word.start(), left), min(word.end(), right)
+        if begin < end and (begin, end) != word.span():
+            kept = kept[: begin - left] + Text("…".center(end - begin)) + kept[end - left :]
+    return kept
 
 
 def _say(console: Console, lesson: "LiveLesson") -> None:
@@ -223,7 +261,8 @@ def _say(console: Console, lesson: "LiveLesson") -> None:
     for sentence in lesson.view.require_renderer().sentences:
         style = _STYLES.get(sentence.kind or "", "bold")
         word = f"{KIND_WORDS[sentence.kind]}: " if sentence.kind else ""
-        console.print(Text(word, style).append(escape_control_chars(sentence.text), "" if word else "bold"))
+        text = Text(escape_control_chars(sentence.text), "" if word else "bold")
+        _put_beside(console, Text(word, style), text)
     console.print()
 
 
@@ -242,7 +281,7 @@ def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
 
 
-def _choose(console: Console, offer: "Offer") -> int | None:
+def _choose(console: Console, offer: "Offer", explain: Callable[[], None]) -> int | None:
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
     purse = offer.purse
     if not purse.left:
@@ -250,10 +289,8 @@ def _choose(console: Console, offer: "Offer") -> int | None:
         return None if console.input(spent).strip().lower() == UNDO else 0
     for claim in offer.claims():
         if claim.kind is not None:
-            said = escape_control_chars(_worded(claim, offer))
-            head = f"{claim.kind:2} {KIND_WORDS[claim.kind]}:"
-            line = Text("  ").append(head, _STYLES[claim.kind]).append(f" {said}")
-            console.print(line, soft_wrap=True)
+            lead = Text("  ").append(f"{claim.kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[claim.kind])
+            _put_beside(console, lead, Text(escape_control_chars(_worded(claim, offer))))
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
     while True:
@@ -262,10 +299,13 @@ def _choose(console: Console, offer: "Offer") -> int | None:
             return None
         if words and words[0] in QUIT:
             raise EOFError
+        if words and words[0] in HELP:
+            explain()
+            continue
         try:
-            kinds = parse_kinds("a" if words == ["a"] else words)
+            kinds = parse_kinds("a" if words in (["a"], ["all"]) else words)
         except ValueError:
-            console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing.")
+            console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
 

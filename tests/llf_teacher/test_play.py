@@ -5,6 +5,10 @@ import re
 import pytest
 from commands import llf
 
+from llf_teacher.theme.turns import KIND_NAMES
+from pz_envs.family import own_families
+from teachers.atoms import KINDS
+
 GRID = "llf-gridworld-v0"
 COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-9][0-9;]*m")
 
@@ -92,10 +96,46 @@ def test_what_is_no_action_costs_no_turn(word):
     assert ("No turn is lost: it " in said and "Expected: " in said) == (word in ("norht", "west or east"))
 
 
-def test_help_of_a_world_is_its_own():
-    """ALFWorld's engine knows it, too."""
-    out = play("llf-alfworld-v0", "--seed", "7", "--max-turns", "1", text="help\n")
-    assert "Over after 1 turns" in out
+def test_what_a_world_does_not_list_costs_no_turn():
+    """ALFWorld's engine takes any text for a command; it has a `help` of its own, which says what the rules say."""
+    out = play("llf-alfworld-v0", "--seed", "7", "--max-turns", "9", text="help\ngo to frige 1\nlook\nquit\n")
+    assert out.count("Turn 1> ") == 3
+    assert "No turn is lost: unknown action 'go to frige 1'; did you mean go to fridge 1 or " in out
+    assert out.endswith("Turn 2> \nYou left the episode.\n")
+    assert "Nothing happens" not in out
+    assert "Available commands" not in out
+
+
+def test_a_seed_is_at_least_0():
+    refused = llf("play", GRID, "--seed", "-1")
+    assert refused.returncode == 2
+    assert "Traceback" not in refused.stderr
+    assert "'--seed'" in refused.stderr
+
+
+def test_kinds_are_explained_to_both_seats():
+    for seat, answers in (("student", "?\nquit\n"), ("teacher", "what\n?\nall\nquit\n")):
+        out = play(GRID, "--seed", "7", "--seat", seat, text=answers)
+        for kind in KINDS:
+            assert re.search(rf"^{kind:2} {KIND_NAMES[kind]}$", out, re.MULTILINE)
+        assert ("or nothing; ? explains them." in out) == (seat == "teacher")
+
+
+@pytest.mark.parametrize("family", own_families(), ids=lambda family: family.name)
+def test_nothing_is_wider_than_the_terminal_and_no_word_is_cut(family):
+    """In both seats of each family, at 80 columns and at 40."""
+    if why := family.missing():
+        pytest.skip(why)
+    id = f"llf-{family.showcase[0]}"
+    for seat, text in (("student", "?\n"), ("teacher", "a\na\n")):
+        settings = (id, "--seat", seat, "--seed", "4", "--max-turns", "3")
+        wide, *others = (  # a person's Enter ends the line of a question
+            play(*settings, text=text, COLUMNS=columns).replace("> ", ">\n") for columns in ("2000", "80", "40")
+        )
+        for columns, out in zip((80, 40), others, strict=True):
+            assert max(map(len, out.splitlines())) <= columns
+            words = [word for word in out.split() if len(word) < columns // 2]
+            assert not {*words} - {*wide.split(), "…"}
 
 
 def test_a_poem_may_be_left_and_explained():
@@ -116,4 +156,5 @@ def test_a_wide_map_fits_the_terminal():
     assert max(map(len, rows(narrow))) <= 50
     assert len(rows(narrow)) == len(rows(wide))
     assert any("[" in row and "]" in row for row in rows(narrow))
-    assert all(row.strip() in line for row, line in zip(rows(narrow), rows(wide), strict=True))
+    for row, line in zip(rows(narrow), rows(wide), strict=True):
+        assert row.replace("…", " ").strip() in line
