@@ -59,15 +59,16 @@ class Scene:
         return int(number) + self.happens(number % 1)
 
     def another(self, action: Any) -> Any:
-        """A random legal action in canonical form that is not this one; None if none is found."""
-        for _ in range(_TRIES):
-            drawn = self.listed[self.rng.integers(len(self.listed))] if self.listed else self._sample()
+        """A random legal action in canonical form that is not this one; None if none is found.
+
+        It is one that has an effect now, if the world lists these and there are others.
+        """
+        for left in reversed(range(_TRIES)):
+            listed = self.listed if left > _TRIES // 2 else ()
+            drawn = listed[self.rng.integers(len(listed))] if listed else self.world.sample_action(self.rng)
             if (found := self.world.legal(drawn)) != action:
                 return found
         return None
-
-    def _sample(self) -> Any:
-        return self.world.sample_action(self.rng)
 
     def meant(self, action: Any) -> Any:
         """An action of the student in canonical form; None if it is no action."""

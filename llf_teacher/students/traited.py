@@ -39,8 +39,8 @@ class _Policy(Policy["Traited"]):
         """The action after all traits."""
         for scene in self._scenes:
             scene.turn, scene.listed = self._turn, info.get(self.world.actions_key) or ()
-        given = self.inner.act(*self._heard(observation, info, self._forgets()))
-        action = given
+        forgets = self._forgets()  # which changes `inner`
+        action = given = self.inner.act(*self._heard(observation, info, forgets))
         for trait, scene in self._parts():
             action = trait.act(action, scene)
         if action is not given:

@@ -15,7 +15,7 @@ class Stubborn(Trait):
     p: Share = 0.3
     """The probability, 0 to 1; 0: never."""
     strength = "p"
-    recovery = Recovery(0.3)
+    recovery = Recovery(0.3, teacher="mistake(eps=1)")  # whose advice changes from turn to turn
 
     def act(self, action: Any, scene: Scene) -> Any:
         """The last action, or this one."""
