@@ -1,7 +1,7 @@
 """How well the strengths of traits are recovered from transcripts: a table of coverage by trait and environment."""
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,9 +10,9 @@ from scipy import stats
 from llf_teacher import __version__
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import entry
-from llf_teacher.students.parsing import TRAITS
+from llf_teacher.students.parsing import TRAITS, parse_student
 from llf_teacher.students.trait import Trait
-from llf_teacher.studies.analysis.traits import Estimate, estimate, of_record
+from llf_teacher.studies.analysis.traits import Estimate, Transcript, estimate, of_record
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.markdown import table
 
@@ -46,36 +46,44 @@ def recoverable() -> list[Trait]:
     return [dataclasses.replace(one, **{one.strength: one.recovery.strength}) for one in made if one.recovery]
 
 
-def recover(trait: Trait, id: str, runs: int, episodes: int, step: Step = lambda: None) -> Recovered:
-    """Play runs of episodes of a student with this trait, and estimate its strength from each run's transcripts.
+def transcripts(trait: Trait, id: str, seeds: Iterable[int]) -> list[Transcript]:
+    """Episodes of a student with this trait, in the lessons where its strength shows.
 
     Args:
         trait: has a `recovery`, which says how lessons go.
         id: of the environment.
-        runs: number of estimates.
-        episodes: number of episodes for each; run i has seeds from `i * episodes` on.
-        step: called after each run.
+        seeds: one an episode.
     """
     where = trait.recovery
     if where is None:
         raise ValueError(f"the trait {trait} has no recovery, so that there are no lessons in which its strength shows")
-    found = entry(id)
     spec = EpisodeSpec(
-        id=found.id,
+        id=entry(id).id,
         teacher=where.teacher,
-        student=f"{where.student} | {trait}",
+        student=str(parse_student(where.student) | trait),
         instruction_type=where.instruction_type,
         feedback_type=where.feedback_type,
         max_turns=_TURNS,
         seed=0,
         version=__version__,
     )
+    return [of_record(play(spec._replace(seed=seed))) for seed in seeds]
+
+
+def recover(trait: Trait, id: str, runs: int, episodes: int, step: Step = lambda: None) -> Recovered:
+    """Play runs of episodes, and estimate the trait's strength from each run's transcripts.
+
+    Args:
+        trait, id: as of `transcripts`.
+        runs: number of estimates.
+        episodes: number of episodes for each; run i has seeds from `i * episodes` on.
+        step: called after each run.
+    """
     estimates = []
     for run in range(runs):
-        seeds = range(run * episodes, (run + 1) * episodes)
-        estimates.append(estimate(trait, [of_record(play(spec._replace(seed=seed))) for seed in seeds]))
+        estimates.append(estimate(trait, transcripts(trait, id, range(run * episodes, (run + 1) * episodes))))
         step()
-    return Recovered(trait, found.id, tuple(estimates))
+    return Recovered(trait, entry(id).id, tuple(estimates))
 
 
 def recoveries(runs: int, episodes: int, step: Step = lambda: None) -> Iterator[Recovered]:

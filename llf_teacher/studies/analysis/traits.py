@@ -18,7 +18,7 @@ from scipy import stats
 
 from llf_teacher.episodes.record import Record, turns_as_dicts
 from llf_teacher.registry import entry
-from llf_teacher.students.trait import Step, Trait
+from llf_teacher.students.trait import Floats, Step, Trait
 from llf_teacher.studies.store import Store
 from teachers.atoms import FN, FP, HN, HP
 
@@ -78,10 +78,7 @@ def estimate(trait: Trait, transcripts: Iterable[Transcript]) -> Estimate:
         ValueError: a transcript has other claims about actions, a likelihood is unknown, or the transcripts show
             nothing of this trait.
     """
-    strengths = trait.strengths
-    total = np.zeros_like(strengths)
-    for each in transcripts:
-        total += trait.log_likelihood(strengths, steps_of(each))
+    strengths, total = trait.strengths, evidence(trait, transcripts)
     best = int(np.argmax(total))
     if np.isnan(total).any():
         raise ValueError(
@@ -94,11 +91,18 @@ def estimate(trait: Trait, transcripts: Iterable[Transcript]) -> Estimate:
             f"or plans, as in the lessons {trait.recovery}"
         )
     inside = np.flatnonzero(total >= total[best] - _LIMIT)
-    low, high = (_bound(strengths, total - total[best] + _LIMIT, int(at), by) for at, by in ((inside[0], -1), (inside[-1], 1)))
+    above = total - total[best] + _LIMIT
+    low, high = (_bound(strengths, above, int(at), by) for at, by in ((inside[0], -1), (inside[-1], 1)))
     return Estimate(float(strengths[best]), low, high)
 
 
-def _bound(strengths: Any, above: Any, inside: int, by: int) -> float:
+def evidence(trait: Trait, transcripts: Iterable[Transcript]) -> Floats:
+    """The log-likelihood of transcripts by the trait's strength, shape (strengths,); arguments as of `estimate`."""
+    strengths = trait.strengths
+    return sum((trait.log_likelihood(strengths, steps_of(each)) for each in transcripts), np.zeros_like(strengths))
+
+
+def _bound(strengths: Floats, above: Floats, inside: int, by: int) -> float:
     """The strength between the last one inside and its neighbour outside at which the interval ends."""
     outside = inside + by
     if not 0 <= outside < len(strengths):
