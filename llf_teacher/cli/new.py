@@ -1,4 +1,4 @@
-"""`llf new`: begin a family, a personality or a student with files that work."""
+"""`llf new`: begin a family, a personality, a student or a trait with files that work."""
 
 from pathlib import Path
 from typing import Annotated
@@ -24,6 +24,11 @@ _NEXT = {
         "pytest -n0 tests/llf_teacher/test_{name}.py",
         "llf play llf-gridworld-v0 --seat teacher --student {name}",
     ),
+    "trait": (
+        "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",
+        "pytest -n0 tests/llf_teacher/test_{name}.py",
+        "llf play llf-gridworld-v0 --seat teacher --student 'obedient | {name}'",
+    ),
 }
 """Per kind what to do next: a sentence, and commands."""
 
@@ -34,11 +39,11 @@ def add_to(app: typer.Typer) -> None:
 
 
 def new(
-    kind: Annotated[str, typer.Argument(help="What to begin: family, personality or student.")],
+    kind: Annotated[str, typer.Argument(help="What to begin: family, personality, student or trait.")],
     name: Annotated[str, typer.Argument(help="Its name, a Python identifier in lower case.")],
     folder: Annotated[Path, typer.Option(help="A clone of the repository.")] = Path(),
 ) -> None:
-    """Begin a family, a personality or a student of your own: small files that work and pass their kits.
+    """Begin a family, a personality, a student or a trait of your own: small files that work and pass their kits.
 
     Files that are there stay as they are.
     """
