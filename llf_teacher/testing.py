@@ -1,4 +1,4 @@
-"""For the tests of those who write teachers, students or traits: `check_student(id, "mine")`, `check_trait(id, "mine")`.
+"""For tests of teachers, students and traits of your own: `check_student(id, "mine")`, `check_trait(id, "mine")`.
 
 Each check of a student or a trait takes it and an environment, and raises an AssertionError that says what is wrong.
 """

@@ -33,7 +33,7 @@ def parse_student(spec: str | Student) -> Student:
         return spec
     expected = f"`package.module:factory`, `{CHAT}:package.module:function`, or {STUDENTS.expected}"
     first, *others = parse_calls("student", spec, expected, prefixes=2)
-    if len(first.prefix) > 1 and first.prefix[0] != CHAT or any(len(call.prefix) > 1 for call in others):
+    if (len(first.prefix) > 1 and first.prefix[0] != CHAT) or any(len(call.prefix) > 1 for call in others):
         raise bad_spec("student", spec, expected)
     student = _student(first)
     return Traited(student, tuple(map(_trait, others))) if others else student

@@ -65,8 +65,8 @@ class _Policy(Policy["Traited"]):
 
     def _forgets(self) -> bool:
         """Begin with a new student if a trait forgets now; whether it did."""
-        forgets = self._turn > 0 and any([trait.forgets(scene) for trait, scene in self._parts()])  # each may draw
-        if forgets:
+        asked = [trait.forgets(scene) for trait, scene in self._parts() if self._turn]  # each may draw
+        if forgets := any(asked):
             # A new value, since an agent of the user's own belongs to its value.
             self.inner = dataclasses.replace(self.spec.student).seat(self.family, self.world)
             self.inner.reset(self.rng)
@@ -95,7 +95,9 @@ class _Policy(Policy["Traited"]):
 
     def _through(self, said: Utterance) -> Utterance:
         """What is heard of an utterance; the same object if all of it."""
-        atoms = said.atoms or tuple(Atom(Unread(text=text), text, self._turn) for text in filter(None, _SENTENCES.split(said)))
+        atoms = said.atoms or tuple(
+            Atom(Unread(text=text), text, self._turn) for text in _SENTENCES.split(said) if text
+        )
         heard = [self._one(atom) for atom in atoms]
         if all(new is old for old, new in zip(atoms, heard, strict=True)):
             return said

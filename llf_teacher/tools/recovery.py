@@ -112,4 +112,6 @@ def as_table(found: list[Recovered]) -> str:
                 f"{each.held / runs:.1%} ({low:.0%} to {high:.0%})",
             )
         )
-    return table(("trait", "environment", "strength", "mean estimate", "width", "intervals that hold it", "share"), rows)
+    return table(
+        ("trait", "environment", "strength", "mean estimate", "width", "intervals that hold it", "share"), rows
+    )

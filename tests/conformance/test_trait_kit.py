@@ -112,8 +112,16 @@ class Nameless(Good):
         (kit.check_trait_value, Bare(), r"Bare needs the decorator @dataclass\(frozen=True\)"),
         (kit.check_trait_value, Nameless(), r"Nameless.strength is 'force'; allowed: one of its fields \['p'\]"),
         (kit.check_trait_absent, Present(), r"obedient \| .*Present\(p=0.0\) acts otherwise than obedient"),
-        (kit.check_trait_agrees, Mumbling(p=1.0), "text_only acts otherwise than obedient; `hear` must return a claim whose"),
-        (kit.check_trait_recovery, Reversed(), r"by its log_likelihood the strength of .*Reversed\(p=0.4\) in .* was 0.6"),
+        (
+            kit.check_trait_agrees,
+            Mumbling(p=1.0),
+            "text_only acts otherwise than obedient; `hear` must",
+        ),
+        (
+            kit.check_trait_recovery,
+            Reversed(),
+            r"by its log_likelihood the strength of .*Reversed.* in .* was 0.6",
+        ),
     ],
 )
 def test_what_is_refused_is_said(check, trait, message):

@@ -20,7 +20,11 @@ class PartialPlan(Trait):
     strength, absent = "k", None
     strengths = np.linspace(0, 20, 2001)
     recovery = Recovery(
-        1.4, teacher="silent", instruction_type="c", feedback_type="n", ids=("llf-gridworld-v0", "llf-metaworld-reach-v3")
+        1.4,
+        teacher="silent",
+        instruction_type="c",
+        feedback_type="n",
+        ids=("llf-gridworld-v0", "llf-metaworld-reach-v3"),
     )
 
     def __post_init__(self) -> None:

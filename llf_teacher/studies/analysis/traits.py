@@ -6,6 +6,7 @@ estimate is the strength of the greatest likelihood; the interval has the streng
 does not reject (Wilks 1938).
 """
 
+import itertools
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -72,7 +73,7 @@ def estimate(trait: Trait, transcripts: Iterable[Transcript]) -> Estimate:
 
     Args:
         trait: with its other parameters; its own strength has no effect.
-        transcripts: of one student with this trait and no other, with advice and plans as the only claims about actions.
+        transcripts: of one student with this trait alone; their claims about actions are advice and plans.
 
     Raises:
         ValueError: a transcript has other claims about actions, a likelihood is unknown, or the transcripts show
@@ -87,8 +88,8 @@ def estimate(trait: Trait, transcripts: Iterable[Transcript]) -> Estimate:
         )
     if np.ptp(total) == 0 or total[best] == -np.inf:
         raise ValueError(
-            f"the transcripts show nothing of {trait.strength} of {trait.name}: its student must believe and get advice "
-            f"or plans, as in the lessons {trait.recovery}"
+            f"the transcripts show nothing of {trait.strength} of {trait.name}: its student must believe, and get "
+            f"advice or plans, as in {trait.recovery}"
         )
     inside = np.flatnonzero(total >= total[best] - _LIMIT)
     above = total - total[best] + _LIMIT
@@ -122,7 +123,7 @@ def steps_of(transcript: Transcript) -> list[Step]:
     heard: dict[str, tuple[Any, int]] = {}  # by state, what was said last, and of which turn
     plan: list[Any] = []
     always: Any = None
-    for turn, (row, after) in enumerate(zip(turns, turns[1:], strict=False)):
+    for turn, (row, after) in enumerate(itertools.pairwise(turns)):
         state, fresh, now = row["observation"], row["observation"] not in heard, False
         for atom in row["atoms"]:
             about = atom["about_turn"]
@@ -130,8 +131,8 @@ def steps_of(transcript: Transcript) -> list[Step]:
                 continue
             if atom["kind"] in (HP, HN, FN):
                 raise ValueError(
-                    f"turn {turn} of {transcript.id} has a claim of kind {atom['kind']} about an action; allowed: advice "
-                    "and plans: play lessons with feedback_type 'fp' or 'n', and instruction type 'b' or 'c'"
+                    f"turn {turn} of {transcript.id} has a claim of kind {atom['kind']} about an action; allowed: "
+                    "advice and plans; play lessons with feedback_type 'fp' or 'n', and instruction type 'b' or 'c'"
                 )
             if atom["kind"] == FP:
                 heard[turns[about]["observation"]] = atom["action"], about
