@@ -1,23 +1,28 @@
-"""For the tests of those who write teachers or students: `check_teacher(id, MyTeacher())`, `check_student(id, "mine")`.
+"""For tests of teachers, students and traits of your own: `check_student(id, "mine")`, `check_trait(id, "mine")`.
 
-Each check of a student takes the student and an environment, and raises an AssertionError that says what is wrong.
+Each check of a student or a trait takes it and an environment, and raises an AssertionError that says what is wrong.
 """
 
 import copy
+import dataclasses
 import pickle
 import random
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import is_dataclass
 from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from llf_teacher.gym import StudentEnv
-from llf_teacher.students.parsing import STUDENTS, parse_student
+from llf_teacher.students.builtin.obedient import Obedient
+from llf_teacher.students.builtin.text_only import TextOnly
+from llf_teacher.students.parsing import STUDENTS, TRAITS, parse_student
 from llf_teacher.students.student import READS, Policy, Student
+from llf_teacher.students.trait import Trait
+from llf_teacher.studies.analysis.traits import evidence
 from llf_teacher.tools.audit import audit
+from llf_teacher.tools.recovery import transcripts
 from pz_envs.subject import Subject
 from teachers.seeds import Seeds
 from worlds.testing import plain, require
@@ -55,7 +60,7 @@ def check_student(id: str | Subject, student: str | Student) -> None:
 def check_value(student: Student, id: str | Subject) -> None:
     """It is a frozen value with defaults, which pickles, and whose spec string gives it back."""
     cls = type(student)
-    own = is_dataclass(cls) and "__dataclass_fields__" in vars(cls)
+    own = dataclasses.is_dataclass(cls) and "__dataclass_fields__" in vars(cls)
     require(own, f"{cls.__name__} needs the decorator @dataclass(frozen=True)")
     require(cls.__doc__, f"{cls.__name__} needs a docstring of its own")
     require(student.reads in READS, f"{cls.__name__}.reads is {student.reads!r}; allowed: {', '.join(READS)}")
@@ -180,3 +185,86 @@ STUDENT_CHECKS: tuple[Callable[[Student, str | Subject], None], ...] = (
     check_copies,
 )
 """Every check of a student."""
+
+
+def check_trait(id: str | Subject, trait: str | Trait) -> None:
+    """Run every check of a trait.
+
+    Args:
+        id: an id of `llf_teacher.ids()`, or a `Lesson`, in which `obedient` and `text_only` act alike.
+        trait: a trait, or its spec, such as `stubborn(p=0.3)`.
+    """
+    if isinstance(trait, str):
+        (trait,) = TRAITS.parse(trait)
+    for check in TRAIT_CHECKS:
+        check(trait, id)
+
+
+def check_trait_value(trait: Trait, id: str | Subject) -> None:
+    """It is a frozen value with defaults that names its strength, and the student's spec string gives it back."""
+    cls = type(trait)
+    own = dataclasses.is_dataclass(cls) and "__dataclass_fields__" in vars(cls)
+    require(own, f"{cls.__name__} needs the decorator @dataclass(frozen=True)")
+    require(cls.__doc__, f"{cls.__name__} needs a docstring of its own")
+    names = [field.name for field in dataclasses.fields(trait)]
+    strength = getattr(cls, "strength", None)
+    require(strength in names, f"{cls.__name__}.strength is {strength!r}; allowed: one of its fields {names}")
+    student = Obedient() | trait
+    require(pickle.loads(pickle.dumps(student)) == student, f"{trait} is another trait after pickling")  # noqa: S301
+    if trait.name in TRAITS.names:
+        require(parse_student(str(student)) == student, f"the spec {student} gives {parse_student(str(student))!r}")
+        definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")[2]
+        require(definition, f"the module of {cls.__name__} must begin with a docstring such as 'name: what it does.'")
+
+
+def check_trait_absent(trait: Trait, id: str | Subject) -> None:
+    """At the strength `absent` the student acts as without it."""
+    none = dataclasses.replace(trait, **{trait.strength: trait.absent})
+    for student in (Obedient(), TextOnly()):
+        for seed in _SEEDS:
+            bare, traited = ([*_play(*_seat(each, id), seed)] for each in (student, student | none))
+            require(plain(bare) == plain(traited), f"{student | none} acts otherwise than {student}")
+
+
+def check_trait_agrees(trait: Trait, id: str | Subject) -> None:
+    """A student that reads text acts with it as one that reads atoms does."""
+    for settings in ({"feedback_type": "fp"}, {"instruction_type": "c", "feedback_type": "n", "teacher": "silent"}):
+        for seed in _SEEDS:
+            atoms, text = ([*_play(*_seat(each | trait, id, **settings), seed)] for each in (Obedient(), TextOnly()))
+            require(
+                plain(atoms) == plain(text),
+                f"with {trait} text_only acts otherwise than obedient; `hear` must return a claim whose words say all",
+            )
+
+
+def check_trait_student(trait: Trait, id: str | Subject) -> None:
+    """A student with it passes the checks of students."""
+    for check in STUDENT_CHECKS:
+        check(Obedient() | trait, id)
+
+
+def check_trait_recovery(trait: Trait, id: str | Subject) -> None:
+    """If its strength can be recovered, its likelihood does not rule out the strength that a student has.
+
+    A likelihood that is right rules it out once in 100,000 times.
+    """
+    if (where := trait.recovery) is not None:
+        strong = dataclasses.replace(trait, **{trait.strength: where.strength})
+        for place in where.ids:
+            total = evidence(strong, transcripts(strong, place, range(10)))
+            truth = total[np.abs(trait.strengths - where.strength).argmin()]
+            require(
+                total.max() - truth < _SURELY,
+                f"by its log_likelihood the strength of {strong} in {place} was {trait.strengths[total.argmax()]:g}",
+            )
+
+
+_SURELY = 9.8  # half the quantile of chi-squared at 1 - 1e-5
+TRAIT_CHECKS: tuple[Callable[[Trait, str | Subject], None], ...] = (
+    check_trait_value,
+    check_trait_absent,
+    check_trait_agrees,
+    check_trait_student,
+    check_trait_recovery,
+)
+"""Every check of a trait."""

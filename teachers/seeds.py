@@ -42,3 +42,10 @@ class Seeds:
     def stream(self, name: str, seat: int = 0) -> np.random.Generator:
         """A stream of the present episode from its beginning; arguments as in `sequence`."""
         return np.random.default_rng(self.sequence(name, seat))
+
+
+def streams_beside(rng: np.random.Generator, count: int) -> list[np.random.Generator]:
+    """Random streams that a generator's seed determines; neither its draws nor what it spawns change."""
+    seed: np.random.SeedSequence = rng.bit_generator.seed_seq  # type: ignore[attr-defined, assignment]  # NumPy's stubs leave it out
+    keys = [(*seed.spawn_key, _BESIDE, number) for number in range(count)]
+    return [np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key)) for key in keys]

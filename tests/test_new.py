@@ -1,4 +1,4 @@
-"""`llf new` writes a family, a personality and a student that pass their kits as they are."""
+"""`llf new` writes a family, a personality, a student and a trait that pass their kits as they are."""
 
 import os
 import shutil
@@ -13,7 +13,7 @@ from llf_teacher.tools.scaffold import KINDS, write
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("worlds", "teachers", "pz_envs", "llf_teacher")
-NAMES = dict(zip(KINDS, ("guess_it", "laconic", "trusting"), strict=True))
+NAMES = dict(zip(KINDS, ("guess_it", "laconic", "trusting", "clumsy"), strict=True))
 
 
 def clone(folder):
@@ -46,7 +46,7 @@ def test_what_is_begun_passes_its_tests_and_the_linter(tmp_path):
         assert result.returncode == 0, result.stdout + result.stderr
         return result.stdout
 
-    assert "10 passed" in run("pytest", "-p", "no:cacheprovider", "--import-mode=importlib", *tests)
+    assert "13 passed" in run("pytest", "-p", "no:cacheprovider", "--import-mode=importlib", *tests)
     assert "llf-guess-it-v0" in run("llf_teacher", "list")
     python = [str(path) for path in written if path.suffix == ".py"]
     run("ruff", "check", "--config", str(ROOT / "pyproject.toml"), *python)

@@ -132,10 +132,10 @@ def complete_teacher(incomplete: str) -> list[str]:
 
 
 def complete_student(incomplete: str) -> list[str]:
-    """The completions of a student's spec."""
-    from llf_teacher.students.parsing import STUDENTS
+    """The completions of a student's spec; behind `|` those of a trait."""
+    from llf_teacher.students.parsing import STUDENTS, TRAITS
 
-    return _complete_stage(incomplete, STUDENTS.names)
+    return _complete_stage(incomplete, TRAITS.names if "|" in incomplete else STUDENTS.names)
 
 
 def _complete_stage(incomplete: str, names: tuple[str, ...]) -> list[str]:

@@ -1,4 +1,4 @@
-"""`llf list`: list environments, teacher personalities and students."""
+"""`llf list`: list environments, teacher personalities, students and their traits."""
 
 import dataclasses
 import inspect
@@ -29,9 +29,9 @@ def list_(
         ),
     ] = "",
 ) -> None:
-    """List environments, teacher personalities and students, all or those whose names match."""
+    """List environments, teacher personalities, students and their traits, all or those whose names match."""
     from llf_teacher.registry import entries, ids
-    from llf_teacher.students.parsing import STUDENTS
+    from llf_teacher.students.parsing import STUDENTS, TRAITS
     from pz_envs.family import all_families
     from teachers.personality import PERSONALITIES
     from teachers.spec import unknown
@@ -42,11 +42,11 @@ def list_(
         return
     here = [family for family in all_families() if not family.missing()]
     found = {id: each.family for id, each in entries().items() if each.family in here and _matches(id, pattern)}
-    teachers, students = (
-        [name for name in registry.names if _matches(name, pattern)] for registry in (PERSONALITIES, STUDENTS)
+    teachers, students, traits = (
+        [name for name in registry.names if _matches(name, pattern)] for registry in (PERSONALITIES, STUDENTS, TRAITS)
     )
-    if not (found or teachers or students):
-        every = [*ids(), *PERSONALITIES.names, *STUDENTS.names]
+    if not (found or teachers or students or traits):
+        every = [*ids(), *PERSONALITIES.names, *STUDENTS.names, *TRAITS.names]
         raise ValueError(unknown("name", pattern, every, where="`llf list` without one"))
     if found:
         console.print("[bold]Environments[/]")
@@ -60,11 +60,17 @@ def list_(
             honest = "[green]yes[/]" if cls().honest else "[red]no[/]"
             table.add_row(_spec(name, cls), honest, escape(_description(cls, bool(pattern))))
         console.print("", table, sep="\n")
-    if students:
-        table = _table("student", "what it does")
-        for name in students:
-            table.add_row(_spec(name, STUDENTS[name]), escape(_description(STUDENTS[name], bool(pattern))))
-        console.print("", table, sep="\n")
+    named: tuple[tuple[str, list[str], Any], ...] = (
+        ("student", students, STUDENTS),
+        ("trait of students", traits, TRAITS),
+    )
+    for what, names, registry in named:
+        if names:
+            table = _table(what, "what it does")
+            for name in names:
+                cls = registry[name]
+                table.add_row(_spec(name, cls), escape(_description(cls, bool(pattern))))
+            console.print("", table, sep="\n")
 
 
 def _matches(name: str, pattern: str) -> bool:

@@ -1,4 +1,4 @@
-"""`llf new`: begin a family, a personality or a student with files that work."""
+"""`llf new`: begin a family, a personality, a student or a trait with files that work."""
 
 from pathlib import Path
 from typing import Annotated
@@ -27,6 +27,11 @@ _NEXT = {
         "llf play llf-gridworld-v0 --seat teacher --student {name}",
         "llf dev public tests/public.txt",
     ),
+    "trait": (
+        "Change it into what you want; CONTRIBUTING.md says what it may do. Then run:",
+        "pytest -n0 tests/llf_teacher/test_{name}.py",
+        "llf play llf-gridworld-v0 --seat teacher --student 'obedient | {name}'",
+    ),
 }
 """Per kind what to do next: a sentence, and commands."""
 
@@ -37,11 +42,11 @@ def add_to(app: typer.Typer) -> None:
 
 
 def new(
-    kind: Annotated[str, typer.Argument(help="What to begin: family, personality or student.")],
+    kind: Annotated[str, typer.Argument(help="What to begin: family, personality, student or trait.")],
     name: Annotated[str, typer.Argument(help="Its name, a Python identifier in lower case.")],
     folder: Annotated[Path, typer.Option(help="A clone of the repository.")] = Path(),
 ) -> None:
-    """Begin a family, a personality or a student of your own: small files that work and pass their kits.
+    """Begin a family, a personality, a student or a trait of your own: small files that work and pass their kits.
 
     Files that are there stay as they are.
     """

@@ -81,6 +81,11 @@ class _Policy(Policy["Agent"]):
             return failure(as_text(action), self.world)
         return action
 
+    def did(self, action: Any) -> None:
+        """Call the agent's `did(action)`, if it has this method."""
+        if callable(did := getattr(self.spec.agent, "did", None)):
+            did(action)
+
     def record(self) -> ModelReply:
         """What the agent's `record()` returns, if it has this method."""
         if not callable(record := getattr(self.spec.agent, "record", None)):

@@ -26,6 +26,11 @@ def example(answer: str, action: str) -> str:
     return json.dumps({"thought": _THOUGHT, "action": _value(action)}, ensure_ascii=False)
 
 
+def answer_of(answer: str, action: str) -> str:
+    """An answer of a form with an action and no thought."""
+    return action if answer == "text" else json.dumps({"action": _value(action)}, ensure_ascii=False)
+
+
 def written(world: World[Any], rng: np.random.Generator) -> str:
     """A random action as text mode writes it, in words if the world has words for it."""
     action = world.sample_action(rng)

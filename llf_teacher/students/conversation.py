@@ -11,7 +11,7 @@ import jinja2
 import numpy as np
 
 from llf_teacher.models.images import data_url
-from llf_teacher.students.answers import ANSWERS, action_in, asking, example, written
+from llf_teacher.students.answers import ANSWERS, action_in, answer_of, asking, example, written
 from llf_teacher.students.student import state_of
 from pz_envs.answers import Parted, split_thought
 from pz_envs.text_mode import first_answer
@@ -162,6 +162,10 @@ class Conversation:
         action, thought = action_in(self.form, self.said)
         self.thought = "\n\n".join(filter(None, (parted.thought, thought)))
         return action
+
+    def did(self, action: str) -> None:
+        """Take this action, in place of the last answer, for what was done."""
+        self._turns[-1] = self._turns[-1]._replace(answered=answer_of(self.form, action))
 
     def _begin(self, instruction: str) -> None:
         """Set the instruction of the first or of a further episode."""

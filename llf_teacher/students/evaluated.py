@@ -71,6 +71,10 @@ class EvaluatedPolicy(Policy[E_co]):
         self.steps.append((here, action))
         return action
 
+    def did(self, action: Any) -> None:
+        """Note the action in place of the last one."""
+        self.steps[-1] = self.steps[-1][0], int(action)
+
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """Learn from the evaluation of the last action."""
         if self.steps:

@@ -85,6 +85,10 @@ class LearnerPolicy(Policy[L_co]):
         self.take(action)
         return action
 
+    def did(self, action: Any) -> None:
+        """Note the action in place of the last one."""
+        self.take(action)
+
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """Learn from the last action; the value of a terminal state is 0."""
         if self._acted:
@@ -126,4 +130,4 @@ class LearnerPolicy(Policy[L_co]):
 
     @abstractmethod
     def take(self, action: Any) -> None:
-        """Note the action that it takes, its own or an advised one."""
+        """Note the action that it takes, its own or an advised one; a second one in a turn replaces the first."""

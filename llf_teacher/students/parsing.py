@@ -1,38 +1,58 @@
-"""Students by their spec strings, and by what there is to learn."""
+"""Students and their traits by their spec strings, and students by what there is to learn."""
 
 from dataclasses import asdict
 
-from llf_teacher.students import builtin
+from llf_teacher.students import builtin, traits
 from llf_teacher.students.agents import make_agent
 from llf_teacher.students.chat import CHAT, make_chat_student
 from llf_teacher.students.student import Student
+from llf_teacher.students.trait import Trait
+from llf_teacher.students.traited import Traited
 from pz_envs.learning import Learning
-from teachers.spec import Registry, bad_spec, parse_call
+from teachers.spec import Registry, SpecCall, bad_spec, parse_calls, unknown
 
 STUDENTS = Registry[Student]("student", Student, builtin)  # type: ignore[type-abstract]  # it never makes a `Student`
 """Every student by its name."""
+
+
+TRAITS = Registry("trait", Trait, traits)
+"""Every trait by its name."""
 
 
 def parse_student(spec: str | Student) -> Student:
     """The student that a spec string describes.
 
     `package.module:factory` is an agent of the user's own, `chat:package.module:function` a function that answers
-    prompts; these import the module.
+    prompts; these import the module. Traits stand behind it, as in `obedient | stubborn(p=0.3) | mishears`; those of
+    the user's own are `package.module:Class`.
 
     Raises:
-        ValueError: bad syntax, or an unknown name, module or parameter.
+        ValueError: bad syntax, an unknown name, module or parameter, or a trait that changes nothing of this student.
     """
     if isinstance(spec, Student):
         return spec
     expected = f"`package.module:factory`, `{CHAT}:package.module:function`, or {STUDENTS.expected}"
-    call = parse_call("student", spec, expected, prefixes=2)
+    first, *others = parse_calls("student", spec, expected, prefixes=2)
+    if (len(first.prefix) > 1 and first.prefix[0] != CHAT) or any(len(call.prefix) > 1 for call in others):
+        raise bad_spec("student", spec, expected)
+    student = _student(first)
+    return Traited(student, tuple(map(_trait, others))) if others else student
+
+
+def _student(call: SpecCall) -> Student:
     if not call.prefix:
         return STUDENTS.make(call)
-    if call.prefix[0] == CHAT:
-        return make_chat_student(call)
-    if len(call.prefix) > 1:
-        raise bad_spec("student", spec, expected)
-    return make_agent(call)
+    return make_chat_student(call) if call.prefix[0] == CHAT else make_agent(call)
+
+
+def _trait(call: SpecCall) -> Trait:
+    if not call.prefix:
+        return TRAITS.make(call)
+    module, cls = call.imported("trait")
+    if not (isinstance(cls, type) and issubclass(cls, Trait)):
+        names = [name for name, each in vars(module).items() if isinstance(each, type) and issubclass(each, Trait)]
+        raise ValueError(f"trait {call.path!r}: {unknown(f'trait in {module.__name__}', call.name, names)}")
+    return call.make("trait", cls)
 
 
 def student_for(learning: Learning) -> Student:

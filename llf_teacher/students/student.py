@@ -6,7 +6,7 @@ plays. A policy has the rules of the world (spaces, words), never its state, and
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypedDict, TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -16,6 +16,10 @@ from pz_envs.learning import Learning
 from pz_envs.subject import Subject
 from teachers.spec import Spec
 from worlds.world import World
+
+if TYPE_CHECKING:
+    from llf_teacher.students.trait import Trait
+    from llf_teacher.students.traited import Traited
 
 READS = ("nothing", "reward", "words", "atoms", "atoms and reward", "truth")
 TAUGHT = ("words", "atoms", "atoms and reward")
@@ -97,6 +101,12 @@ class Policy(ABC, Generic[S_co]):
         It is called if a student has more than one episode.
         """
 
+    def did(self, action: Any) -> None:
+        """Note that this action is taken in place of the last one that `act` gave; a trait may do so.
+
+        Policies that keep their own actions override it.
+        """
+
     def record(self) -> ModelReply:
         """The answer and the cost of the last action, of a student that asks a model; empty of other students."""
         return {}
@@ -119,6 +129,8 @@ class Student(Spec, ABC):
     """Its policy in a seat."""
     suits: ClassVar[type[Learning] | None] = None
     """The class of learning from rewards alone that it does, whose fields are parameters of the student."""
+    searches: ClassVar[bool] = False
+    """Whether its method needs the reward of each action that it proposes, so that no trait may change its actions."""
     batch: ClassVar[str] = ""
     """Its policy in arrays: a class of the module of its name in `llf_teacher.students.batches`; empty: none."""
 
@@ -138,6 +150,13 @@ class Student(Spec, ABC):
     def remembers(self) -> bool:
         """Whether its policy can use in an episode what it learned in earlier episodes."""
         return False
+
+    def __or__(self, trait: "Trait") -> "Traited":
+        """The student with a trait behind those that it has."""
+        from llf_teacher.students.traited import Traited, traits_of
+
+        student, traits = traits_of(self)
+        return Traited(student, (*traits, trait))
 
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
         """A policy for environments like `world`; it gets a scratch copy."""

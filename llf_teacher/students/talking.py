@@ -34,6 +34,10 @@ class TalkingPolicy(Policy[S_co]):
         self._opening = False
         return self.reply(self.talk.ask(seen, info.get("turns_left")))
 
+    def did(self, action: Any) -> None:
+        """Have the conversation say this action, which was taken in place of the answered one."""
+        self.talk.did(f"{action}")
+
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """Keep the conversation for the next episode."""
         self.talk.next_episode(f"{observation['feedback']!s}")

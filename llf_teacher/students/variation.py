@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from llf_teacher.students.student import Student
+from llf_teacher.students.traited import Traited
 from teachers.spec import unknown
 
 __all__ = ["check_vary", "draw_student", "is_integer_range"]
@@ -41,6 +42,8 @@ def check_vary(student: Any, vary: Mapping[str, Any]) -> None:
     """
     if not isinstance(student, Student):
         raise ValueError(f"vary needs a student that is given by its spec, got {student!r}")
+    if isinstance(student, Traited):
+        raise ValueError(f"vary needs a student without traits, got {student}; allowed: {student.student}")
     names = [field.name for field in dataclasses.fields(student)]
     for name, ends in vary.items():
         if name not in names:

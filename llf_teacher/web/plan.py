@@ -10,7 +10,7 @@ from llf_teacher.episodes.live import WATCHER
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.people import PersonTeaching
 from llf_teacher.registry import entry
-from llf_teacher.students.parsing import STUDENTS
+from llf_teacher.students.parsing import STUDENTS, parse_student
 from llf_teacher.students.student import Policy
 from llf_teacher.studies import Study
 from llf_teacher.studies.definition.custom_specs import teacher_spec
@@ -18,7 +18,7 @@ from pz_envs.seats import STUDENT, TEACHER
 from pz_envs.settings import Settings
 from pz_envs.subject import GYM
 from teachers.personality import parse_personality
-from teachers.spec import is_count, parse_call, unknown
+from teachers.spec import is_count, parse_calls, unknown
 
 SEATS = {"student": STUDENT, "teacher": TEACHER, "watch": WATCHER}
 """The seats by the words of the page."""
@@ -141,10 +141,10 @@ _FIELDS = {
 
 
 def _student(spec: str) -> str:
-    call = parse_call("student", spec, STUDENTS.expected)
-    if call.name not in students():
-        raise ValueError(unknown("student of this page", call.name, students()))
-    return str(STUDENTS.make(call))
+    first, *_ = parse_calls("student", spec, STUDENTS.expected)
+    if first.name not in students():
+        raise ValueError(unknown("student of this page", first.name, students()))
+    return str(parse_student(spec))
 
 
 def _number(name: str, value: Any, low: int, high: int) -> int | None:

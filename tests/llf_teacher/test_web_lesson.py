@@ -194,7 +194,7 @@ def test_people_are_in_studies(tmp_path):
         ({"teacher": "x" * 301}, "teacher must be a text of at most 300 characters"),
         ({"student": "os:system('true')"}, "bad"),
         ({"student": "llm(model='m')"}, "student of this page 'llm'"),
-        ({"student": "random | random"}, "student spec 'random | random' has 2 parts"),
+        ({"student": "random | random"}, "unknown trait 'random'"),
         ({"max_turns": 201}, "max_turns must be a whole number from 1 to 200, got 201"),
         ({"max_turns": True}, "max_turns must be a whole number"),
         ({"seed": -1}, "seed must be a whole number from 0"),

@@ -62,6 +62,10 @@ class _Policy(Policy["Bayesian"]):
         self._steps.append((state, action))
         return action
 
+    def did(self, action: Any) -> None:
+        """Note the action in place of the last one."""
+        self._steps[-1] = self._steps[-1][0], int(action)
+
     def _live(self, state: Any, info: dict[str, Any]) -> None:
         """Note the outcome of the last action."""
         if self._steps:

@@ -62,6 +62,7 @@ class LineSearch(Student):
     syllables: tuple[int, ...] = (5, 7)
     """Numbers of syllables to try, in this order."""
     reads = "reward"
+    searches = True
     suits = Lines
     policy = _Policy
 

@@ -29,6 +29,10 @@ class _Policy(Policy["RunAndTumble"]):
         self._reward = info["reward"]
         return self._action
 
+    def did(self, action: Any) -> None:
+        """Note the action in place of the last one."""
+        self._action = action
+
 
 @dataclass(frozen=True)
 class RunAndTumble(Student):

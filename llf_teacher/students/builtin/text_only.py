@@ -33,10 +33,15 @@ class _Policy(AdviceTaker["TextOnly"]):
         turn = self.arrive(observation)
         self._read(observation["feedback"] if turn else f"{observation['instruction']} {observation['feedback']}", turn)
         action = self.decide()
-        self._actions.append(self.world.legal(action))
+        self._actions.append(None)
+        self.did(action)
+        return action
+
+    def did(self, action: Any) -> None:
+        """Note the action of this turn."""
+        self._actions[-1] = self.world.legal(action)
         if isinstance(self.world.action_space, spaces.Text):
             self._draft = action
-        return action
 
     def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
         """Learn from the last words, for later episodes."""

@@ -21,6 +21,8 @@ class _Policy(LearnerPolicy["Ucb"]):
 
     def learn(self, reward: float, over: bool) -> None:
         """Count the reward."""
+        if self._last in self._untried:
+            self._untried.remove(self._last)
         self._count[self._last] += 1
         self._sum[self._last] += reward
 
@@ -40,8 +42,6 @@ class _Policy(LearnerPolicy["Ucb"]):
     def take(self, action: Any) -> None:
         """Note the action; an advised action counts as tried."""
         self._last: int = int(action)
-        if self._last in self._untried:
-            self._untried.remove(self._last)
 
 
 @dataclass(frozen=True)

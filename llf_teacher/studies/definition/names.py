@@ -7,6 +7,9 @@ from dataclasses import fields
 from typing import Any
 
 from llf_teacher.speakers.speaker import Voiced
+from llf_teacher.students.student import Student
+from llf_teacher.students.trait import Trait
+from llf_teacher.students.traited import traits_of
 from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
 from teachers.spec import unknown
 
@@ -52,18 +55,22 @@ def short_names(specs: Mapping[str, Any], given: Mapping[str, str]) -> dict[str,
         specs: the objects by their specs.
         given: names by spec.
     """
-    models: dict[str, dict[str, Any]] = {}
+    models: dict[tuple[str, str], dict[str, Any]] = {}
     for spec, value in specs.items():
         asks: Any = value.wording if isinstance(value, Voiced) else value
+        traits: tuple[Trait, ...] = ()
+        if isinstance(value, Student):
+            asks, traits = traits_of(value)
         if spec not in given and getattr(asks, "model", None):
             before = f"{value.personality} | " if isinstance(value, Voiced) else ""
-            models.setdefault(f"{before}{asks.name}({asks.model}", {})[spec] = asks
+            behind = "".join(f" | {trait}" for trait in traits)
+            models.setdefault((f"{before}{asks.name}({asks.model}", behind), {})[spec] = asks
     found = {spec: spec for spec in specs} | dict(given)
-    for head, alike in models.items():
+    for (head, behind), alike in models.items():
         names = [field.name for field in fields(next(iter(alike.values()))) if field.name not in _ALWAYS]
         apart = [name for name in names if len({repr(getattr(value, name)) for value in alike.values()}) > 1]
         shown = [name for name in apart if name not in _WHERE] or apart
         for spec, value in alike.items():
-            found[spec] = ", ".join([head, *(f"{name}={getattr(value, name)!r}" for name in shown)]) + ")"
+            found[spec] = ", ".join([head, *(f"{name}={getattr(value, name)!r}" for name in shown)]) + f"){behind}"
     taken = Counter(found.values())
     return {spec: name if taken[name] == 1 else spec for spec, name in found.items()}

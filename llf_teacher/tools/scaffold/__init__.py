@@ -1,4 +1,4 @@
-"""Files that begin a family, a personality or a student, of the templates beside this module.
+"""Files that begin a family, a personality, a student or a trait, of the templates beside this module.
 
 A template is at the path, below its kind, where its file will be; `NAME` in the path and `$name` and `$Name` in the
 text stand for the name, `$id` for that in ids.
@@ -12,12 +12,12 @@ from pathlib import Path
 
 from teachers.spec import unknown
 
-KINDS = ("family", "personality", "student")
+KINDS = ("family", "personality", "student", "trait")
 _SUFFIX = ".txt"
 
 
 def write(kind: str, name: str, folder: Path) -> list[Path]:
-    """Write the files of a new family, personality or student; those written.
+    """Write the files of a new family, personality, student or trait; those written.
 
     Args:
         kind: one of `KINDS`.

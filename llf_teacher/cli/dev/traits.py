@@ -1,0 +1,39 @@
+"""`llf dev traits`: measure how well the strengths of students' traits are recovered from transcripts."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("traits")(traits)
+
+
+def traits(
+    file: Annotated[
+        Path | None, typer.Argument(help="Markdown file with markers; without it the table is printed.", exists=True)
+    ] = None,
+    runs: Annotated[int, typer.Option(min=2, help="Estimates for each trait and environment.")] = 200,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes for each estimate.")] = 20,
+) -> None:
+    """Estimate each trait's strength from the transcripts of many runs, and count intervals that hold the truth.
+
+    The table stands between `<!-- llf dev traits: recovery -->` and `<!-- end -->`.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from llf_teacher.tools.markdown import update
+    from llf_teacher.tools.recovery import as_table, recoverable, recoveries
+
+    with Progress(console=Console(stderr=True)) as progress:
+        places = sum(len(each.recovery.ids) for each in recoverable() if each.recovery)
+        task = progress.add_task("runs", total=runs * places)
+        text = as_table(list(recoveries(runs, episodes, lambda: progress.advance(task))))
+    if file is None:
+        typer.echo(text)
+    else:
+        page = update(file.read_text(encoding="utf-8"), "llf dev traits", {"recovery": text})
+        file.write_text(page, encoding="utf-8")

@@ -1,0 +1,222 @@
+"""Students with traits: a policy between the seat and a student, which passes on what the traits leave."""
+
+import dataclasses
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from llf_teacher.students.student import TAUGHT, ModelReply, Policy, Student
+from llf_teacher.students.trait import Scene, Trait, Unread
+from pz_envs.subject import Subject
+from teachers.atoms import SILENCE, ActionClaim, Atom, PlanClaim, Utterance
+from teachers.common import Late
+from teachers.phrasebook import Drawn
+from teachers.seeds import streams_beside
+from worlds.world import World
+
+_SENTENCES = re.compile(r"(?<=[.!?])\s+|\n+")
+
+
+class _Policy(Policy["Traited"]):
+    """What is heard passes the traits from left to right, then the student acts; so does what it does."""
+
+    def __init__(self, spec: "Traited", family: Subject, world: World[Any]) -> None:
+        super().__init__(spec, family, world)
+        self.inner = spec.student.seat(family, world)
+        for trait in spec.traits:
+            _check_serves(trait, self.inner.spec)  # which may differ by family
+
+    def begin(self) -> None:
+        """Begin an episode: the student with the stream, each trait with a stream beside it."""
+        self.inner.reset(self.rng)
+        self._words, *streams = streams_beside(self.rng, 1 + len(self.spec.traits))
+        self._scenes = [Scene(stream, self.world, self.spec.text) for stream in streams]
+        self._turn = 0
+        self._since = 0  # the turn before which it last forgot
+        self._instruction = SILENCE
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """The action after all traits."""
+        for scene in self._scenes:
+            scene.turn, scene.listed = self._turn, info.get(self.world.actions_key) or ()
+        forgets = self._forgets()  # which changes `inner`
+        action = given = self.inner.act(*self._heard(observation, info, forgets))
+        for trait, scene in self._parts():
+            action = trait.act(action, scene)
+        if action is not given:
+            self.inner.did(action)
+        for scene in self._scenes:
+            scene.last = action
+        self._turn += 1
+        return action
+
+    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
+        """The student hears the last words through its traits, too."""
+        for scene in self._scenes:
+            scene.turn = self._turn
+        self.inner.finish(*self._heard(observation, info), terminated)
+
+    def record(self) -> ModelReply:
+        """The student's."""
+        return self.inner.record()
+
+    def _parts(self) -> Any:
+        return zip(self.spec.traits, self._scenes, strict=True)
+
+    def _forgets(self) -> bool:
+        """Begin with a new student if a trait forgets now; whether it did."""
+        asked = [trait.forgets(scene) for trait, scene in self._parts() if self._turn]  # each may draw
+        if forgets := any(asked):
+            # A new value, since an agent of the user's own belongs to its value.
+            self.inner = dataclasses.replace(self.spec.student).seat(self.family, self.world)
+            self.inner.reset(self.rng)
+            self._since = self._turn
+        return forgets
+
+    def _heard(
+        self, observation: dict[str, Any], info: dict[str, Any], anew: bool = False
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Observation and info after the traits; the same objects if they change nothing."""
+        said = {name: _utterance(observation[name], info) for name in ("instruction", "feedback")}
+        if said["instruction"]:
+            self._instruction = _without_actions(said["instruction"])
+        if anew:
+            said["instruction"] = self._now(self._instruction)
+        heard = {name: self._through(words) for name, words in said.items()}
+        if not self._since and all(heard[name] is said[name] for name in said):
+            return observation, info
+        if "atoms" in info:
+            info = {**info, "atoms": heard["instruction"].atoms + heard["feedback"].atoms}
+        return {**observation, **heard}, info
+
+    def _now(self, instruction: Utterance) -> Utterance:
+        """An instruction as if it was given in this turn."""
+        return Utterance(str(instruction), tuple(atom._replace(about_turn=self._turn) for atom in instruction.atoms))
+
+    def _through(self, said: Utterance) -> Utterance:
+        """What is heard of an utterance; the same object if all of it."""
+        atoms = said.atoms or tuple(
+            Atom(Unread(text=text), text, self._turn) for text in _SENTENCES.split(said) if text
+        )
+        heard = [self._one(atom) for atom in atoms]
+        if all(new is old for old, new in zip(atoms, heard, strict=True)):
+            return said
+        left = tuple(new for new in heard if new is not None)
+        if " ".join(atom.text for atom in atoms) == said:
+            text = " ".join(atom.text for atom in left)
+        else:  # words between the sentences
+            text = str(said)
+            for old, new in zip(atoms, heard, strict=True):
+                text = text.replace(old.text, new.text if new else "", 1)
+        return Utterance(text.strip(), tuple(atom for atom in left if not isinstance(atom.claim, Unread)))
+
+    def _one(self, atom: Atom) -> Atom | None:
+        """What is heard of an atom, with its turn counted from when the student last forgot; the same if all of it."""
+        said = atom
+        for trait, scene in self._parts():
+            claim = trait.hear(atom, scene)
+            if claim is None:
+                return None
+            atom = atom if claim is atom.claim else atom._replace(claim=claim)
+        if isinstance(atom.claim, Unread):
+            return atom
+        about, now = atom.about_turn - self._since, self._turn - self._since
+        if about < 0:
+            return None  # a turn that it has forgotten
+        if atom is said and (not self._since or about == now):  # words name a turn only if they come late
+            return atom._replace(about_turn=about) if self._since else atom
+        words = self.family.phrasebook().say(
+            (atom.claim if about == now else Late(claim=atom.claim, turn=about),),
+            now,
+            Drawn([self._words.random()]),
+            "random",
+        )
+        return words.atoms[0]._replace(speaker=atom.speaker)
+
+
+@dataclasses.dataclass(frozen=True)
+class Traited(Student):
+    """A student with traits."""
+
+    student: Student
+    """The student without them."""
+    traits: tuple[Trait, ...]
+    """From left to right; at least one."""
+    policy = _Policy
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for trait in self.traits:
+            if not isinstance(trait, Trait):
+                raise TypeError(f"what stands behind | must be a trait, such as Stubborn(p=0.3), got {trait!r}")
+            _check_serves(trait, self.student)
+
+    def __str__(self) -> str:
+        return " | ".join(map(str, (self.student, *self.traits)))
+
+    @property
+    def reads(self) -> str:
+        """What the student reads."""
+        return self.student.reads
+
+    @property
+    def text(self) -> bool:
+        """Whether the student plays in text mode."""
+        return self.student.text
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the student does."""
+        return self.student.remembers
+
+    @property
+    def forget(self) -> bool:
+        """Whether the student forgets between episodes."""
+        return getattr(self.student, "forget", True)
+
+    def check(self, environment: Mapping[str, str]) -> None:
+        """The student's check."""
+        self.student.check(environment)
+
+    def facts(self) -> dict[str, Any]:
+        """The student's facts."""
+        return self.student.facts()
+
+
+def traits_of(student: Student) -> tuple[Student, tuple[Trait, ...]]:
+    """The student without traits, and its traits."""
+    return (student.student, student.traits) if isinstance(student, Traited) else (student, ())
+
+
+def _check_serves(trait: Trait, student: Student) -> None:
+    """Check that a trait has something to change.
+
+    Raises:
+        ValueError: it has nothing.
+    """
+    cls = type(trait)
+    why = ""
+    if cls.hear is not Trait.hear and student.reads not in TAUGHT:
+        why = f"changes what is heard, and the student {student} reads {student.reads}; allowed: students that read "
+        why += ", ".join(TAUGHT)
+    elif cls.forgets is not Trait.forgets and student.reads in ("nothing", "truth"):
+        why = f"forgets what was learned, and the student {student} reads {student.reads} and learns nothing; allowed: "
+        why += "students that read words, atoms or rewards"
+    elif cls.act is not Trait.act and student.searches:
+        why = f"changes actions, and the student {student} needs the reward of each action that it proposes; allowed: "
+        why += "students that learn from whatever is done, such as obedient, bayesian, q_learning"
+    if why:
+        raise ValueError(f"the trait {trait} {why}")
+
+
+def _utterance(words: str, info: dict[str, Any]) -> Utterance:
+    """Words with their atoms, which the info may have instead."""
+    if isinstance(words, Utterance):
+        return words
+    return Utterance(words, tuple(atom for atom in info.get("atoms", ()) if atom.text in words))
+
+
+def _without_actions(said: Utterance) -> Utterance:
+    """An instruction without feedback and without claims about actions."""
+    kept = [each for each in said.atoms if each.kind is None and not isinstance(each.claim, ActionClaim | PlanClaim)]
+    return said if len(kept) == len(said.atoms) else Utterance.of(kept)

@@ -1,0 +1,45 @@
+"""mishears(p): hears another claim than was said."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait, Unread, changed, log_binomial
+from teachers.atoms import ActionClaim, Atom, Claim, EditClaim, PlanClaim, Verdict
+from teachers.spec import Share
+
+
+@dataclass(frozen=True)
+class Mishears(Trait):
+    """With probability p mishears a claim of feedback.
+
+    It hears praise as the blame that is its opposite, and blame as praise; advice or a warning with another action,
+    drawn at random; an example with another first action. It misses any other claim, such as a reward or a verdict
+    without an action, and a sentence of a person or a model that carries no claim. Instructions are read, and are not
+    misheard. What is heard instead is worded anew in plain words, so that atoms and text agree.
+    """
+
+    p: Share = 0.1
+    """The probability, independent for each claim, 0 to 1; 0: never."""
+    strength = "p"
+    recovery = Recovery(0.2)
+
+    def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
+        """The claim, or what is heard in its place."""
+        claim = atom.claim
+        if (atom.kind is None and not isinstance(claim, Unread)) or claim.tried or not scene.happens(self.p):
+            return claim
+        if isinstance(claim, Verdict):
+            return claim.opposing()
+        if isinstance(claim, PlanClaim):
+            first = scene.another(claim.actions[0])
+            return None if first is None else changed(claim, actions=(first, *claim.actions[1:]))
+        if isinstance(claim, ActionClaim) and claim.action_slot and not isinstance(claim, EditClaim):
+            other = scene.another(claim.action)
+            return None if other is None else changed(claim, action=other)
+        return None
+
+    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+        """Of departures from advice for the turn."""
+        told = [step for step in steps if step.now]
+        return log_binomial(strengths, sum(not step.followed for step in told), len(told))

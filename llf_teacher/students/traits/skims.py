@@ -1,0 +1,40 @@
+"""skims(kinds, p): skips sentences of some kinds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait, log_binomial
+from teachers.atoms import Atom, Claim
+from teachers.feedback import format_kinds, parse_kinds
+from teachers.spec import Share
+
+
+@dataclass(frozen=True)
+class Skims(Trait):
+    """With probability p skips a claim of one of the kinds, as if it had not been said."""
+
+    kinds: str = "fp"
+    """The kinds that it skips, such as `fp` or `hp+hn`; `a`: all."""
+    p: Share = 1.0
+    """The probability, independent for each claim, 0 to 1; 0: never."""
+    strength = "p"
+    recovery = Recovery(0.4)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not parse_kinds(self.kinds):
+            raise ValueError(f"kinds must name kinds of feedback, such as 'fp' or 'hp+hn', got {self.kinds!r}")
+        object.__setattr__(self, "kinds", format_kinds(self.kinds))
+
+    def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
+        """The claim, or nothing."""
+        skipped = atom.kind in parse_kinds(self.kinds) and scene.happens(self.p)
+        return None if skipped else atom.claim
+
+    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+        """Of departures from advice for the turn in states that nothing was said of before; luck may hide them."""
+        told = [step for step in steps if step.now and step.fresh]
+        if not told:
+            return 0.0 * strengths
+        return log_binomial(strengths * (1 - told[0].chance), sum(not step.followed for step in told), len(told))

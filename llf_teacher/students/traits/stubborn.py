@@ -1,0 +1,27 @@
+"""stubborn(p): does again what it did last, whatever it chooses."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait, log_binomial
+from teachers.spec import Share
+
+
+@dataclass(frozen=True)
+class Stubborn(Trait):
+    """With probability p, in each turn but the first, repeats its last action in place of the one that it chooses."""
+
+    p: Share = 0.3
+    """The probability, 0 to 1; 0: never."""
+    strength = "p"
+    recovery = Recovery(0.3, teacher="mistake(eps=1)")  # whose advice changes from turn to turn
+
+    def act(self, action: Any, scene: Scene) -> Any:
+        """The last action, or this one."""
+        return scene.last if scene.turn and scene.happens(self.p) else action
+
+    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+        """Of repetitions, where another action is advised."""
+        told = [step for step in steps if step.last is not None and step.advised not in (None, step.last)]
+        return log_binomial(strengths, sum(step.action == step.last for step in told), len(told))
