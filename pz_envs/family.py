@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from teachers.voice import Voice
     from worlds.batches import WorldBatch
     from worlds.pictures import Picture
+    from worlds.posteriors import Posterior
     from worlds.world import World
 
 PLUGINS = "llf_teacher.families"
@@ -62,6 +63,10 @@ class Family(Subject):
     picture: str = ""
     """Name of the class that draws its worlds, or `module:class` if the module is not `worlds.pictures.<name>`; empty
     if its worlds are shown in their own words.
+    """
+    posterior: str = ""
+    """Name of the class that draws the worlds which a student cannot tell apart, or `module:class` if the module is not
+    `worlds.posteriors.<name>`; empty if there is none.
     """
     environments: Mapping[str, Mapping[str, Any]]
     """Per environment, named with its version as in `name-v0`, the world's options."""
@@ -177,6 +182,22 @@ class Family(Subject):
             return super().make_picture(world)
         picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
         return picture
+
+    def make_posterior(self, world: "World[Any]") -> "Posterior[Any]":
+        """The posterior of such a world.
+
+        Raises:
+            ValueError: the family has none, or none with the world's options.
+        """
+        if not self.posterior:
+            able = ", ".join(family.name for family in all_families() if family.posterior)
+            raise ValueError(f"the family {self.name!r} has no posterior; families with one: {able}")
+        return self.posterior_class()(world.scratch())
+
+    def posterior_class(self) -> "type[Posterior[Any]]":
+        """The class of its posteriors, where it has one."""
+        cls: type[Posterior[Any]] = self._load(self.posterior, "worlds.posteriors")
+        return cls
 
     def label(self, seating: str, options: Mapping[str, Any]) -> str:
         """The PettingZoo id of the environment with these options, or the family's name."""

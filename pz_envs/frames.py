@@ -10,9 +10,9 @@ from PIL import Image
 from teachers.atoms import FN, FP, HN, HP, Atom, FeedbackType, Label, Moment, ParseFailure, R, Utterance
 from teachers.oracle import Oracle
 from teachers.session import Turn
-from worlds.pictures import Picture, Sight, Step, Text
+from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import THEMES, Canvas, Frame, Theme, height_of
-from worlds.world import World
+from worlds.world import Transition, World
 
 __all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "tile_frames"]
 
@@ -79,14 +79,14 @@ class EpisodeRenderer:
         self.moments: list[Moment[Any]] = []
         self.sentences: tuple[SpokenSentence, ...] = ()
         """The teacher's last sentences."""
-        self.turns: list[Step[Any]] = []
-        """The moments as the picture's steps."""
+        self.turns: list[Transition[Any]] = []
+        """The moments as the picture has them."""
         self.heard = False
         """Whether `sentences` are about the last turn."""
 
     def begin(self, moment: Moment[Any], atoms: Sequence[Atom] = ()) -> None:
         """An episode begins or is resumed; `atoms` has been said of its last moment already."""
-        self.moments, self.turns = [moment], [Step(None, 0.0, moment.after, moment.success)]
+        self.moments, self.turns = [moment], [Transition(None, 0.0, moment.after, moment.success)]
         self.oracle.start(moment.after)
         self.sentences, self.heard = self._checked(atoms), bool(atoms)
 
@@ -94,7 +94,7 @@ class EpisodeRenderer:
         """The student has acted."""
         self.moments.append(moment)
         action = None if moment.before is None else moment.action
-        self.turns.append(Step(action, moment.reward, moment.after, moment.success))
+        self.turns.append(Transition(action, moment.reward, moment.after, moment.success))
         self.heard = False
 
     def said(self, words: str, turn: Turn) -> None:
