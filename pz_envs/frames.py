@@ -12,7 +12,7 @@ from teachers.oracle import Oracle
 from teachers.session import Turn
 from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import THEMES, Canvas, Frame, Theme, height_of
-from worlds.world import Transition, World
+from worlds.world import World, WorldTurn
 
 __all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "tile_frames"]
 
@@ -79,14 +79,14 @@ class EpisodeRenderer:
         self.moments: list[Moment[Any]] = []
         self.sentences: tuple[SpokenSentence, ...] = ()
         """The teacher's last sentences."""
-        self.turns: list[Transition[Any]] = []
+        self.turns: list[WorldTurn[Any]] = []
         """The moments as the picture has them."""
         self.heard = False
         """Whether `sentences` are about the last turn."""
 
     def begin(self, moment: Moment[Any], atoms: Sequence[Atom] = ()) -> None:
         """An episode begins or is resumed; `atoms` has been said of its last moment already."""
-        self.moments, self.turns = [moment], [Transition(None, 0.0, moment.after, moment.success)]
+        self.moments, self.turns = [moment], [WorldTurn(None, 0.0, moment.after, moment.success)]
         self.oracle.start(moment.after)
         self.sentences, self.heard = self._checked(atoms), bool(atoms)
 
@@ -94,7 +94,7 @@ class EpisodeRenderer:
         """The student has acted."""
         self.moments.append(moment)
         action = None if moment.before is None else moment.action
-        self.turns.append(Transition(action, moment.reward, moment.after, moment.success))
+        self.turns.append(WorldTurn(action, moment.reward, moment.after, moment.success))
         self.heard = False
 
     def said(self, words: str, turn: Turn) -> None:

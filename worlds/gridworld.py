@@ -226,10 +226,11 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         return DIRECTIONS[rng.integers(len(DIRECTIONS))]
 
     def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
-        """A house of 2 to 40 rooms, with any number of objects and any distance to the treasure."""
+        """A house of 2 to 40 rooms, with any number of objects, any distance to the treasure, with or without a map."""
         rooms = int(rng.integers(2, 41))
         objects, distance = int(rng.integers(3 * rooms)), int(rng.integers(1, rooms))
-        return self.options | {"num_rooms": rooms, "num_objects": objects, "min_goal_dist": distance}
+        plan = bool(rng.integers(2))
+        return self.options | {"num_rooms": rooms, "num_objects": objects, "min_goal_dist": distance, "map": plan}
 
     def _load(self, truth: Truth) -> None:
         if self._truth is None or truth.layout is not self._truth.layout:

@@ -16,7 +16,7 @@ from typing_extensions import TypeVar
 
 from worlds.actions import canonical, format_value, syntax
 
-__all__ = ["ActionT", "ObservationT", "Snapshot", "Transition", "TruthT", "World", "illegal", "is_number", "plain"]
+__all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "WorldTurn", "illegal", "is_number", "plain"]
 
 _QUOTES = " \t\r\n.,;\"'`*"  # allowed around a word
 
@@ -37,7 +37,7 @@ class Snapshot(NamedTuple, Generic[TruthT]):
     """State of the world's NumPy bit generator."""
 
 
-class Transition(NamedTuple, Generic[TruthT]):
+class WorldTurn(NamedTuple, Generic[TruthT]):
     """A turn of the student."""
 
     action: Any

@@ -18,7 +18,7 @@ from worlds.pictures.optimization import OptimizationPicture
 from worlds.pictures.poem import PoemPicture
 from worlds.pictures.testing import picture_of
 from worlds.poem import Poem
-from worlds.world import Transition
+from worlds.world import WorldTurn
 
 WORDS = "Keep away from [0.02, 0.69, 0.22, 1], which would take the hand far from where it is wanted. A\n\nnew line."
 
@@ -26,11 +26,11 @@ WORDS = "Keep away from [0.02, 0.69, 0.22, 1], which would take the hand far fro
 def played(world, *actions, seed=0):
     """The steps of a world with these actions."""
     world.reset(seed=seed)
-    steps = [Transition(None, 0.0, world.truth)]
+    steps = [WorldTurn(None, 0.0, world.truth)]
     for action in actions:
         legal = world.legal(action)
         _, reward, _, _, info = world.advance(legal)
-        steps.append(Transition(legal, reward, world.truth, info["success"]))
+        steps.append(WorldTurn(legal, reward, world.truth, info["success"]))
     return tuple(steps)
 
 

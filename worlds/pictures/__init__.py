@@ -12,7 +12,7 @@ import numpy as np
 from typing_extensions import TypeVar
 
 from worlds.pictures.canvas import Canvas, height_of
-from worlds.world import Transition, TruthT, World
+from worlds.world import TruthT, World, WorldTurn
 
 __all__ = ["Picture", "Sight", "Text", "TextPicture", "WorldT"]
 
@@ -27,7 +27,7 @@ _SEEN = 3000  # characters; more would not be legible on a canvas
 class Sight(NamedTuple, Generic[TruthT]):
     """An episode up to the current turn."""
 
-    turns: tuple[Transition[TruthT], ...]
+    turns: tuple[WorldTurn[TruthT], ...]
     """The first is the opening."""
     seen: str
     """The world's description of the current observation."""
@@ -63,7 +63,7 @@ class Picture(ABC, Generic[TruthT, WorldT]):
         """A sight as text; by default the world's description."""
         return ((sight.seen, ""),)
 
-    def alike(self, turns: Sequence[Transition[TruthT]], rng: np.random.Generator) -> Sequence[Transition[TruthT]]:
+    def alike(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Sequence[WorldTurn[TruthT]]:
         """The same turns in another world that the student cannot distinguish from this one, for checks.
 
         Pictures of both must be equal unless they are privileged. By default nothing is hidden: returns `turns`.

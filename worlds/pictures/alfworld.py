@@ -10,7 +10,7 @@ from worlds.alfworld.house import House, house_of
 from worlds.alfworld.world import Alfworld, Truth
 from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas, wrap
-from worlds.world import Transition
+from worlds.world import WorldTurn
 
 __all__ = ["AlfworldPicture"]
 
@@ -78,7 +78,7 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
         ]
         return (*lines, (sight.seen, ""))
 
-    def alike(self, turns: Sequence[Transition[Truth]], rng: np.random.Generator) -> Sequence[Transition[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """Empties the places that were not visited."""
         house = house_of(turns[0].truth.game)
         been = {_location(turn.truth.facts) for turn in turns}
@@ -125,7 +125,7 @@ def _inside(facts: Iterable[Fact], house: House) -> dict[str, list[str]]:
     return inside
 
 
-def _remembered(turns: Sequence[Transition[Truth]], house: House) -> dict[str, list[str]]:
+def _remembered(turns: Sequence[WorldTurn[Truth]], house: House) -> dict[str, list[str]]:
     """The contents of the places that the student has looked into.
 
     To look into a place is to go there or examine it while it is not closed, or to open it. Only the student's own

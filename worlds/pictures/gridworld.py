@@ -8,7 +8,7 @@ import numpy as np
 from worlds.gridworld import NO_DOOR, Gridworld, Layout, Truth
 from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas, Point, measure
-from worlds.world import Transition
+from worlds.world import WorldTurn
 
 __all__ = ["GridworldPicture"]
 
@@ -106,7 +106,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
             pieces.append((f"{below.rstrip()}\n", "muted"))
         return (*_trimmed(pieces), (sight.seen, ""))
 
-    def alike(self, turns: Sequence[Transition[Truth]], rng: np.random.Generator) -> Sequence[Transition[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """The treasure in another room that was not visited, and other names of unknown rooms."""
         layout = turns[-1].truth.layout
         been = {turn.truth.room for turn in turns}

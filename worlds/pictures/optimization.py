@@ -9,7 +9,7 @@ from worlds.optimization.loss import Landscape, Loss, Point
 from worlds.optimization.world import Optimization, Truth
 from worlds.pictures import Picture, Sight
 from worlds.pictures.canvas import SCALE, Canvas, Frame
-from worlds.world import Transition
+from worlds.world import WorldTurn
 
 __all__ = ["OptimizationPicture"]
 
@@ -63,7 +63,7 @@ class OptimizationPicture(Picture[Truth, Optimization]):
             (x1, x2), loss = each.x, each.y
             canvas.text((left + 18, below + 20 * i), f"{name}: y = {loss:.4g} at [{x1:.3g}, {x2:.3g}]", 13)
 
-    def alike(self, turns: Sequence[Transition[Truth]], rng: np.random.Generator) -> Sequence[Transition[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """A loss with another shift, whose values at the proposed points are taken to be the same."""
         if not self.lab.options["shift"]:
             return turns

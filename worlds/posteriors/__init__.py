@@ -13,13 +13,13 @@ from typing import Any, ClassVar, Generic
 import numpy as np
 from typing_extensions import TypeVar
 
-from worlds.world import Transition, TruthT, World, plain
+from worlds.world import TruthT, World, WorldTurn, plain
 
 __all__ = ["Draw", "NoWorldError", "Posterior", "WorldT", "seen"]
 
 WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of the world."""
-Draw = tuple[Transition[TruthT], ...]
+Draw = tuple[WorldTurn[TruthT], ...]
 """The student's turns in a world, the opening first."""
 
 
@@ -50,18 +50,18 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         self.lab = lab
 
     @abstractmethod
-    def openings(self, turns: Sequence[Transition[TruthT]], rng: np.random.Generator) -> Iterator[TruthT]:
+    def openings(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Iterator[TruthT]:
         """Truths at the opening, without end, each drawn independently given the turns; arguments as in `draws`."""
 
     @abstractmethod
-    def quantities(self, turns: Sequence[Transition[TruthT]]) -> dict[str, float]:
+    def quantities(self, turns: Sequence[WorldTurn[TruthT]]) -> dict[str, float]:
         """Numbers that depend on what is hidden, for calibration; some depend also on what was seen.
 
         With functions of the truth alone, a sampler that ignores the turns passes: Modrak et al. (2023),
         Simulation-based calibration checking for Bayesian computation.
         """
 
-    def draws(self, turns: Sequence[Transition[TruthT]], rng: np.random.Generator) -> Iterator[Draw[TruthT]]:
+    def draws(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Iterator[Draw[TruthT]]:
         """The same turns in other worlds, without end, each drawn independently with its probability given the turns.
 
         The actions and the known rewards are the same. Other rewards, and successes, are those of the drawn world.
@@ -90,7 +90,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
             rejected = 0
             yield drawn
 
-    def take(self, turns: Sequence[Transition[TruthT]], rng: np.random.Generator, count: int) -> list[Draw[TruthT]]:
+    def take(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator, count: int) -> list[Draw[TruthT]]:
         """So many of `draws`.
 
         Raises:
@@ -104,7 +104,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
         return found
 
     def _play(
-        self, opening: TruthT, turns: Sequence[Transition[TruthT]], wanted: Sequence[Any], rng: np.random.Generator
+        self, opening: TruthT, turns: Sequence[WorldTurn[TruthT]], wanted: Sequence[Any], rng: np.random.Generator
     ) -> Draw[TruthT] | None:
         """The turns from another opening on; None as soon as the student would see anything else than is wanted."""
         lab = self.lab
@@ -124,7 +124,7 @@ class Posterior(ABC, Generic[TruthT, WorldT]):
                 reward = turn.reward
             if wanted and seen(lab) != wanted[i]:
                 return None
-            played.append(Transition(turn.action, reward, lab.truth, success, turn.reward_known))
+            played.append(WorldTurn(turn.action, reward, lab.truth, success, turn.reward_known))
         return tuple(played)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from worlds.bandits import Bandit, Truth
 from worlds.posteriors import NoWorldError, Posterior
-from worlds.world import Transition
+from worlds.world import WorldTurn
 
 __all__ = ["BanditPosterior"]
 
@@ -64,7 +64,7 @@ class BanditPosterior(Posterior[Truth, Bandit]):
 
     chancy = True
 
-    def openings(self, turns: Sequence[Transition[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
+    def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Draw the arms."""
         seen, problem = self._seen(turns), self.lab.problem
         draw = _ordered(turns[0].truth, seen) if problem.fixed else _FREE[self.lab.options["problem"]]
@@ -72,7 +72,7 @@ class BanditPosterior(Posterior[Truth, Bandit]):
             for chances, payouts in zip(*draw(rng, seen, (_BLOCK, self.lab.arms)), strict=True):
                 yield problem.truth(chances, payouts)
 
-    def quantities(self, turns: Sequence[Transition[Truth]]) -> dict[str, float]:
+    def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """Means of arms, and how well they agree with the rewards, known and unknown."""
         means = turns[0].truth.means
         rewards = [(turn.reward, means[turn.action], turn.reward_known) for turn in turns if turn.action is not None]
@@ -83,7 +83,7 @@ class BanditPosterior(Posterior[Truth, Bandit]):
             "unknown rewards": math.fsum(reward for reward, _, known in rewards if not known),
         }
 
-    def _seen(self, turns: Sequence[Transition[Truth]]) -> Seen:
+    def _seen(self, turns: Sequence[WorldTurn[Truth]]) -> Seen:
         seen = Seen(*np.zeros((len(Seen._fields), self.lab.arms)))
         for turn in turns:
             if turn.reward_known and turn.action is not None:
@@ -103,7 +103,7 @@ def _ordered(truth: Truth, seen: Seen) -> _Draw:
     """
     orders = np.array(sorted(set(permutations(truth.chances))))
     odds = np.prod(orders**seen.paid * (1 - orders) ** (seen.pulls - seen.paid), axis=1)
-    if not odds.sum() > 0:
+    if not (odds.sum() > 0 and np.array_equal(seen.total, seen.paid)):
         raise NoWorldError("no order of the arms pays these rewards")
 
     def draw(rng: np.random.Generator, seen: Seen, shape: tuple[int, int]) -> tuple[_Numbers, _Numbers]:

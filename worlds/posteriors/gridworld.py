@@ -6,7 +6,7 @@ import numpy as np
 
 from worlds.gridworld import Gridworld, Truth, distances_from
 from worlds.posteriors import NoWorldError, Posterior
-from worlds.world import Transition
+from worlds.world import WorldTurn
 
 __all__ = ["GridworldPosterior"]
 
@@ -24,7 +24,7 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
                 "many thousand houses that its generator draws agrees with a few rooms; pass map=True"
             )
 
-    def openings(self, turns: Sequence[Transition[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
+    def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Move the treasure."""
         start = turns[0].truth
         been = {turn.truth.room for turn in turns}
@@ -39,7 +39,7 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
         while True:
             yield truths[rng.integers(len(truths))]
 
-    def quantities(self, turns: Sequence[Transition[Truth]]) -> dict[str, float]:
+    def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """Where the treasure is, and how far from the way that was gone."""
         start, now = turns[0].truth, turns[-1].truth
         away = distances_from(now.layout.treasure, now.layout.doors)

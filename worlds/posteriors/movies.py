@@ -23,7 +23,7 @@ from worlds.movies.catalogue import GENRES, PERIODS
 from worlds.movies.users import odds_of
 from worlds.movies.world import reward_of
 from worlds.posteriors import NoWorldError, Posterior
-from worlds.world import Transition
+from worlds.world import WorldTurn
 
 __all__ = ["MoviesPosterior"]
 
@@ -43,7 +43,7 @@ _HIDDEN = MappingProxyType({YEAR: _some(len(PERIODS)), GENRE: _some(len(GENRES))
 class MoviesPosterior(Posterior[Truth, Movies]):
     """The wish that was not said, and what it is about, given the request and the rewards that were said."""
 
-    def openings(self, turns: Sequence[Transition[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
+    def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Draw a user by the probabilities of all who could have made the request.
 
         It neglects that a reset gives up after a thousand draws, at which the shipped catalogue never arrives.
@@ -65,7 +65,7 @@ class MoviesPosterior(Posterior[Truth, Movies]):
             for i in rng.choice(len(truths), _BLOCK, p=shares).tolist():
                 yield truths[i]
 
-    def quantities(self, turns: Sequence[Transition[Truth]]) -> dict[str, float]:
+    def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """What the wish that was not said is about and how many titles meet all, and the rewards of the answers."""
         profile, unsaid, _, _ = turns[0].truth
         rewards = [(turn.reward, turn.reward_known) for turn in turns if turn.action is not None]

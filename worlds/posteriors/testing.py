@@ -1,7 +1,7 @@
 """A conformance kit for posteriors. For your own, run `check_posterior(MyWorld, MyPosterior)`.
 
-Each check takes a factory of worlds and a function that makes the posterior of a world; it raises an AssertionError that
-describes the error.
+Each check takes a factory of worlds and a function that makes the posterior of a world; it raises an AssertionError
+that describes the error.
 """
 
 from collections.abc import Callable
@@ -14,19 +14,19 @@ from scipy import stats
 
 from worlds.posteriors import Posterior, seen
 from worlds.testing import plain, require
-from worlds.world import Transition, World
+from worlds.world import World, WorldTurn
 
 __all__ = ["CHECKS", "DRAWS", "HISTORIES", "THRESHOLD", "Ranks", "check_posterior", "history", "rank", "uniformity"]
 
 Make = Callable[[], World[Any]]
 MakePosterior = Callable[[World[Any]], Posterior[Any]]
-HISTORIES = 400
+HISTORIES = 800
 """Number of histories by which a posterior is checked."""
 DRAWS = 19
 """Number of worlds that are drawn for each, so that there are 20 ranks."""
 THRESHOLD = 1e-5
 """Least probability of ranks as uneven as those that are found: of 100,000 right posteriors, one is rejected."""
-_TURNS = 6
+_TURNS = 12
 _FEW = 8
 
 Ranks = dict[str, npt.NDArray[np.int64]]
@@ -48,15 +48,15 @@ def check_posterior(make: Make, make_posterior: MakePosterior) -> None:
         check(make, make_posterior)
 
 
-def history(world: World[Any], rng: np.random.Generator) -> list[Transition[Any]]:
+def history(world: World[Any], rng: np.random.Generator) -> list[WorldTurn[Any]]:
     """An untaught history: a few random actions in a new episode. All, some or none of the rewards are said."""
     world.reset(seed=int(rng.integers(2**31)))
     said = rng.choice((0.0, 0.5, 1.0))
-    turns: list[Transition[Any]] = [Transition(None, 0.0, world.truth)]
+    turns: list[WorldTurn[Any]] = [WorldTurn(None, 0.0, world.truth)]
     for _ in range(rng.integers(_TURNS + 1)):
         action = world.legal(world.sample_action(rng))
         _, reward, terminated, truncated, info = world.advance(action)
-        turns.append(Transition(action, reward, world.truth, info["success"], bool(rng.random() < said)))
+        turns.append(WorldTurn(action, reward, world.truth, info["success"], bool(rng.random() < said)))
         if terminated or truncated:
             break
     return turns
