@@ -87,7 +87,7 @@ def test_only_calibration_rejects_wrong_probabilities(make, liar, rejects):
 
 def test_parameters_alone_do_not_show_that_data_are_ignored():
     make = partial(Bandit, problem="TenArmedRandomFixed")
-    ranks = kit.rank(make, lambda world: FromThePrior(world.scratch()), np.random.default_rng())
+    ranks = kit.rank(make, lambda world: FromThePrior(world.scratch()), np.random.default_rng(), 400)
     assert kit.uniformity(ranks["mean of arm 0"]).p > kit.THRESHOLD
     assert kit.uniformity(ranks["greatest mean"]).p > kit.THRESHOLD
 

@@ -66,7 +66,7 @@ def rank(
     make: Make,
     make_posterior: MakePosterior,
     rng: np.random.Generator,
-    histories: int = HISTORIES,
+    histories: int,
     draws: int = DRAWS,
 ) -> Ranks:
     """The ranks of simulation-based calibration: if the posterior is right, all are equally likely.
@@ -145,7 +145,7 @@ def check_repetition(make: Make, make_posterior: MakePosterior) -> None:
 def check_calibration(make: Make, make_posterior: MakePosterior) -> None:
     """Worlds are drawn with the probability that the generator gives them; seeds are fresh, `THRESHOLD` is fixed."""
     entropy = int(np.random.SeedSequence().generate_state(1)[0])
-    for name, ranks in rank(make, make_posterior, np.random.default_rng(entropy)).items():
+    for name, ranks in rank(make, make_posterior, np.random.default_rng(entropy), HISTORIES).items():
         p, counts = uniformity(ranks)
         require(
             p >= THRESHOLD,
