@@ -183,19 +183,17 @@ class Family(Subject):
         picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
         return picture
 
+    @property
+    def posterior_needs(self) -> Mapping[str, Any]:  # type: ignore[override]  # of a base that has none
+        """Options of a world that has a posterior, where by default it has none."""
+        return self._posterior.needs if self.posterior else super().posterior_needs
+
     def make_posterior(self, world: "World[Any]") -> "Posterior[Any]":
-        """The posterior of such a world.
+        """What a student cannot know of such a world; errors as in `Subject.make_posterior`."""
+        return self._posterior(world.scratch()) if self.posterior else super().make_posterior(world)
 
-        Raises:
-            ValueError: the family has none, or none with the world's options.
-        """
-        if not self.posterior:
-            able = ", ".join(family.name for family in all_families() if family.posterior)
-            raise ValueError(f"the family {self.name!r} has no posterior; families with one: {able}")
-        return self.posterior_class()(world.scratch())
-
-    def posterior_class(self) -> "type[Posterior[Any]]":
-        """The class of its posteriors, where it has one."""
+    @property
+    def _posterior(self) -> "type[Posterior[Any]]":
         cls: type[Posterior[Any]] = self._load(self.posterior, "worlds.posteriors")
         return cls
 

@@ -12,6 +12,7 @@ from worlds.bandits import Bandit
 from worlds.gridworld import Gridworld
 from worlds.posteriors import NoWorldError, Posterior
 from worlds.posteriors import testing as kit
+from worlds.posteriors.alfworld import AlfworldPosterior
 from worlds.posteriors.bandits import BanditPosterior, Seen
 from worlds.posteriors.gridworld import GridworldPosterior
 
@@ -20,8 +21,9 @@ DEAR = ("alfworld",)  # a history and its 19 worlds take a twentieth of a second
 
 
 def made(entry):
-    needs = entry.family.posterior_class().needs
-    return partial(entry.family.make_world, **entry.options | dict(needs)), entry.family.make_posterior
+    return partial(
+        entry.family.make_world, **entry.options | dict(entry.family.posterior_needs)
+    ), entry.family.make_posterior
 
 
 @pytest.mark.parametrize("check", kit.CHECKS[:-1], ids=lambda check: check.__name__)
@@ -144,7 +146,7 @@ def test_official_games_are_refused():
     world = family("alfworld").make_world(games="generated")
     world._files = ("game.tw-pddl",)
     with pytest.raises(ValueError, match=r"official games have no posterior.*pass games='generated'"):
-        family("alfworld").posterior_class()(world)
+        AlfworldPosterior(world)
 
 
 class Picky(Posterior):
