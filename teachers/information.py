@@ -157,7 +157,10 @@ class Information:
         self._values = "values" in oracle.abilities()
         self._moments: list[Moment[Any]] = []
         self._turns: list[WorldTurn[Any]] = []
-        self._heard: list[tuple[Claim, int]] = []
+        self._heard: list[
+            tuple[Claim, int, int]
+        ] = []  # with the turns that claims are about, and that they were heard in
+        self._rewards: dict[int, int] = {}  # per turn whose reward was said, when it was
         self._known: dict[tuple[Claim, Moment[Any]], bool] = {}
         self._regrets: dict[Moment[Any], npt.NDArray[np.float64]] = {}
         self._draws: Iterator[Draw[Any]] = iter(())
@@ -174,7 +177,8 @@ class Information:
         if not turn:
             self._known.clear()
             self._regrets.clear()
-        self._heard = [(claim, about) for claim, about in self._heard if about < turn]
+        self._heard = [each for each in self._heard if each[2] < turn]
+        self._rewards = {about: when for about, when in self._rewards.items() if when < turn}
         action = None if moment.before is None else moment.action
         self._moments.append(moment)
         self._turns.append(WorldTurn(action, moment.reward, moment.after, moment.success))
@@ -187,34 +191,42 @@ class Information:
         """
         return tuple(map(self._hear, atoms))
 
+    def weigh(self, atom: Atom) -> Bits:
+        """How much a claim would say now; it is not heard."""
+        return self._measure(atom.claim, atom.about_turn)[0]
+
     def worlds(self) -> tuple[Draw[Any], ...]:
         """Worlds that agree with all that was seen and heard: as many as claims are measured by, or fewer."""
         self._fill()
         return tuple(world.draw for world in self._pool)
 
     def _hear(self, atom: Atom) -> Bits:
-        claim, about = atom.claim, atom.about_turn
-        self._fill()
-        before = self._pool
-        if not before:
-            return Bits(0, 0, why=self._why)
-        self._pool = [world for world in before if self._is_true(claim, about, world)]
-        held = len(self._pool)
-        if isinstance(claim, Reward) and claim.reward == self._moments[about].reward:
-            self._turns[about] = self._turns[about]._replace(reward_known=True)
+        claim, about, now = atom.claim, atom.about_turn, self._moments[-1].turn
+        bits, after = self._measure(claim, about)
+        if isinstance(claim, Reward) and bits.worlds and claim.reward == self._moments[about].reward:
+            before = self._pool
+            self._rewards[about] = now
             self._begin()  # of numbers that vary by chance, hardly two are equal
             self._fill()
-        elif held:
-            self._heard.append((claim, about))
-        saved = self._saved(before, self._pool)
+            return bits._replace(saved=self._saved(before, self._pool))
+        if after:
+            self._heard.append((claim, about, now))
+            self._pool = after
+        return bits
+
+    def _measure(self, claim: Claim, about: int) -> tuple[Bits, list[_World]]:
+        """How much a claim says, and the worlds in which it is true."""
+        self._fill()
         if not self._pool:
-            self._pool = before
-        return Bits(len(before), held, saved)
+            return Bits(0, 0, why=self._why), []
+        after = [world for world in self._pool if self._is_true(claim, about, world)]
+        return Bits(len(self._pool), len(after), self._saved(self._pool, after)), after
 
     def _begin(self) -> None:
         """Draw new worlds from now on."""
         self._pool, self._left, self._why = [], TRIES * self._worlds, ""
-        self._draws = self._posterior.draws(tuple(self._turns), self._rng)
+        turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
+        self._draws = self._posterior.draws(turns, self._rng)
 
     def _fill(self) -> None:
         """Draw until there are enough worlds that agree with what was heard, or all tries are used up."""
@@ -231,7 +243,7 @@ class Information:
 
     def _agrees(self, world: _World) -> bool:
         """Whether all that was heard is true in a world; what is not is asked of the next world first."""
-        for i, (claim, about) in enumerate(self._heard):
+        for i, (claim, about, _) in enumerate(self._heard):
             if not self._is_true(claim, about, world):
                 self._heard.insert(0, self._heard.pop(i))
                 return False

@@ -96,7 +96,7 @@ def audit(
         else:
             left_out.setdefault(family.name, {})[spec] = None
     if unmeasured:
-        message = f"left out: {', '.join(unmeasured)} have no posterior, by which bits are measured"
+        message = f"left out: {', '.join(unmeasured)}: no posterior, by which bits are measured"
         console.print(message, markup=False, highlight=False, soft_wrap=True)
     for name, unserved in left_out.items():
         message = f"left out: {name} does not support {', '.join(unserved)}"

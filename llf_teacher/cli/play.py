@@ -11,14 +11,17 @@ from rich.text import Text
 from llf_teacher.cli import complete_id, complete_student, complete_teacher
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import KINDS, ParseFailure
+from teachers.atoms import KINDS, Atom, ParseFailure
+from teachers.common import Late
 from teachers.feedback import parse_kinds
+from teachers.session import BIT, within
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from llf_teacher.episodes.live import LiveLesson
     from teachers.atoms import Claim
+    from teachers.information import Information
     from teachers.session import Offer
 
 UNDO, HELP, QUIT = "undo", ("?", "help"), ("quit", "exit")
@@ -69,6 +72,12 @@ def play(
     max_turns: Annotated[
         int | None, typer.Option(help="Most turns of the episode; by default those of the environment.")
     ] = None,
+    bits: Annotated[
+        int,
+        typer.Option(
+            min=0, metavar="WORLDS", help="In the teacher's seat, show how much each claim says, by so many worlds."
+        ),
+    ] = 0,
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
@@ -77,6 +86,8 @@ def play(
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
+    if bits and seat == "student":
+        raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
     console = Console(highlight=False)
     try:
         lesson = _lesson(
@@ -84,18 +95,22 @@ def play(
             seat,
             student,
             secrets.randbelow(2**31) if seed is None else seed,
+            bits > 0,
             teacher=teacher,
             instruction_type=instruction_type,
             feedback_type=feedback_type,
             max_turns=max_turns,
             budget=budget if seat == "teacher" else None,
         )
-        (_learn if seat == "student" else _teach)(console, lesson)
+        if seat == "student":
+            _learn(console, lesson)
+        else:
+            _teach(console, lesson, bits)
     except (EOFError, KeyboardInterrupt):
         console.print("\nYou left the episode.")
 
 
-def _lesson(id: str, seat: str, student: str, seed: int, **settings: Any) -> "LiveLesson":
+def _lesson(id: str, seat: str, student: str, seed: int, measured: bool, **settings: Any) -> "LiveLesson":
     """The lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.registry import entry
@@ -111,7 +126,7 @@ def _lesson(id: str, seat: str, student: str, seed: int, **settings: Any) -> "Li
         until_success=teaches,
         render_mode="ansi",
         privileged_info=teaches,
-        options=found.options,
+        options={**found.options, **found.family.posterior_needs} if measured else found.options,
         **settings,
     )
     return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player)
@@ -161,17 +176,25 @@ def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
     return text
 
 
-def _teach(console: Console, lesson: "LiveLesson") -> None:
-    """An episode in the teacher's seat, which sees the truth."""
+def _teach(console: Console, lesson: "LiveLesson", worlds: int) -> None:
+    """An episode in the teacher's seat, which sees the truth, and by so many worlds how much it would say."""
     session, offer = lesson.session, lesson.teacher_view.offer
+    information = lesson.family.make_information(session.world, lesson.seed, worlds) if worlds else None
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
         _show(console, lesson)
-        subset = _choose(console, offer)
+        if information is not None:
+            information.see(session.moment)
+            if not session.moment.turn:
+                information.hear(getattr(session.instruction, "atoms", ()))
+        subset = _choose(console, offer, information)
         if subset is None:
             _take_back(console, lesson, TEACHER)
             continue
+        if information is not None:
+            said = [claim for claim in offer.claims() if claim.kind is None or subset & BIT[claim.kind]]
+            information.hear([_atom(claim, session.moment.turn) for claim in within(offer.purse.left, said)])
         lesson.move(TEACHER, subset)
         _put(console, Text(escape_control_chars(session.feedback), "green"))
     _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
@@ -235,7 +258,7 @@ def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
 
 
-def _choose(console: Console, offer: "Offer") -> int | None:
+def _choose(console: Console, offer: "Offer", information: "Information | None") -> int | None:
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
     purse = offer.purse
     if not purse.left:
@@ -245,6 +268,8 @@ def _choose(console: Console, offer: "Offer") -> int | None:
         if claim.kind is not None:
             said = escape_control_chars(_worded(claim, offer))
             line = Text("  ").append(f"{claim.kind:2}", _STYLES[claim.kind]).append(f" {said}")
+            if information is not None:
+                line.append(f"  {information.weigh(_atom(claim, offer.moment.turn))}", "dim")
             console.print(line, soft_wrap=True)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
@@ -260,6 +285,11 @@ def _choose(console: Console, offer: "Offer") -> int | None:
             console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing.")
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
+
+
+def _atom(claim: "Claim[Any]", turn: int) -> Atom:
+    """A claim of a turn as it is heard, without words."""
+    return Atom(claim.claim, "", claim.turn) if isinstance(claim, Late) else Atom(claim, "", turn)
 
 
 def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
