@@ -104,7 +104,8 @@ class Gain(NamedTuple):
 
     def __add__(self, other: "Gain") -> "Gain":  # type: ignore[override]  # no concatenation
         """Both together."""
-        return Gain(*(one + two for one, two in zip(self, other, strict=True)))
+        added: Any = (one + two for one, two in zip(self, other, strict=True))
+        return Gain(*added)
 
     @property
     def bits_per_word(self) -> float | None:
@@ -271,7 +272,8 @@ class Information:
 
     def _mean_regrets(self, worlds: Sequence[_World]) -> npt.NDArray[np.float64]:
         """The mean of what each action loses, shape (actions,)."""
-        return np.mean([self._regrets_in(world) for world in worlds], axis=0)
+        means: npt.NDArray[np.float64] = np.mean([self._regrets_in(world) for world in worlds], axis=0)
+        return means
 
     def _regrets_in(self, world: _World) -> npt.NDArray[np.float64]:
         if world.regrets is None:

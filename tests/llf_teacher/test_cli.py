@@ -432,9 +432,9 @@ def test_posteriors(tmp_path):
 
 def test_a_teacher_sees_how_much_its_claims_would_say(tmp_path):
     play = ("play", "llf-bandits-BanditTenArmedGaussian-v0", "--seed", "1", "--bits", "32")
-    result = llf(*play, "--seat", "teacher", cwd=tmp_path, input="fp\nundo\nfp\nquit\n")
+    result = llf(*play, "--seat", "teacher", cwd=tmp_path, text="fp\nundo\nfp\nquit\n")
     offered = re.findall(r"^  fp .*  (\d\.\d\d|at least \d\.\d) bits", result.stdout, re.MULTILINE)
-    assert offered[0] == offered[1] != "0.00"  # what was taken back is not known
-    assert offered[2] == "0.00"  # what was said is
+    assert offered[1] == offered[3] == "0.00"  # what was said is known
+    assert offered[0] != "0.00" != offered[2]  # what was taken back is not
     result = llf(*play, cwd=tmp_path)
     assert "a student cannot see how much claims say; use --seat teacher" in result.stderr

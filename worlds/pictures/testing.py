@@ -11,8 +11,8 @@ import numpy as np
 
 from worlds.pictures import Picture, Sight
 from worlds.pictures.canvas import THEMES, Canvas, Frame
-from worlds.testing import plain, require, some_actions, started
-from worlds.world import World, WorldTurn
+from worlds.testing import require, some_actions, started
+from worlds.world import World, WorldTurn, plain
 
 __all__ = ["CHECKS", "check_picture", "episode", "picture_of"]
 

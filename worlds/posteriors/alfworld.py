@@ -128,7 +128,8 @@ class AlfworldPosterior(Posterior[Truth, Alfworld]):
             for number in plans_for(game.task, self.lab.options["split"])
             if list(_called(number).values()) == places and errand in errands(number, game.task)
         ]
-        return [house for number in plans if (house := _house(number, game.task, errand, found)).odds > 0]
+        known = (_house(number, game.task, errand, found) for number in plans)
+        return [each for each in known if each.odds > 0]
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """Numbers of objects, and of those in places where the student has been, and has not."""
@@ -200,7 +201,10 @@ def _found(turns: Sequence[WorldTurn[Truth]]) -> _Found:
     """What the student has found: what answers list, and what is named in the commands that can be carried out."""
     game = turns[0].truth.game
     house = house_of(game)
-    listed, reached, passed, cut = set(), set(), set(), set()
+    listed: set[str] = set()
+    reached: set[str] = set()
+    passed: set[_Cell] = set()
+    cut: set[_Cell] = set()
     for turn in turns:
         facts = turn.truth.facts
         here = house.at.get(_location(turn.truth), ())
@@ -220,7 +224,7 @@ def _found(turns: Sequence[WorldTurn[Truth]]) -> _Found:
         there = numbers.setdefault(house.type[each].removesuffix("type"), {})
         number = int(house.name[each].rpartition(" ")[2])
         there[house.name[place]] = there.get(house.name[place], frozenset()) | {number}
-    return _Found(*map(frozenset, (listed, reached, passed, cut)), numbers)
+    return _Found(frozenset(listed), frozenset(reached), frozenset(passed), frozenset(cut), numbers)
 
 
 def _house(number: int, task: str, errand: Errand, found: _Found) -> _House:

@@ -1,8 +1,9 @@
 """Posterior of movies: exact, over all users who could have made the request."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -36,7 +37,9 @@ def _some(count: int) -> list[tuple[int, ...]]:
     return [each for size in (1, 2) for each in combinations(range(count), size)]
 
 
-_HIDDEN = MappingProxyType({YEAR: _some(len(PERIODS)), GENRE: _some(len(GENRES)), AGE: range(len(AGE_NAMES))})
+_HIDDEN: Mapping[str, Sequence[Any]] = MappingProxyType(
+    {YEAR: _some(len(PERIODS)), GENRE: _some(len(GENRES)), AGE: range(len(AGE_NAMES))}
+)
 """Per attribute that a request may be silent about, the wishes that it may leave out."""
 
 
@@ -83,7 +86,8 @@ def _users(opening: Truth) -> list[tuple[Profile, str]]:
     if unsaid == TYPE:
         return [(profile._replace(series=series), TYPE) for series in (False, True)]
     name = _FIELDS[unsaid]
-    said = profile._replace(**{name: Profile._field_defaults[name]})
+    nothing: dict[str, Any] = {name: Profile._field_defaults[name]}
+    said = profile._replace(**nothing)
     return [
         (said._replace(**{_FIELDS[attribute]: wish}), attribute)
         for attribute, wishes in _HIDDEN.items()

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from scipy import stats
 
 from worlds.posteriors import Posterior, seen
-from worlds.testing import plain, require
-from worlds.world import World, WorldTurn
+from worlds.testing import require
+from worlds.world import World, WorldTurn, plain
 
 __all__ = ["CHECKS", "DRAWS", "HISTORIES", "THRESHOLD", "Ranks", "check_posterior", "history", "rank", "uniformity"]
 
