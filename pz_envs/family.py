@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from teachers.voice import Voice
     from worlds.batches import WorldBatch
     from worlds.pictures import Picture
+    from worlds.posteriors import Posterior
     from worlds.world import World
 
 PLUGINS = "llf_teacher.families"
@@ -62,6 +63,10 @@ class Family(Subject):
     picture: str = ""
     """Name of the class that draws its worlds, or `module:class` if the module is not `worlds.pictures.<name>`; empty
     if its worlds are shown in their own words.
+    """
+    posterior: str = ""
+    """Name of the class that draws the worlds which a student cannot tell apart, or `module:class` if the module is not
+    `worlds.posteriors.<name>`; empty if there is none.
     """
     environments: Mapping[str, Mapping[str, Any]]
     """Per environment, named with its version as in `name-v0`, the world's options."""
@@ -182,6 +187,20 @@ class Family(Subject):
             return super().make_picture(world)
         picture: Picture[Any] = self._load(self.picture, "worlds.pictures")(world.scratch())
         return picture
+
+    @property
+    def posterior_needs(self) -> Mapping[str, Any]:  # type: ignore[override]  # of a base that has none
+        """Options of a world that has a posterior, where by default it has none."""
+        return self._posterior.needs if self.posterior else super().posterior_needs
+
+    def make_posterior(self, world: "World[Any]") -> "Posterior[Any]":
+        """What a student cannot know of such a world; errors as in `Subject.make_posterior`."""
+        return self._posterior(world.scratch()) if self.posterior else super().make_posterior(world)
+
+    @property
+    def _posterior(self) -> "type[Posterior[Any]]":
+        cls: type[Posterior[Any]] = self._load(self.posterior, "worlds.posteriors")
+        return cls
 
     def label(self, seating: str, options: Mapping[str, Any]) -> str:
         """The PettingZoo id of the environment with these options, or the family's name."""

@@ -11,10 +11,10 @@ from teachers.atoms import Atom, FeedbackType, Label, Moment, ParseFailure, Utte
 from teachers.oracle import Oracle
 from teachers.session import Turn
 from teachers.words import KIND_COLOURS, VERDICTS, kind_word
-from worlds.pictures import Picture, Sight, Step, Text
+from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas, Frame, height_of
 from worlds.pictures.themes import LARGE, MEDIUM, SMALL, THEMES, Theme
-from worlds.world import World
+from worlds.world import World, WorldTurn
 
 __all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "tile_frames"]
 
@@ -73,14 +73,14 @@ class EpisodeRenderer:
         self.moments: list[Moment[Any]] = []
         self.sentences: tuple[SpokenSentence, ...] = ()
         """The teacher's last sentences."""
-        self.turns: list[Step[Any]] = []
-        """The moments as the picture's steps."""
+        self.turns: list[WorldTurn[Any]] = []
+        """The moments as the picture has them."""
         self.heard = False
         """Whether `sentences` are about the last turn."""
 
     def begin(self, moment: Moment[Any], atoms: Sequence[Atom] = ()) -> None:
         """An episode begins or is resumed; `atoms` has been said of its last moment already."""
-        self.moments, self.turns = [moment], [Step(None, 0.0, moment.after, moment.success)]
+        self.moments, self.turns = [moment], [WorldTurn(None, 0.0, moment.after, moment.success)]
         self.oracle.start(moment.after)
         self.sentences, self.heard = self._checked(atoms), bool(atoms)
 
@@ -88,7 +88,7 @@ class EpisodeRenderer:
         """The student has acted."""
         self.moments.append(moment)
         action = None if moment.before is None else moment.action
-        self.turns.append(Step(action, moment.reward, moment.after, moment.success))
+        self.turns.append(WorldTurn(action, moment.reward, moment.after, moment.success))
         self.heard = False
 
     def said(self, words: str, turn: Turn) -> None:

@@ -6,6 +6,7 @@ import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import cache
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard, Unpack
 
 from pz_envs.learning import Learning
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from pz_envs.parallel_seats import ParallelSeats, TurnBasedParallelEnv
     from pz_envs.seats import SeatsEnv
     from teachers.batches import OracleBatch
+    from teachers.information import Information
     from teachers.oracle import Oracle
     from teachers.personality import Personality
     from teachers.phrasebook import Phrasebook
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from teachers.voice import Voice
     from worlds.batches import WorldBatch
     from worlds.pictures import Picture
+    from worlds.posteriors import Posterior
     from worlds.world import World
 
 GYM = "gym:"
@@ -119,6 +122,39 @@ class Subject(ABC):
         from worlds.pictures import TextPicture
 
         return TextPicture(world.scratch())
+
+    posterior: str = ""
+    """The class of what a student cannot know of its worlds; empty if there is none."""
+    posterior_needs: Mapping[str, Any] = MappingProxyType({})
+    """Options of a world that has a posterior, where by default it has none."""
+
+    def make_posterior(self, world: "World[Any, Any, Any]") -> "Posterior[Any]":
+        """What a student cannot know of such a world.
+
+        Raises:
+            ValueError: the family has no posterior, or none with the world's options.
+        """
+        from pz_envs.family import all_families
+
+        able = ", ".join(family.name for family in all_families() if family.posterior)
+        raise ValueError(f"the family {self.name!r} has no posterior; families with one: {able}")
+
+    def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int = 256) -> "Information":
+        """What a student of an episode in such a world can know, and how much claims tell it.
+
+        Args:
+            world: the world of the episode, which does not change.
+            seed: of the episode.
+            worlds: number of worlds by which a claim is measured.
+
+        Raises:
+            ValueError: see `make_posterior` and `teachers.information.Information`.
+        """
+        from teachers.information import Information
+        from teachers.seeds import Seeds
+
+        oracle = self.make_teacher(world).oracle
+        return Information(self.make_posterior(world), oracle, Seeds(seed).stream("information"), worlds)
 
     def serves(self, personality: "str | Personality") -> bool:
         """Whether the oracle has all abilities that a personality needs."""

@@ -206,6 +206,16 @@ class Claim(Generic[TruthT, WorldT]):
         """
         raise TypeError(f"{type(self).__name__} does not implement holds(moment, lab)")
 
+    def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
+        """Whether the claim is true of any moment by its fields alone, numbers to the precision in which they are said.
+
+        Args:
+            moment: the moment, which need not be the one for which the claim was made.
+            oracle: an oracle of the same family; `oracle.lab` is its world. If the claim is `Grounded`, it has started
+                on the moment's episode.
+        """
+        return self.holds(moment, oracle.lab)
+
     def counterparts(self, moment: Moment[TruthT], lab: WorldT) -> Sequence["Claim"]:
         """Plausible claims that may be false where this one is true, for teachers that err."""
         return ()
@@ -371,12 +381,7 @@ class Grounded(Claim[TruthT, WorldT]):
 
     @abstractmethod
     def means(self, moment: Moment[TruthT], oracle: Any) -> bool:
-        """Whether the claim is true of any moment by its fields alone, without the ground.
-
-        Args:
-            moment: the moment, which need not be the one for which the claim was made.
-            oracle: an oracle of the same family that has started on the moment's episode; `oracle.lab` is its world.
-        """
+        """As of any claim, without the ground."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         names = [field.name for field in fields(self)]  # type: ignore[arg-type]  # a dataclass

@@ -26,6 +26,11 @@ from teachers.atoms import (
 from worlds.world import World
 
 
+def as_said(number: float) -> str:
+    """A reward or value to the precision in which it is said."""
+    return f"{number + 0.0:.4g}"
+
+
 @claim
 class Reward(Claim[Any]):
     """True if `reward` is what the world paid for the action of this turn."""
@@ -37,6 +42,10 @@ class Reward(Claim[Any]):
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
         """Compare with the world's payment."""
         return moment.before is not None and self.reward == moment.reward
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Compare with the world's payment."""
+        return moment.before is not None and as_said(self.reward) == as_said(moment.reward)
 
     def excludes(self, other: Claim[Any]) -> bool:
         """Another reward, or its sign."""
@@ -231,7 +240,8 @@ class NoDifference(Grounded[Any], ActionClaim[Any]):
         if values is None or not _acted(self.action, moment):
             return False
         other = max(value for action, value in enumerate(values) if action != moment.action)
-        return bool((self.mine, self.other) == (values[moment.action], other) and abs(self.mine - other) < self.margin)
+        alike = as_said(self.mine) == as_said(values[moment.action]) and as_said(self.other) == as_said(other)
+        return alike and bool(abs(values[moment.action] - other) < self.margin)
 
 
 @claim

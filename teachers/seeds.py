@@ -4,9 +4,10 @@ from typing import Final
 
 import numpy as np
 
-STREAMS: Final = ("oracle", "personality", "mixing", "voice", "teacher", "student", "order", "class")
+STREAMS: Final = ("oracle", "personality", "mixing", "voice", "teacher", "student", "order", "class", "information")
 """The streams beside the world's: the parts of a teacher, the policies in the seats of teacher and student, the order
-of a panel's teachers, and the students of a class (their seeds and drawn parameters).
+of a panel's teachers, the students of a class (their seeds and drawn parameters), and the worlds by which claims are
+measured.
 """
 TREE: Final = 2
 """Version of this tree: it increases when seeds no longer give the same streams. Before 2 a seed was not one world."""
@@ -46,6 +47,6 @@ class Seeds:
 
 def streams_beside(rng: np.random.Generator, count: int) -> list[np.random.Generator]:
     """Random streams that a generator's seed determines; neither its draws nor what it spawns change."""
-    seed: np.random.SeedSequence = rng.bit_generator.seed_seq  # type: ignore[attr-defined, assignment]  # NumPy's stubs leave it out
+    seed: np.random.SeedSequence = rng.bit_generator.seed_seq  # type: ignore[assignment]  # NumPy's stubs leave it out
     keys = [(*seed.spawn_key, _BESIDE, number) for number in range(count)]
     return [np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key)) for key in keys]

@@ -27,6 +27,7 @@ LAYERS = {  # per layer where the families are, and what is there besides
 ROOMS = (  # where a family may have a file besides
     "worlds/batches/*.py",
     "worlds/pictures/*.py",
+    "worlds/posteriors/*.py",
     "teachers/batches/*.py",
     "llf_teacher/cli/dev/*.py",
     "llf_teacher/compat/families/*.py",

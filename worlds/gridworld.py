@@ -112,6 +112,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         room_types: types of rooms, at least one; the name of a room is its type and a number.
         object_types: types of objects, at least one.
         treasure: name of the treasure.
+        map: whether the teacher's instruction gives the plan of the house; the world itself is the same.
 
     Names consist of letters, spaces, hyphens and apostrophes.
     """
@@ -133,6 +134,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         room_types: Sequence[str] = ROOM_TYPES,
         object_types: Sequence[str] = OBJECTS,
         treasure: str = TREASURE,
+        map: bool = False,
         render_mode: str | None = None,
     ) -> None:
         super().__init__(
@@ -143,6 +145,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
             room_types=room_types,
             object_types=object_types,
             treasure=treasure,
+            map=map,
         )
         _check("num_rooms", num_rooms, 2, 10_000)
         _check("num_objects", num_objects, 0, 100_000)
@@ -151,6 +154,8 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         _check_names("object_types", object_types)
         if not _is_name(treasure) or treasure in object_types:
             raise ValueError(f"treasure must be {_NAMED}, and not in object_types, got {treasure!r}")
+        if not isinstance(map, bool):
+            raise ValueError(f"map must be True or False, got {map!r}")
         self.things = (*object_types, treasure)
         """The objects that may be in a room, the treasure last."""
         self.observation_space = spaces.Dict(
@@ -221,10 +226,11 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         return DIRECTIONS[rng.integers(len(DIRECTIONS))]
 
     def draw_options(self, rng: np.random.Generator) -> dict[str, Any]:
-        """A house of 2 to 40 rooms, with any number of objects and any distance to the treasure."""
+        """A house of 2 to 40 rooms, with any number of objects, any distance to the treasure, with or without a map."""
         rooms = int(rng.integers(2, 41))
         objects, distance = int(rng.integers(3 * rooms)), int(rng.integers(1, rooms))
-        return self.options | {"num_rooms": rooms, "num_objects": objects, "min_goal_dist": distance}
+        plan = bool(rng.integers(2))
+        return self.options | {"num_rooms": rooms, "num_objects": objects, "min_goal_dist": distance, "map": plan}
 
     def _load(self, truth: Truth) -> None:
         if self._truth is None or truth.layout is not self._truth.layout:

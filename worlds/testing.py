@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from worlds.world import World
+from worlds.world import World, plain
 
 Make = Callable[[], World[Any]]
 _STEPS = 40
@@ -47,15 +47,6 @@ def some_actions(world: World[Any], count: int = _STEPS, seed: int = 1) -> list[
     """Random actions of a world."""
     rng = np.random.default_rng(seed)
     return [world.sample_action(rng) for _ in range(count)]
-
-
-def plain(value: Any) -> Any:
-    """A value as nested tuples that compare with `==`, arrays included."""
-    if isinstance(value, dict):
-        return tuple((key, plain(item)) for key, item in value.items())
-    if isinstance(value, np.ndarray):
-        return value.shape, value.dtype.str, value.tobytes()
-    return tuple(map(plain, value)) if isinstance(value, list | tuple) else value
 
 
 def check_spaces(make: Make) -> None:

@@ -16,7 +16,7 @@ from typing_extensions import TypeVar
 
 from worlds.actions import canonical, format_value, syntax
 
-__all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "illegal", "is_number"]
+__all__ = ["ActionT", "ObservationT", "Snapshot", "TruthT", "World", "WorldTurn", "illegal", "is_number", "plain"]
 
 _QUOTES = " \t\r\n.,;\"'`*"  # allowed around a word
 
@@ -35,6 +35,19 @@ class Snapshot(NamedTuple, Generic[TruthT]):
     """The world's `truth` at the time of saving."""
     random_state: Mapping[str, Any]
     """State of the world's NumPy bit generator."""
+
+
+class WorldTurn(NamedTuple, Generic[TruthT]):
+    """A turn of the student."""
+
+    action: Any
+    """In canonical form; None at the opening and in turns without an action."""
+    reward: float
+    truth: TruthT
+    """The truth after the turn."""
+    success: bool = False
+    reward_known: bool = False
+    """Whether the student knows the reward: whether it was said."""
 
 
 class World(gymnasium.Env[ObservationT, ActionT], Generic[TruthT, ObservationT, ActionT]):
@@ -220,6 +233,15 @@ def illegal(action: Any, allowed: str) -> ValueError:
     got = repr(action)
     got = got if len(got) <= 80 else got[:77] + "..."
     return ValueError(f"action {got} is not in the action space; allowed: {allowed}; the state is unchanged")
+
+
+def plain(value: Any) -> Any:
+    """A value as nested tuples that compare with `==`, arrays included."""
+    if isinstance(value, dict):
+        return tuple((key, plain(item)) for key, item in value.items())
+    if isinstance(value, np.ndarray):
+        return value.shape, value.dtype.str, value.tobytes()
+    return tuple(map(plain, value)) if isinstance(value, list | tuple) else value
 
 
 def is_number(value: Any) -> TypeGuard[float]:

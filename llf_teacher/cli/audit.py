@@ -22,6 +22,7 @@ from llf_teacher.cli import print_missing, search_here
 
 if TYPE_CHECKING:
     from llf_teacher.tools.audit import Audit
+    from teachers.information import Gain
     from teachers.voice import Voice
 
 
@@ -56,6 +57,14 @@ def audit(
     by_claim: Annotated[
         bool, typer.Option("--by-claim", help="Print how often claims of each class would hold elsewhere.")
     ] = False,
+    bits: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            metavar="WORLDS",
+            help="Measure how much claims say after a basic instruction, by so many worlds, such as 256.",
+        ),
+    ] = 0,
 ) -> None:
     """Check every claim of teachers, with many kinds of students, in worlds with many options.
 
@@ -75,12 +84,18 @@ def audit(
     console = Console(stderr=True)
     jobs = []
     left_out: dict[str, dict[str, None]] = {}
+    unmeasured: dict[str, None] = {}
     for id, spec in itertools.product(chosen, specs):
         family = registry.entry(id).family
-        if family.serves(spec):
-            jobs.append((id, spec, turns, feedback_type, voice))
+        if bits and not family.posterior:
+            unmeasured[family.name] = None
+        elif family.serves(spec):
+            jobs.append((id, spec, turns, feedback_type, voice, bits))
         else:
             left_out.setdefault(family.name, {})[spec] = None
+    if unmeasured:
+        message = f"left out: {', '.join(unmeasured)}: no posterior, by which bits are measured"
+        console.print(message, markup=False, highlight=False, soft_wrap=True)
     for name, unserved in left_out.items():
         message = f"left out: {name} does not support {', '.join(unserved)}"
         console.print(message, markup=False, highlight=False, soft_wrap=True)
@@ -111,7 +126,7 @@ def _matching(patterns: list[str], names: Iterable[str], other: Callable[[str], 
     return list(found)
 
 
-def _audits(jobs: list[tuple[str, str, int, str, str]], workers: int | None) -> Iterator["Audit"]:
+def _audits(jobs: list[tuple[str, str, int, str, str, int]], workers: int | None) -> Iterator["Audit"]:
     if len(jobs) == 1:
         yield _audit(*jobs[0])
         return
@@ -125,10 +140,10 @@ def _audits(jobs: list[tuple[str, str, int, str, str]], workers: int | None) -> 
             pool.shutdown(cancel_futures=True)
 
 
-def _audit(id: str, teacher: str, turns: int, feedback_type: str, voice: str) -> "Audit":
+def _audit(id: str, teacher: str, turns: int, feedback_type: str, voice: str, worlds: int) -> "Audit":
     from llf_teacher.tools.audit import audit
 
-    return audit(id, teacher, turns=turns, feedback_type=feedback_type, voice=_voice(voice))
+    return audit(id, teacher, turns=turns, feedback_type=feedback_type, voice=_voice(voice), worlds=worlds)
 
 
 def _voice(name: str) -> "Voice":
@@ -200,19 +215,45 @@ def _print_claims(found: list["Audit"]) -> None:
     """Print a row for each claim class of a family: how often its claims hold elsewhere, and why they are said."""
     from llf_teacher.registry import entry
     from llf_teacher.tools.elsewhere import Elsewhere
+    from teachers.information import Gain
 
+    measured = any(each.gains for each in found)
+    numbers = ["another action", "another moment", *(["measured", *_GAINS] if measured else [])]
     table = Table(box=None, padding=(0, 2, 0, 0))
-    for column in ("family", "claim", "another action", "another moment", "says little, because"):
-        table.add_column(column, justify="right" if column.startswith("another") else "left")
+    for column in ("family", "claim", *numbers, "says little, because"):
+        table.add_column(column, justify="right" if column in numbers else "left")
     together: dict[tuple[str, str], Elsewhere] = {}
+    gains: dict[tuple[str, str], Gain] = {}
     for each in found:
         for name, places in each.elsewhere.items():
             key = entry(each.id).family.name, name.rpartition(".")[2]
             together[key] = places + together.get(key, Elsewhere())
+            gains[key] = each.gains.get(name, Gain()) + gains.get(key, Gain())
     for (family, name), places in sorted(together.items()):
         shares = ("" if share is None else f"{share:.0%}" for share in places.shares)
-        table.add_row(escape(family), name, *shares, places.commonplace or "NO REASON" * places.empty)
+        gain = gains[family, name]
+        said = [f"{gain.claims:,}", *_gains(gain, gain.claims)] if measured else []
+        table.add_row(escape(family), name, *shares, *said, places.commonplace or "NO REASON" * places.empty)
     Console(width=200).print(table)
+
+
+_WIDE = 110  # characters
+_GAINS = ("bits", "a word", "saved", "a bit")
+"""Columns: bits of a claim or in a turn, bits of a word, regret saved likewise, regret saved by a bit."""
+
+
+def _gains(gain: "Gain", number: int) -> list[str]:
+    """Those columns, for so many claims or turns."""
+    if not gain.claims or not number:
+        return ["-"] * len(_GAINS)
+    bound = ">" if gain.at_least else ""
+    per_word, per_bit = gain.bits_per_word, gain.saved_per_bit
+    return [
+        f"{bound}{gain.bits / number:.2f}",
+        "-" if per_word is None else f"{bound}{per_word:.3f}",
+        f"{gain.saved / number:.3f}" if gain.valued else "-",
+        "-" if per_bit is None else f"{per_bit:.3f}",
+    ]
 
 
 def _share_false(audits: list["Audit"]) -> str:
@@ -233,7 +274,10 @@ def _share_elsewhere(audits: list["Audit"]) -> str:
 def _print(found: list["Audit"]) -> None:
     from teachers.atoms import KINDS
 
+    measured = any(each.measured for each in found)
     console = Console(highlight=False)
+    if measured:
+        console.width = max(console.width, _WIDE)
     columns = [
         *((kind, 4) for kind in KINDS),
         ("hold", 6),
@@ -245,6 +289,8 @@ def _print(found: list["Audit"]) -> None:
     changes = any(each.changes for each in found)
     if changes:
         columns.append(("changed", 7))
+    if measured:
+        columns += [(name, 5) for name in _GAINS]
     for id, audits in itertools.groupby(found, lambda each: each.id):
         table = Table(box=None, padding=(0, 1, 0, 0))
         table.add_column("  teacher", width=12 if changes else 20, overflow="fold")
@@ -261,6 +307,7 @@ def _print(found: list["Audit"]) -> None:
                 f"{each.leaks}",
                 f"{each.contradictions}",
                 *([f"{each.changes}"] if changes else []),
+                *(_gains(each.gain, each.measured) if measured else []),
             )
         console.print(f"[bold]{escape(id)}[/]", table, sep="\n")
     table = Table("claims", "false", "student", box=None, padding=(0, 1, 0, 0))
@@ -276,6 +323,11 @@ def _print(found: list["Audit"]) -> None:
         "\nColumns: claims by kind; share of claims that hold, with those of instructions; claims of the oracle that "
         "were withheld; words of feedback in a turn; leaks; pairs of claims that contradict each other."
     )
+    if measured:
+        console.print(
+            "Bits of feedback in a turn and in a word, regret of the next action that it saves in a turn and by a bit; "
+            "> where some claims say at least so much."
+        )
     if changes:
         console.print("Changed: sentences in which the voice changed a number or a name.")
     for each in found:

@@ -14,16 +14,19 @@ from rich.text import Text
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import KINDS, ParseFailure
+from teachers.atoms import KINDS, Atom, ParseFailure
+from teachers.common import Late
 from teachers.feedback import parse_kinds
+from teachers.session import BIT, within
 from teachers.spec import unknown
-from teachers.words import KIND_WORDS
+from teachers.words import KIND_MEANINGS, KIND_WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from llf_teacher.episodes.live import LiveLesson
     from teachers.atoms import Claim
+    from teachers.information import Information
     from teachers.session import Offer, Session
 
 UNDO, HELP, QUIT = "undo", ("?", "help"), ("quit", "exit")
@@ -78,6 +81,12 @@ def play(
         list[str] | None,
         typer.Option(help="Option of the environment's world, as NAME=VALUE; repeat it for several."),
     ] = None,
+    bits: Annotated[
+        int,
+        typer.Option(
+            min=0, metavar="WORLDS", help="In the teacher's seat, show how much each claim says, by so many worlds."
+        ),
+    ] = 0,
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
@@ -87,6 +96,8 @@ def play(
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
+    if bits and seat == "student":
+        raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
     console = Console(highlight=False)
     try:
         lesson = _lesson(
@@ -94,6 +105,7 @@ def play(
             seat,
             student,
             secrets.randbelow(2**31) if seed is None else seed,
+            bits > 0,
             read_options(option),
             teacher=teacher,
             instruction_type=instruction_type,
@@ -101,12 +113,17 @@ def play(
             max_turns=max_turns,
             budget=budget if seat == "teacher" else None,
         )
-        (_learn if seat == "student" else _teach)(console, lesson)
+        if seat == "student":
+            _learn(console, lesson)
+        else:
+            _teach(console, lesson, bits)
     except (EOFError, KeyboardInterrupt):
         console.print("\nYou left the episode.")
 
 
-def _lesson(id: str, seat: str, student: str, seed: int, options: dict[str, Any], **settings: Any) -> "LiveLesson":
+def _lesson(
+    id: str, seat: str, student: str, seed: int, measured: bool, options: dict[str, Any], **settings: Any
+) -> "LiveLesson":
     """The lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
     from llf_teacher.registry import entry
@@ -123,7 +140,7 @@ def _lesson(id: str, seat: str, student: str, seed: int, options: dict[str, Any]
         until_success=teaches,
         render_mode="ansi",
         privileged_info=teaches,
-        options={**found.options, **options},
+        options={**found.options, **(found.family.posterior_needs if measured else {}), **options},
         **settings,
     )
     return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player)
@@ -181,26 +198,32 @@ def _refusal(session: "Session", text: str) -> str:
 
 def _explain(console: Console, session: "Session") -> None:
     """The rules, the kinds of feedback, and what else can be typed."""
-    from llf_teacher.theme.turns import KIND_NAMES
-
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     for kind in KINDS:
-        _put_beside(console, Text(f"{kind:2} ", _STYLES[kind]), Text(KIND_NAMES[kind]))
+        _put_beside(console, Text(f"{kind:2} ", _STYLES[kind]), Text(KIND_MEANINGS[kind]))
     console.print()
     _put(console, Text(_COMMANDS, "dim"))
 
 
-def _teach(console: Console, lesson: "LiveLesson") -> None:
-    """An episode in the teacher's seat, which sees the truth."""
+def _teach(console: Console, lesson: "LiveLesson", worlds: int) -> None:
+    """An episode in the teacher's seat, which sees the truth, and by so many worlds how much it would say."""
     session, offer = lesson.session, lesson.teacher_view.offer
+    information = lesson.family.make_information(session.world, lesson.seed, worlds) if worlds else None
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
         _show(console, lesson)
-        subset = _choose(console, offer, partial(_explain, console, session))
+        if information is not None:
+            information.see(session.moment)
+            if not session.moment.turn:
+                information.hear(getattr(session.instruction, "atoms", ()))
+        subset = _choose(console, offer, partial(_explain, console, session), information)
         if subset is None:
             _take_back(console, lesson, TEACHER)
             continue
+        if information is not None:
+            said = [claim for claim in offer.claims() if claim.kind is None or subset & BIT[claim.kind]]
+            information.hear([_atom(claim, session.moment.turn) for claim in within(offer.purse.left, said)])
         lesson.move(TEACHER, subset)
         _put(console, Text(escape_control_chars(session.feedback), "green"))
     _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
@@ -281,7 +304,9 @@ def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
 
 
-def _choose(console: Console, offer: "Offer", explain: Callable[[], None]) -> int | None:
+def _choose(
+    console: Console, offer: "Offer", explain: Callable[[], None], information: "Information | None"
+) -> int | None:
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
     purse = offer.purse
     if not purse.left:
@@ -290,7 +315,10 @@ def _choose(console: Console, offer: "Offer", explain: Callable[[], None]) -> in
     for claim in offer.claims():
         if claim.kind is not None:
             lead = Text("  ").append(f"{claim.kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[claim.kind])
-            _put_beside(console, lead, Text(escape_control_chars(_worded(claim, offer))))
+            said = Text(escape_control_chars(_worded(claim, offer)))
+            if information is not None:
+                said.append(f"  {information.weigh(_atom(claim, offer.moment.turn))}", "dim")
+            _put_beside(console, lead, said)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
     while True:
@@ -308,6 +336,11 @@ def _choose(console: Console, offer: "Offer", explain: Callable[[], None]) -> in
             console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
+
+
+def _atom(claim: "Claim[Any]", turn: int) -> Atom:
+    """A claim of a turn as it is heard, without words."""
+    return Atom(claim.claim, "", claim.turn) if isinstance(claim, Late) else Atom(claim, "", turn)
 
 
 def _worded(claim: "Claim[Any]", offer: "Offer") -> str:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from llf_teacher.episodes.loop import play_turns
+from llf_teacher.episodes.record import claim_name
 from llf_teacher.episodes.recorder import Recorder
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entry
@@ -30,6 +31,7 @@ from teachers.atoms import (
     PlanClaim,
     contradictions,
 )
+from teachers.information import Gain
 from teachers.oracle import Oracle
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher
@@ -87,6 +89,10 @@ class Audit:
     """
     contradictions: int = 0
     """Number of pairs of claims of one turn that cannot both be meant; see `Claim.excludes`."""
+    gains: dict[str, Gain] = field(default_factory=dict)
+    """How much the claims of feedback said, by the name of their class, if it was measured."""
+    measured: int = 0
+    """Number of turns in which that was measured."""
     elsewhere: dict[str, Elsewhere] = field(default_factory=dict)
     """In how many other places the claims of feedback hold, by the name of their class."""
     examples: list[Finding] = field(default_factory=list)
@@ -104,6 +110,11 @@ class Audit:
     def checked(self) -> int:
         """Number of claims."""
         return sum(self.claims.values()) - self.count(Label.UNCHECKED)
+
+    @property
+    def gain(self) -> Gain:
+        """How much all claims of feedback said that were measured."""
+        return sum(self.gains.values(), Gain())
 
     @property
     def held(self) -> float | None:
@@ -141,6 +152,10 @@ class Audit:
                 name: dict(zip(("action", "moment"), each.shares, strict=True))
                 for name, each in sorted(self.elsewhere.items())
             },
+            "information": {
+                "turns": self.measured,
+                "claims": {name: gain._asdict() for name, gain in sorted(self.gains.items())},
+            },
             "examples": [example._asdict() for example in self.examples],
             "changes": self.changes,
             "changed": [change._asdict() for change in self.changed],
@@ -156,6 +171,7 @@ def audit(
     instruction_types: Iterable[str] | None = None,
     feedback_type: str | Iterable[str] = "a",
     progress: Callable[[int], None] | None = None,
+    worlds: int = 0,
     **settings: Any,
 ) -> Audit:
     """Play students with a teacher, and check each claim by its `holds`, and by its `means` if it rests on others.
@@ -168,9 +184,12 @@ def audit(
             `reveals` state what it promises, as those of personalities do; both are True where they are missing.
         turns: number of turns, shared equally by all combinations of student and instruction type.
         students: specs of students.
-        instruction_types: types of instruction to use; None for all that the environment supports.
+        instruction_types: types of instruction to use; None for all that the environment supports; with `worlds`, for
+            `b` alone.
         feedback_type: the feedback that is asked for.
         progress: called with the number of turns so far.
+        worlds: number of worlds by which it is measured how much each claim says, and which regret it saves, where no
+            options are drawn; 0: it is not measured. Options that this needs are set.
         settings: other settings of `StudentEnv`, and options of the world.
 
     Raises:
@@ -181,15 +200,23 @@ def audit(
     teacher = parse_personality(teacher) if isinstance(teacher, str) else teacher
     name = str(teacher) if isinstance(teacher, Personality) else type(teacher).__name__
     family = id if isinstance(id, Subject) else entry(id).family
+    if worlds:
+        settings = {**family.posterior_needs, **settings}
     found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
     places = Places(family.name, np.random.default_rng(0))
     options = {name: value for name, value in settings.items() if name in family.options()}
     taught = family.for_lesson(Settings(options=options, max_turns=settings.get("max_turns")))
-    types = tuple(instruction_types or taught.make_teacher(taught.make_world(**options)).oracle.instruction_types)
+    types = tuple(
+        instruction_types
+        or ("b",) * bool(worlds)
+        or taught.make_teacher(taught.make_world(**options)).oracle.instruction_types
+    )
     combinations = list(itertools.product(map(parse_student, students), types))
     for done, (student, type_) in enumerate(combinations, 1):
         given = {"instruction_type": type_, "feedback_type": feedback_type, "text": student.text, **settings}
         env = StudentEnv(id, teacher=teacher, **given)
+        if worlds:
+            family.make_information(env.session.world, 0, worlds)  # or it says why there is none
         policy = student.seat(env.family, env.session.world)
         for seed in itertools.count():
             left = turns * done // len(combinations) - found.turns
@@ -204,10 +231,10 @@ def audit(
                 other = StudentEnv(id, teacher=teacher, **given | {"instruction_type": "b"} | episode.options)
                 if type_ in other.session.teacher.oracle.instruction_types:  # with other options it may have others
                     other.session.teacher.instruction_type = type_
-                    _watch(found, other, student.seat(other.family, other.session.world), episode, places)
+                    _watch(found, other, student.seat(other.family, other.session.world), episode, places, worlds)
                 other.close()
             else:
-                _watch(found, env, policy, episode, places)
+                _watch(found, env, policy, episode, places, worlds)
             if progress:
                 progress(found.turns)
         env.close()
@@ -234,7 +261,7 @@ def _varied(episode: _Episode, world: World[Any], given: Collection[str], rng: n
     return episode._replace(options=options, reset=world.draw_reset(rng))
 
 
-def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, places: Places) -> None:
+def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episode, places: Places, worlds: int) -> None:
     """Play an episode, check its claims here and elsewhere, and add what that shows to the result."""
     teacher = env.teacher
     promise = teacher.personality if isinstance(teacher, Teacher) else teacher
@@ -245,6 +272,9 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
     feedback: dict[int, list[Claim[Any]]] = {}
     oracle: Oracle[Any, Any] | None = None  # made where a claim rests on others
     found.episodes += 1
+    information = None
+    if worlds and not (episode.options or episode.reset):
+        information = env.family.make_information(env.session.world, episode.seed, worlds)
     recorder = Recorder(env.family.name, env.student_view)
     for turn in itertools.islice(play_turns(env, student, episode.seed, episode.reset), episode.turns + 1):
         moment, atoms = turn.moment, recorder.check(turn)
@@ -252,6 +282,14 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
         options = episode.options | episode.reset
         where = (str(student.spec), episode.instruction_type, options, episode.seed, moment.turn)
         found.turns += moment.turn > 0
+        if information is not None:
+            found.measured += moment.turn > 0
+            information.see(moment)
+            instruction = getattr(turn.instruction, "atoms", ())
+            for atom, bits in zip(turn.atoms, information.hear(turn.atoms), strict=True):
+                if atom.kind is not None and atom not in instruction:
+                    name = claim_name(atom.claim, env.family.name)
+                    found.gains[name] = found.gains.get(name, Gain()) + Gain.of(atom, bits)
         found.words += len(turn.feedback.split())
         if isinstance(teacher, Teacher):
             offered.update((claim, moment.turn) for claim in teacher.offered)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from llf_teacher.episodes.record import claim_name
-from teachers.atoms import FN, FP, Claim, Grounded, Moment, PlanClaim, action_of
+from teachers.atoms import FN, FP, Claim, Moment, PlanClaim, action_of
 from teachers.oracle import Oracle
 
 COMMON = 0.95
@@ -60,9 +60,7 @@ class _Episode(NamedTuple):
 
     def holds(self, claim: Claim[Any], moment: Moment[Any]) -> bool:
         """Whether a claim holds of a moment of the episode; without its ground, if it has one."""
-        if isinstance(claim, Grounded):
-            return claim.means(moment, self.oracle)
-        return claim.holds(moment, self.oracle.lab)
+        return claim.means(moment, self.oracle)
 
 
 class Places:

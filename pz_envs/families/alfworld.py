@@ -9,6 +9,7 @@ FAMILY = Family(
     world="Alfworld",
     oracle="AlfworldOracle",
     picture="AlfworldPicture",
+    posterior="AlfworldPosterior",
     environments={"alfworld-v0": {}},
     showcase=("alfworld-v0",),
     max_turns=100,

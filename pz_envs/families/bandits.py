@@ -9,6 +9,7 @@ FAMILY = Family(
     world="Bandit",
     oracle="BanditOracle",
     picture="BanditPicture",
+    posterior="BanditPosterior",
     world_batch="BanditBatch",
     oracle_batch="BanditOracleBatch",
     environments={

@@ -11,6 +11,7 @@ FAMILY = Family(
     world_batch="GridworldBatch",
     oracle_batch="GridworldOracleBatch",
     picture="GridworldPicture",
+    posterior="GridworldPosterior",
     environments={"gridworld-v0": {}},
     showcase=("gridworld-v0",),
     max_turns=20,

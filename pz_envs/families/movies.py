@@ -9,6 +9,7 @@ FAMILY = Family(
     world="Movies",
     oracle="MoviesOracle",
     picture="MoviesPicture",
+    posterior="MoviesPosterior",
     environments={"reco-movie-v0": {}},
     showcase=("reco-movie-v0",),
     max_turns=30,

@@ -241,3 +241,18 @@ def test_the_same_audit_finds_the_same():
 def test_bad_arguments(settings):
     with pytest.raises(ValueError, match=r"turns must be|unknown student|instruction type 'z'"):
         audit(GRID, **settings)
+
+
+def test_bits_are_measured_where_they_are_wanted():
+    found = audit("llf-bandits-BanditTenArmedGaussian-v0", turns=40, students=["random"], worlds=16)
+    assert found.measured == 40
+    said = found.gains["bandits.Pull"]
+    assert said.claims > 0 == said.unknown
+    assert 0 < said.bits < 4 * said.claims
+    assert found.gain.claims == sum(each.claims for each in found.gains.values())
+    assert found.as_dict()["information"]["claims"]["bandits.Pull"] == said._asdict()
+    assert not audit(GRID, turns=10, students=["random"]).gains
+    with pytest.raises(ValueError, match="'poem' has no posterior; families with one: alfworld, bandits, gridworld"):
+        audit("llf-poem-Haiku-v0", turns=10, worlds=16)
+    with pytest.raises(ValueError, match="pass map=True"):
+        audit(GRID, turns=10, worlds=16, map=False)

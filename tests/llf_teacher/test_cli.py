@@ -377,7 +377,7 @@ def test_commands_for_users_and_for_developers():
         *("list", "play", "serve", "study", "audit", "film", "new", "reproduce", "dev")
     }
     developers = {path[1] for path in COMMANDS if path[:1] == ("dev",) and len(path) > 1}
-    assert developers == {"golden", "compare", "tables", "benchmark", "movies", "calibration"}
+    assert developers == {"golden", "compare", "tables", "benchmark", "movies", "calibration", "posteriors"}
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
@@ -408,3 +408,33 @@ def test_a_mistyped_command_names_the_nearest(tmp_path, typed, said):
     assert (result.returncode, result.stdout) == (2, "")
     assert result.stderr.startswith(f"llf: {said}")
     assert len(result.stderr.splitlines()) == 1
+
+
+def test_audit_of_bits(tmp_path):
+    ids = ("llf-gridworld-v0", "llf-poem-Haiku-v0")
+    result = llf("audit", *ids, "--turns", "30", "--workers", "1", "--bits", "8", cwd=tmp_path)
+    assert result.returncode == 0
+    assert "left out: poem: no posterior, by which bits are measured" in result.stderr
+    assert re.search(r"clash +bits +a word +saved +a bit *\n +oracle .* \d\.\d\d +\d\.\d\d\d +", result.stdout)
+    result = llf("audit", ids[0], "--turns", "30", "--bits", "8", "--by-claim", cwd=tmp_path)
+    assert re.search(r"measured +bits +a word +saved +a bit", result.stdout)
+    assert re.search(r"gridworld +Go .* \d\.\d\d +\d\.\d\d\d ", result.stdout)
+
+
+def test_posteriors(tmp_path):
+    result = llf("dev", "posteriors", "gridworld", "--histories", "40", "--plot", "ranks.svg", cwd=tmp_path)
+    assert result.returncode == 0
+    assert re.search(r"llf-gridworld-v0 +0\.\d+ .* \d+ +\d+ +\d\.\d\d", result.stdout)
+    assert (tmp_path / "ranks.svg").read_text(encoding="utf-8").count("rank of the true world") == 4
+    result = llf("dev", "posteriors", "poem", cwd=tmp_path)
+    assert (result.returncode, "unknown family with a posterior 'poem'; allowed" in result.stderr) == (2, True)
+
+
+def test_a_teacher_sees_how_much_its_claims_would_say(tmp_path):
+    play = ("play", "llf-bandits-BanditTenArmedGaussian-v0", "--seed", "1", "--bits", "32")
+    result = llf(*play, "--seat", "teacher", cwd=tmp_path, text="fp\nundo\nfp\nquit\n")
+    offered = re.findall(r"^  fp .*  (\d\.\d\d|at least \d\.\d) bits", result.stdout, re.MULTILINE)
+    assert offered[1] == offered[3] == "0.00"  # what was said is known
+    assert offered[0] != "0.00" != offered[2]  # what was taken back is not
+    result = llf(*play, cwd=tmp_path)
+    assert "a student cannot see how much claims say; use --seat teacher" in result.stderr

@@ -8,7 +8,7 @@ from worlds.bandits import Bandit
 from worlds.gridworld import Direction, Gridworld
 from worlds.movies import Movies, answer_of
 from worlds.optimization import world as optimization
-from worlds.pictures import Sight, Step
+from worlds.pictures import Sight
 from worlds.pictures.alfworld import AlfworldPicture
 from worlds.pictures.bandits import BanditPicture
 from worlds.pictures.canvas import Canvas, cut, height_of, listed, measure, wrap
@@ -19,6 +19,7 @@ from worlds.pictures.poem import PoemPicture
 from worlds.pictures.testing import picture_of
 from worlds.pictures.themes import MEDIUM, THEMES, contrast
 from worlds.poem import Poem
+from worlds.world import WorldTurn
 
 WORDS = "Keep away from [0.02, 0.69, 0.22, 1], which would take the hand far from where it is wanted. A\n\nnew line."
 
@@ -26,11 +27,11 @@ WORDS = "Keep away from [0.02, 0.69, 0.22, 1], which would take the hand far fro
 def played(world, *actions, seed=0):
     """The steps of a world with these actions."""
     world.reset(seed=seed)
-    steps = [Step(None, 0.0, world.truth)]
+    steps = [WorldTurn(None, 0.0, world.truth)]
     for action in actions:
         legal = world.legal(action)
         _, reward, _, _, info = world.advance(legal)
-        steps.append(Step(legal, reward, world.truth, info["success"]))
+        steps.append(WorldTurn(legal, reward, world.truth, info["success"]))
     return tuple(steps)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from worlds.alfworld.games import Fact, Game
 from worlds.alfworld.house import house_of
 
-__all__ = ["AGENT", "NOTHING", "USES", "ExactEngine"]
+__all__ = ["AGENT", "KNIVES", "NOTHING", "USES", "ExactEngine"]
 
 _Do = tuple[Callable[..., str], tuple[str, ...]]  # the method of a command, and its arguments
 
@@ -26,7 +26,8 @@ USES = {
     "cool": ("fridgetype", "coolable", "iscool", "heat"),
 }
 """For each verb: type of appliance, predicate of its objects, predicate that it makes true, verb that it undoes."""
-_KNIVES = ("knifetype", "butterknifetype")
+KNIVES = ("knifetype", "butterknifetype")
+"""The types of objects with which others can be sliced."""
 _HELP = (
     "Available commands:\n"
     "  look:                             look around your current location\n"
@@ -181,7 +182,7 @@ class ExactEngine:
                         offers[f"{verb} {name[hand]} with {there}"] = self._treat, (verb, hand, receptacle)
         if hand:
             offers[f"examine {name[hand]}"] = self._examine_object, (hand,)
-            if house.type.get(hand) in _KNIVES:
+            if house.type.get(hand) in KNIVES:
                 sliceable = house.able_to("sliceable")
                 for each in self._near.get(location, ()):
                     if each in sliceable:

@@ -1,7 +1,7 @@
 """Games generated from a seed: a task, a floor plan that allows it, and places of objects."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,6 @@ from worlds.alfworld.plans import (
     portable,
 )
 
-_T = TypeVar("_T")
-
 _PREDICATES = ("Cleanable", "Heatable", "Coolable", "Toggleable", "Sliceable")
 _DRAWS = 2000  # enough for any house
 _COPIES = (1, 1, 2, 3)  # of an object, drawn uniformly
@@ -39,22 +37,88 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
     """
     draws = iter(rng.random(_DRAWS).tolist())
 
-    def pick(options: Sequence[_T]) -> _T:
+    def pick(options: Sequence[Any]) -> Any:
         return options[int(next(draws) * len(options))]
 
     task = task or pick(TASKS)
     here = plan(pick(plans_for(task, split)))
-    target, destination, lamp = pick(errands(here.number, task))
-    lying = _strew(here, task, target, destination, pick)
-    x, z = pick(here.points)
+    errand = pick(errands(here.number, task))
+    lying: dict[str, Lying] = {}
+    for kind, (where, counts) in placements(here, task, errand).items():
+        count = pick(counts) if len(counts) > 1 else counts[0]
+        for _ in range(count if where else 0):
+            put(lying, kind, pick(where), pick)
+    start = begin(here, pick)
+    return furnished(here, task, errand, pick(tasks()[task].templates), lying, start)
+
+
+Errand = tuple[str, str, str]
+"""The types of the object, the destination and the lamp of a task, each possibly empty."""
+Pick = Callable[[Sequence[Any]], Any]
+"""Draws one of several things, each with the same probability."""
+
+
+class Lying(NamedTuple):
+    """An object and its receptacle."""
+
+    id: str
+    type: str
+    holder: Receptacle
+
+
+class Placement(NamedTuple):
+    """How objects of a type are placed."""
+
+    where: tuple[Receptacle, ...]
+    """The receptacles of which each object gets one."""
+    counts: tuple[int, ...]
+    """Numbers of objects, each with the same probability; if there is no receptacle, there are none."""
+
+
+def placements(here: Plan, task: str, errand: Errand) -> dict[str, Placement]:
+    """Per type of object in a floor plan, how its objects are placed, so that the task is not done at the start."""
+    target, destination, _ = errand
+    barred = {destination, APPLIANCES.get(task, ("",))[0]}
+    found = {}
+    for kind in here.types:
+        if kind == "DeskLamp":
+            where = tuple(each for each in here.receptacles if each.type in LAMPS)
+            found[kind] = Placement(tuple(each for each in where if each.type == "Desk") or where, (1,))
+        elif kind in portable():
+            bar = barred if kind == target else ()
+            where = tuple(each for each in here.holders[kind] if each.type not in bar)
+            least = 2 if kind == target and task == "pick_two_obj_and_place" else 1
+            found[kind] = Placement(where, tuple(max(least, count) for count in _COPIES))
+    return found
+
+
+def put(lying: dict[str, Lying], kind: str, holder: Receptacle, pick: Pick) -> None:
+    """Put one more object of a type at a random spot of a receptacle."""
+    _, x, y, z, *_ = holder.id.split("|")
+    while True:
+        spot = (metres(float(x) + 0.6 * pick(_UNIT) - 0.3), metres(float(y) + 0.05))
+        id = f"{kind}|{spot[0]}|{spot[1]}|{metres(float(z) + 0.6 * pick(_UNIT) - 0.3)}"
+        if id not in lying:
+            break
+    lying[id] = Lying(id, kind, holder)
+
+
+def begin(here: Plan, pick: Pick) -> str:
+    """A location at which no receptacle is used."""
     taken = {each.location for each in here.receptacles}
-    start = location(x, z, 90 * pick(range(4)), 30)
-    while start in taken:
+    while True:
         x, z = pick(here.points)
         start = location(x, z, 90 * pick(range(4)), 30)
+        if start not in taken:
+            return start
+
+
+def furnished(here: Plan, task: str, errand: Errand, template: str, lying: dict[str, Lying], start: str) -> Game:
+    """The game of a floor plan with these objects, for a task in the words of a template, from a start."""
+    target, destination, lamp = errand
     words = {"obj": target, "recep": destination, "toggle": lamp, "mrecep": ""}
-    goal = pick(tasks()[task].templates).format(**{key: each.lower() for key, each in words.items()})
-    kinds, facts = _objects_and_facts(here, lying, start, target)
+    goal = template.format(**{key: each.lower() for key, each in words.items()})
+    kinds, facts = _objects_and_facts(here, tuple(lying.values()), start, target)
     problem = [f"(define (problem plan_{here.number})", "(:domain alfred)", "(:objects", *kinds]
     problem += [")", "(:init", *(f"({fact})" for fact in facts), ")", goal_pddl(task, words)]
     return compose(
@@ -67,43 +131,7 @@ def make(rng: np.random.Generator, task: str, split: str) -> Game:
     )
 
 
-class _Lying(NamedTuple):
-    """An object and its receptacle."""
-
-    id: str
-    type: str
-    holder: Receptacle
-
-
-def _strew(here: Plan, task: str, target: str, destination: str, pick: Callable[[Any], Any]) -> tuple[_Lying, ...]:
-    """Put one to three objects of each type into receptacles that may hold them, without reaching the goal."""
-    barred = {destination, APPLIANCES.get(task, ("",))[0]}
-    least = 2 if task == "pick_two_obj_and_place" else 1
-    lying: dict[str, _Lying] = {}
-    for kind in here.types:
-        if kind == "DeskLamp":
-            where = [each for each in here.receptacles if each.type in LAMPS]
-            where = [each for each in where if each.type == "Desk"] or where
-            count = 1
-        elif kind in portable():
-            bar = barred if kind == target else ()
-            where = [each for each in here.holders[kind] if each.type not in bar]
-            count = max(least if kind == target else 1, pick(_COPIES))
-        else:
-            continue
-        for _ in range(count if where else 0):
-            holder = pick(where)
-            _, x, y, z, *_ = holder.id.split("|")
-            while True:
-                spot = (metres(float(x) + 0.6 * pick(_UNIT) - 0.3), metres(float(y) + 0.05))
-                id = f"{kind}|{spot[0]}|{spot[1]}|{metres(float(z) + 0.6 * pick(_UNIT) - 0.3)}"
-                if id not in lying:
-                    break
-            lying[id] = _Lying(id, kind, holder)
-    return tuple(lying.values())
-
-
-def _objects_and_facts(here: Plan, lying: tuple[_Lying, ...], start: str, target: str) -> tuple[list[str], list[str]]:
+def _objects_and_facts(here: Plan, lying: tuple[Lying, ...], start: str, target: str) -> tuple[list[str], list[str]]:
     """The objects of a problem in PDDL, each with its type, and the facts at the start.
 
     Four types must always be declared, since the domain names them.
@@ -113,13 +141,13 @@ def _objects_and_facts(here: Plan, lying: tuple[_Lying, ...], start: str, target
     holding = {each.type for each in here.receptacles} | {"SinkBasin", "Microwave", "Fridge"}
     names = {each.id: name(each.id) for each in lying}
     places = sorted({each.location for each in here.receptacles} | {start})
-    begin = name(start)
+    first = name(start)
     objects = ["agent1 - agent"]
     objects += [f"{each}Type - otype" for each in sorted(kinds)] + [f"{each}Type - rtype" for each in sorted(holding)]
     objects += [f"{names[id]} - object" for id in sorted(names)]
     objects += [f"{called[each.id]} - receptacle" for each in here.receptacles]
-    objects += [f"{called.get(each, begin)} - location" for each in places]
-    facts = [f"atLocation agent1 {begin}"]
+    objects += [f"{called.get(each, first)} - location" for each in places]
+    facts = [f"atLocation agent1 {first}"]
     for id, kind, place in here.receptacles:
         holder = called[id]
         facts += [f"receptacleType {holder} {kind}Type", f"receptacleAtLocation {holder} {called[place]}"]

@@ -129,6 +129,11 @@ class Alfworld(World[Truth, str, str]):
         return self._observation_and_info()
 
     @property
+    def official(self) -> bool:
+        """Whether its games are ALFWorld's own."""
+        return bool(self._files)
+
+    @property
     def truth(self) -> Truth:
         """The facts, the last answer, whether the task is completed, and the game."""
         return Truth(self._engine.facts, self._feedback, self._won, self._engine.game)

@@ -1,6 +1,7 @@
 """Users and their wishes."""
 
 from functools import lru_cache
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +65,15 @@ def draw_profile(rng: np.random.Generator) -> Profile:
     if age >= 0 and not _UNFIT[age].isdisjoint(GENRES[genre] for genre in profile.genres):
         return profile._replace(age=-1)
     return profile
+
+
+def odds_of(profile: Profile) -> float:
+    """The probability that `draw_profile` draws a profile."""
+    _, periods, genres, age = profile
+    unfit = [not words.isdisjoint(GENRES[genre] for genre in genres) for words in _UNFIT]
+    each = (1 - _NO_AGE) / len(AGE_NAMES)
+    of_age = _NO_AGE + each * sum(unfit) if age < 0 else each * (not unfit[age])
+    return of_age / 2 / 9 / comb(len(PERIODS), len(periods)) / comb(len(GENRES), len(genres))
 
 
 @lru_cache(maxsize=1024)

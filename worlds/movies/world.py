@@ -1,5 +1,6 @@
 """The world of movies: a user's request, and a catalogue that judges the answers."""
 
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -7,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from worlds.movies.answers import MAX_LENGTH, MAX_TITLE, MAX_TITLES, answer_of, canonical, titles_of
-from worlds.movies.catalogue import GENRES, PERIODS, Catalogue, load_catalogue
+from worlds.movies.catalogue import GENRES, PERIODS, Catalogue, Item, load_catalogue
 from worlds.movies.users import AGE, AGE_NAMES, GENRE, TYPE, YEAR, Profile, draw_profile
 from worlds.spaces import Prose
 from worlds.world import World, illegal
@@ -119,9 +120,7 @@ class Movies(World[Truth, dict[str, Any], str]):
         """Look up the titles and judge them."""
         profile, unsaid, manner, _ = self._truth
         self._truth = Truth(profile, unsaid, manner, action)
-        items, wishes = self.catalogue.look_up(titles_of(action)), profile.wishes.values()
-        met = sum([item is not None and item.meets(wishes) for item in items])
-        reward = met / len(items) - 1.0 if items else -1.0
+        reward = reward_of(self.catalogue.look_up(titles_of(action)), profile.wishes.values())
         return self.observe(), reward, False, False, {"success": reward == 0.0}
 
     def observe(self) -> dict[str, Any]:
@@ -169,6 +168,12 @@ class Movies(World[Truth, dict[str, Any], str]):
     def _load(self, truth: Truth) -> None:
         self._truth = truth
         self._said = _said(*truth[:3])
+
+
+def reward_of(items: Sequence[Item | None], wishes: Collection[int]) -> float:
+    """The reward for a list of titles, whose items are given, and None for titles without one."""
+    met = sum([item is not None and item.meets(wishes) for item in items])
+    return met / len(items) - 1.0 if items else -1.0
 
 
 @lru_cache(maxsize=1024)

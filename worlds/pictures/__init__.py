@@ -13,34 +13,22 @@ from typing_extensions import TypeVar
 
 from worlds.pictures.canvas import Canvas, height_of
 from worlds.pictures.themes import LARGE, MEDIUM, SMALL
-from worlds.world import TruthT, World
+from worlds.world import TruthT, World, WorldTurn
 
-__all__ = ["Picture", "Sight", "Step", "Text", "TextPicture", "WorldT"]
+__all__ = ["Picture", "Sight", "Text", "TextPicture", "WorldT"]
 
 WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
 """The class of the world."""
 Text = tuple[tuple[str, str], ...]
 """Pieces of text, each with its role: `here`, `goal`, `good`, `bad`, `muted`, or empty."""
 
-
 _SEEN = 3000  # characters; more would not be legible on a canvas
-
-
-class Step(NamedTuple, Generic[TruthT]):
-    """A turn of the student."""
-
-    action: Any
-    """In canonical form; None at the opening and in turns without an action."""
-    reward: float
-    truth: TruthT
-    """The truth after the turn."""
-    success: bool = False
 
 
 class Sight(NamedTuple, Generic[TruthT]):
     """An episode up to the current turn."""
 
-    turns: tuple[Step[TruthT], ...]
+    turns: tuple[WorldTurn[TruthT], ...]
     """The first is the opening."""
     seen: str
     """The world's description of the current observation."""
@@ -76,7 +64,7 @@ class Picture(ABC, Generic[TruthT, WorldT]):
         """A sight as text; by default the world's description."""
         return ((sight.seen, ""),)
 
-    def alike(self, turns: Sequence[Step[TruthT]], rng: np.random.Generator) -> Sequence[Step[TruthT]]:
+    def alike(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Sequence[WorldTurn[TruthT]]:
         """The same turns in another world that the student cannot distinguish from this one, for checks.
 
         Pictures of both must be equal unless they are privileged. By default nothing is hidden: returns `turns`.

@@ -8,9 +8,10 @@ from worlds.alfworld.exact import AGENT
 from worlds.alfworld.games import Fact
 from worlds.alfworld.house import House, house_of
 from worlds.alfworld.world import Alfworld, Truth
-from worlds.pictures import Picture, Sight, Step, Text
+from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas, listed, measure, wrap
 from worlds.pictures.themes import MEDIUM, SMALL
+from worlds.world import WorldTurn
 
 __all__ = ["AlfworldPicture"]
 
@@ -83,7 +84,7 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
         ]
         return (*lines, (sight.seen, ""))
 
-    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """Empties the places that were not visited."""
         house = house_of(turns[0].truth.game)
         been = {_location(turn.truth.facts) for turn in turns}
@@ -130,7 +131,7 @@ def _inside(facts: Iterable[Fact], house: House) -> dict[str, list[str]]:
     return inside
 
 
-def _remembered(turns: Sequence[Step[Truth]], house: House) -> dict[str, list[str]]:
+def _remembered(turns: Sequence[WorldTurn[Truth]], house: House) -> dict[str, list[str]]:
     """The contents of the places that the student has looked into.
 
     To look into a place is to go there or examine it while it is not closed, or to open it. Only the student's own

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from worlds.bandits import Bandit, Truth
-from worlds.pictures import Picture, Sight, Step, Text
+from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas
 from worlds.pictures.themes import LARGE, SMALL
+from worlds.world import WorldTurn
 
 __all__ = ["BanditPicture"]
 
@@ -67,7 +68,7 @@ class BanditPicture(Picture[Truth, Bandit]):
             if each
         )
 
-    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """Lower payouts of the arms that are not best, which could have paid the same by chance."""
         truth = turns[0].truth
         less = [0.0 if arm in truth.best else float(rng.uniform(0.1, 1)) for arm in range(self.lab.arms)]
@@ -77,7 +78,7 @@ class BanditPicture(Picture[Truth, Bandit]):
         return [turn._replace(truth=other) for turn in turns]
 
 
-def _paid(arms: int, turns: Sequence[Step[Truth]]) -> list[list[float]]:
+def _paid(arms: int, turns: Sequence[WorldTurn[Truth]]) -> list[list[float]]:
     """The payouts of each arm."""
     paid: list[list[float]] = [[] for _ in range(arms)]
     for turn in turns:

@@ -6,9 +6,10 @@ from functools import lru_cache
 import numpy as np
 
 from worlds.gridworld import NO_DOOR, Gridworld, Layout, Truth
-from worlds.pictures import Picture, Sight, Step, Text
+from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas, Point, listed, measure
 from worlds.pictures.themes import SMALL
+from worlds.world import WorldTurn
 
 __all__ = ["GridworldPicture"]
 
@@ -108,7 +109,7 @@ class GridworldPicture(Picture[Truth, Gridworld]):
             pieces.append((f"{below.rstrip()}\n", "muted"))
         return (*_trimmed(pieces), (sight.seen, ""))
 
-    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """The treasure in another room that was not visited, and other names of unknown rooms."""
         layout = turns[-1].truth.layout
         been = {turn.truth.room for turn in turns}

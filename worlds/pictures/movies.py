@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from worlds.movies import ATTRIBUTES, Movies, Profile, Truth, draw_profile, titles_of
-from worlds.pictures import Picture, Sight, Step, Text
+from worlds.pictures import Picture, Sight, Text
 from worlds.pictures.canvas import Canvas
 from worlds.pictures.themes import MEDIUM, SMALL
+from worlds.world import WorldTurn
 
 __all__ = ["MoviesPicture"]
 
@@ -68,7 +69,7 @@ class MoviesPicture(Picture[Truth, Movies]):
         role = "good" if titles and sight.turns[-1].reward == 0.0 else ""
         return (f"{sight.seen}\n", ""), *((f"  {title}\n", role) for title in titles)
 
-    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """A user with another unstated wish."""
         profile, unsaid = turns[0].truth.profile, turns[0].truth.unsaid
         while unsaid not in (other := draw_profile(rng)).wishes:

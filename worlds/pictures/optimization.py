@@ -7,9 +7,10 @@ import numpy as np
 
 from worlds.optimization.loss import Landscape, Loss, Point
 from worlds.optimization.world import Optimization, Truth
-from worlds.pictures import Picture, Sight, Step
+from worlds.pictures import Picture, Sight
 from worlds.pictures.canvas import SCALE, Canvas, Frame
 from worlds.pictures.themes import MEDIUM, SMALL
+from worlds.world import WorldTurn
 
 __all__ = ["OptimizationPicture"]
 
@@ -65,7 +66,7 @@ class OptimizationPicture(Picture[Truth, Optimization]):
             (x1, x2), loss = each.x, each.y
             canvas.text((left + 18, below + 20 * i), f"{name}: y = {loss:.4g} at [{x1:.3g}, {x2:.3g}]", MEDIUM)
 
-    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """A loss with another shift, whose values at the proposed points are taken to be the same."""
         if not self.lab.options["shift"]:
             return turns

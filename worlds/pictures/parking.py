@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from worlds.parking import LENGTH, WALL_X, WALL_Y, WIDTH, Action, Car, Parking, Truth
-from worlds.pictures import Picture, Sight, Step
+from worlds.pictures import Picture, Sight
 from worlds.pictures.canvas import Canvas, Point
 from worlds.pictures.themes import MEDIUM
+from worlds.world import WorldTurn
 
 __all__ = ["ParkingPicture"]
 
@@ -62,7 +63,7 @@ class ParkingPicture(Picture[Truth, Parking]):
                 break
         return way
 
-    def alike(self, turns: Sequence[Step[Truth]], rng: np.random.Generator) -> Sequence[Step[Truth]]:
+    def alike(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Sequence[WorldTurn[Truth]]:
         """Another time, other walls and spots touched, and another imminent collision."""
         later, impact = float(rng.uniform(1, 9)), tuple(rng.uniform(-1, 1, 2).tolist())
         return [

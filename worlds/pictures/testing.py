@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from worlds.pictures import Picture, Sight, Step
+from worlds.pictures import Picture, Sight
 from worlds.pictures.canvas import Canvas, Frame, Point, cut
 from worlds.pictures.themes import MEDIUM, THEMES, Theme
-from worlds.testing import plain, require, some_actions, started
-from worlds.world import World
+from worlds.testing import require, some_actions, started
+from worlds.world import World, WorldTurn, plain
 
 __all__ = ["CHECKS", "Proof", "check_picture", "episode", "picture_of"]
 
@@ -33,19 +33,19 @@ def check_picture(make: Make, make_picture: MakePicture) -> None:
         check(make, make_picture)
 
 
-def episode(world: World[Any], turns: int = _TURNS, seed: int = 0) -> list[Step[Any]]:
+def episode(world: World[Any], turns: int = _TURNS, seed: int = 0) -> list[WorldTurn[Any]]:
     """Turns with random actions, in a world that was reset."""
-    played: list[Step[Any]] = [Step(None, 0.0, world.truth)]
+    played: list[WorldTurn[Any]] = [WorldTurn(None, 0.0, world.truth)]
     for action in some_actions(world, turns, seed):
         legal = world.legal(action)
         _, reward, terminated, truncated, info = world.advance(legal)
-        played.append(Step(legal, reward, world.truth, info["success"]))
+        played.append(WorldTurn(legal, reward, world.truth, info["success"]))
         if terminated or truncated:
             break
     return played
 
 
-def sight_of(world: World[Any], turns: Sequence[Step[Any]], privileged: bool = False) -> Sight[Any]:
+def sight_of(world: World[Any], turns: Sequence[WorldTurn[Any]], privileged: bool = False) -> Sight[Any]:
     """A sight of turns; the world is left in the state of the last one."""
     world.restore(turns[-1].truth)
     return Sight(tuple(turns), world.describe(world.observe()), privileged)
@@ -189,7 +189,7 @@ def check_hidden(make: Make, make_picture: MakePicture) -> None:
         require(picture.text(one) == picture.text(two), "the text shows what the student may not know")
 
 
-def _seen(world: World[Any], turn: Step[Any]) -> Any:
+def _seen(world: World[Any], turn: WorldTurn[Any]) -> Any:
     """The observation after a turn, and its description."""
     world.restore(turn.truth)
     observation = world.observe()

@@ -13,6 +13,7 @@ from teachers.oracles.gridworld.claims import (
     Found,
     Go,
     Goal,
+    Map,
     Moves,
     Nearer,
     NoNearer,
@@ -24,10 +25,12 @@ from teachers.oracles.gridworld.claims import (
 )
 from worlds.gridworld import (
     DIRECTIONS,
+    NO_DOOR,
     SIDES,
     TREASURE,
     Direction,
     Gridworld,
+    Layout,
     Truth,
     distances_from,
     look_around,
@@ -68,6 +71,12 @@ class _Rooms(dict[int, _Room]):
         return found
 
 
+def _map_of(layout: Layout) -> Map:
+    """The plan of a house."""
+    doors = tuple(tuple("" if behind == NO_DOOR else layout.names[behind] for behind in row) for row in layout.doors)
+    return Map(rooms=layout.names, doors=doors, objects=layout.objects)
+
+
 class GridworldOracle(Oracle[Truth, Gridworld]):
     """Judges moves by their distance to the treasure. A value is the negated number of moves still needed."""
 
@@ -80,7 +89,8 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
 
     def _basics(self, truth: Truth) -> tuple[Claim, ...]:
         name = self.lab.things[-1]
-        return _BASICS if name == TREASURE else (_BASICS[0], Treasure(name=name), *_BASICS[1:])
+        basics = _BASICS if name == TREASURE else (_BASICS[0], Treasure(name=name), *_BASICS[1:])
+        return (*basics, _map_of(truth.layout)) if self.lab.options["map"] else basics
 
     def _practice(self, truth: Truth, rng: np.random.Generator) -> tuple[Claim, ...]:
         """A short random walk from the start, move by move; each move is judged once."""

@@ -50,6 +50,35 @@ class Treasure(Claim[Truth, Gridworld]):
 
 
 @claim
+class Map(Claim[Truth, Gridworld]):
+    """True if these are the rooms of the house, with what is in each beside the treasure, and where its doors lead."""
+
+    rooms: tuple[str, ...]
+    doors: tuple[tuple[str, ...], ...]
+    """For each room the names of the rooms to the north, east, west and south of it; empty where there is no door."""
+    objects: tuple[tuple[str, ...], ...]
+
+    @property
+    def listing(self) -> str:
+        """The rooms one after the other."""
+        return "; ".join(map(_in_words, self.rooms, self.doors, self.objects))
+
+    def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
+        """Look around in every room, and go through every door."""
+        layout = moment.after.layout
+        for room, name in enumerate(layout.names):
+            here = Truth(room, False, layout)
+            lab.restore(here)
+            seen = lab.observe()["objects"][:-1].tolist()
+            objects = {thing for thing, lies in zip(lab.things, seen, strict=False) if lies}
+            behind = [walk(lab, here, direction).room for direction in DIRECTIONS]
+            doors = tuple("" if other == room else layout.names[other] for other in behind)
+            if (name, doors, objects) != (self.rooms[room], self.doors[room], set(self.objects[room])):
+                return False
+        return len(self.rooms) == len(self.doors) == len(self.objects) == len(layout.names)
+
+
+@claim
 class Moves(Claim[Truth, Gridworld]):
     """True if a move leads through the door on that side, and leaves the student in place where there is none."""
 
@@ -264,6 +293,13 @@ class Avoid(ActionClaim[Truth, Gridworld]):
     def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Warn of another direction."""
         return tuple(Avoid(action=direction) for direction in DIRECTIONS if direction != self.action)
+
+
+def _in_words(room: str, doors: tuple[str, ...], objects: tuple[str, ...]) -> str:
+    """A room with its objects and doors, such as `kitchen-1 (clock): north attic-1, east hall-2`."""
+    inside = f" ({', '.join(objects)})" if objects else ""
+    ways = (f"{direction} {behind}" for direction, behind in zip(DIRECTIONS, doors, strict=False) if behind)
+    return f"{room}{inside}: {', '.join(ways)}"
 
 
 def walk(lab: Gridworld, truth: Truth, direction: Direction) -> Truth:

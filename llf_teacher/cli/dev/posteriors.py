@@ -1,0 +1,49 @@
+"""`llf dev posteriors`: check that posteriors are calibrated, and measure what they cost."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def add_to(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("posteriors")(posteriors)
+
+
+def posteriors(
+    families: Annotated[
+        list[str] | None, typer.Argument(metavar="FAMILY", help="Families; by default all that have a posterior.")
+    ] = None,
+    histories: Annotated[int, typer.Option(min=20, help="Untaught histories for each environment.")] = 1000,
+    plot: Annotated[Path | None, typer.Option(help="Picture of the ranks to write, such as ranks.svg.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the histories.")] = 0,
+) -> None:
+    """Rank the true world among drawn ones (simulation-based calibration), and compare a draw with a reset.
+
+    The exit status is 1 if ranks are less even than those of one right posterior in 100,000.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    from llf_teacher.registry import entries
+    from llf_teacher.tools import posteriors as measured
+    from teachers.spec import unknown
+    from worlds.posteriors.testing import THRESHOLD
+
+    able = dict.fromkeys(entry.family.name for entry in entries().values() if entry.family.posterior)
+    for name in families or ():
+        if name not in able:
+            raise typer.BadParameter(unknown("family with a posterior", name, able))
+    chosen = [entry for entry in entries().values() if entry.family.name in (families or able)]
+    console = Console(stderr=True)
+    found = [
+        measured.measure(entry, histories, seed) for entry in track(chosen, "ranking", console=console, transient=True)
+    ]
+    if plot is not None:
+        measured.plot(found, str(plot))
+    output = Console()
+    output.width = max(output.width, 120)
+    output.print(measured.table(found))
+    if any(each.p < THRESHOLD for one in found for each in one.calibration.values()):
+        raise typer.Exit(1)

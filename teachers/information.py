@@ -1,0 +1,288 @@
+"""How much a claim says: how improbable it was to a student that knows what it has seen and heard.
+
+Worlds that the student cannot distinguish from its own are drawn by the family's posterior, given its own actions, all
+observations and the rewards that were said. Those in which some claim that it has heard is false are left out. The
+bits of a claim are minus the binary logarithm of the share of the others in which it is true. A claim is taken as it is
+said, by `Claim.means`: what only its ground says is neither measured nor known.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teachers.atoms import Atom, Claim, Grounded, Moment
+from teachers.common import Reward
+from teachers.oracle import Oracle
+from teachers.spec import is_count
+from worlds.posteriors import Draw, NoWorldError, Posterior
+from worlds.world import WorldTurn
+
+__all__ = ["TRIES", "WORLDS", "Bits", "Gain", "Information"]
+
+WORLDS = 256
+"""Number of worlds by which a claim is measured."""
+TRIES = 40
+"""Draws for each of them, at most: what was heard leaves only some of the worlds that were drawn."""
+_LEVEL = 0.95
+
+
+class Bits(NamedTuple):
+    """How much a claim said to a student when it heard it."""
+
+    worlds: int
+    """Number of worlds by which it was measured; if it is 0, `why` says why."""
+    held: int
+    """Number of those in which it is true."""
+    saved: float | None = None
+    """Regret that it saves in the next action: in the worlds in which it is true, the mean regret of what seemed best
+    before less that of what seems best now. None without worlds, and where the family's actions have no values.
+    """
+    why: str = ""
+
+    @property
+    def bits(self) -> float | None:
+        """Minus the binary logarithm of the share of worlds in which it is true.
+
+        If it is true in none of them, what it says at least, by the end of `interval`. None without worlds.
+        """
+        if not self.worlds:
+            return None
+        return math.log2(self.worlds / self.held) if self.held else self.interval[0]
+
+    @property
+    def at_least(self) -> bool:
+        """Whether it says at least `bits`, since it is true in none of the worlds."""
+        return self.worlds > 0 and not self.held
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The 95 % interval of the bits, from that of the share by Clopper and Pearson; the end may be infinite."""
+        from scipy.stats import binomtest
+
+        if not self.worlds:
+            return 0.0, math.inf
+        share = binomtest(self.held, self.worlds).proportion_ci(_LEVEL, "exact")
+        return -math.log2(share.high) + 0.0, -math.log2(share.low) if share.low > 0 else math.inf
+
+    def __str__(self) -> str:
+        if self.bits is None:
+            return "unknown"
+        low, high = self.interval
+        return f"at least {low:.1f} bits" if self.at_least else f"{self.bits:.2f} bits ({low:.2f} to {high:.2f})"
+
+
+class Gain(NamedTuple):
+    """How much several claims have said together, as far as it was measured."""
+
+    claims: int = 0
+    """Number of claims that were measured."""
+    unknown: int = 0
+    """Number of claims that were not, since no worlds were found."""
+    bits: float = 0.0
+    """Sum of their bits."""
+    at_least: int = 0
+    """Number of claims whose bits are only a bound from below."""
+    words: int = 0
+    """Number of words of the claims that were measured."""
+    valued: int = 0
+    """Number of those of which it is known what they save."""
+    valued_bits: float = 0.0
+    """Sum of the bits of these."""
+    saved: float = 0.0
+    """Sum of the regret that they save."""
+
+    @classmethod
+    def of(cls, atom: Atom, bits: Bits) -> "Gain":
+        """What one claim has said."""
+        if bits.bits is None:
+            return cls(unknown=1)
+        valued = (0, 0.0, 0.0) if bits.saved is None else (1, bits.bits, bits.saved)
+        return cls(1, 0, bits.bits, int(bits.at_least), len(atom.text.split()), *valued)
+
+    def __add__(self, other: "Gain") -> "Gain":  # type: ignore[override]  # no concatenation
+        """Both together."""
+        added: Any = (one + two for one, two in zip(self, other, strict=True))
+        return Gain(*added)
+
+    @property
+    def bits_per_word(self) -> float | None:
+        """Bits in a word; None without words."""
+        return self.bits / self.words if self.words else None
+
+    @property
+    def saved_per_bit(self) -> float | None:
+        """Regret saved by a bit of the claims of which both are known; None without bits."""
+        return self.saved / self.valued_bits if self.valued_bits else None
+
+
+class _World:
+    """A world that was drawn."""
+
+    def __init__(self, draw: Draw[Any], moments: Sequence[Moment[Any]]) -> None:
+        self.draw, self._moments = draw, moments
+        self.regrets: npt.NDArray[np.float64] | None = None
+        """What each action loses now, shape (actions,); None as long as it is not computed."""
+
+    def moment(self, turn: int) -> Moment[Any]:
+        """The moment of a turn, as it is in this world."""
+        action, reward, after, success, _ = self.draw[turn]
+        before = None if action is None else self.draw[turn - 1].truth
+        return self._moments[turn]._replace(before=before, reward=reward, after=after, success=success)
+
+
+class Information:
+    """What a student can know in an episode, and how much it is told.
+
+    For each turn, `see` what happened, then `hear` what was said of it.
+
+    Args:
+        posterior: draws the worlds.
+        oracle: of the family, with a lab of its own; it starts on drawn worlds, so that no teacher may use it.
+        rng: draws the worlds, apart from all streams of the lesson.
+        worlds: number of worlds by which a claim is measured.
+
+    Raises:
+        ValueError: `worlds` is not an integer of at least 1.
+    """
+
+    def __init__(
+        self, posterior: Posterior[Any], oracle: Oracle[Any, Any], rng: np.random.Generator, worlds: int = WORLDS
+    ) -> None:
+        if not is_count(worlds):
+            raise ValueError(f"worlds must be an integer of at least 1, got {worlds!r}")
+        self._posterior, self._oracle, self._rng, self._worlds = posterior, oracle, rng, worlds
+        self._keeps = posterior.exact and not posterior.chancy  # few worlds, which are drawn again and again
+        self._values = "values" in oracle.abilities()
+        self._moments: list[Moment[Any]] = []
+        self._turns: list[WorldTurn[Any]] = []
+        self._heard: list[
+            tuple[Claim, int, int]
+        ] = []  # with the turns that claims are about, and that they were heard in
+        self._rewards: dict[int, int] = {}  # per turn whose reward was said, when it was
+        self._known: dict[tuple[Claim, Moment[Any]], bool] = {}
+        self._regrets: dict[Moment[Any], npt.NDArray[np.float64]] = {}
+        self._draws: Iterator[Draw[Any]] = iter(())
+        self._left = 0  # draws of this turn
+        self._pool: list[_World] = []
+        self._why = ""  # there are no worlds
+
+    def see(self, moment: Moment[Any]) -> None:
+        """What has happened, the opening first; a turn that comes again takes the place of all from there on."""
+        turn = moment.turn
+        if self._moments[turn:] and self._moments[turn] is moment:
+            return  # the student has asked, and hears more of it
+        del self._moments[turn:], self._turns[turn:]
+        if not turn:
+            self._known.clear()
+            self._regrets.clear()
+        self._heard = [each for each in self._heard if each[2] < turn]
+        self._rewards = {about: when for about, when in self._rewards.items() if when < turn}
+        action = None if moment.before is None else moment.action
+        self._moments.append(moment)
+        self._turns.append(WorldTurn(action, moment.reward, moment.after, moment.success))
+        self._begin()
+
+    def hear(self, atoms: Sequence[Atom]) -> tuple[Bits, ...]:
+        """How much each of some claims says, given all that was seen and heard before, the claims before it included.
+
+        A claim that is true in none of the worlds is not believed; what comes after it is measured without it.
+        """
+        return tuple(map(self._hear, atoms))
+
+    def weigh(self, atom: Atom) -> Bits:
+        """How much a claim would say now; it is not heard."""
+        return self._measure(atom.claim, atom.about_turn)[0]
+
+    def worlds(self) -> tuple[Draw[Any], ...]:
+        """Worlds that agree with all that was seen and heard: as many as claims are measured by, or fewer."""
+        self._fill()
+        return tuple(world.draw for world in self._pool)
+
+    def _hear(self, atom: Atom) -> Bits:
+        claim, about, now = atom.claim, atom.about_turn, self._moments[-1].turn
+        bits, after = self._measure(claim, about)
+        if isinstance(claim, Reward) and bits.worlds and claim.reward == self._moments[about].reward:
+            before = self._pool
+            self._rewards[about] = now
+            self._begin()  # of numbers that vary by chance, hardly two are equal
+            self._fill()
+            return bits._replace(saved=self._saved(before, self._pool))
+        if after:
+            self._heard.append((claim, about, now))
+            self._pool = after
+        return bits
+
+    def _measure(self, claim: Claim, about: int) -> tuple[Bits, list[_World]]:
+        """How much a claim says, and the worlds in which it is true."""
+        self._fill()
+        if not self._pool:
+            return Bits(0, 0, why=self._why), []
+        after = [world for world in self._pool if self._is_true(claim, about, world)]
+        return Bits(len(self._pool), len(after), self._saved(self._pool, after)), after
+
+    def _begin(self) -> None:
+        """Draw new worlds from now on."""
+        self._pool, self._left, self._why = [], TRIES * self._worlds, ""
+        turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
+        self._draws = self._posterior.draws(turns, self._rng)
+
+    def _fill(self) -> None:
+        """Draw until there are enough worlds that agree with what was heard, or all tries are used up."""
+        try:
+            while len(self._pool) < self._worlds and self._left:
+                self._left -= 1
+                world = _World(next(self._draws), self._moments)
+                if self._agrees(world):
+                    self._pool.append(world)
+        except NoWorldError as error:
+            self._why, self._left = f"{error}", 0
+        if not self._pool and not self._why:
+            self._why = f"what was heard is true in none of {TRIES * self._worlds:,} drawn worlds"
+
+    def _agrees(self, world: _World) -> bool:
+        """Whether all that was heard is true in a world; what is not is asked of the next world first."""
+        for i, (claim, about, _) in enumerate(self._heard):
+            if not self._is_true(claim, about, world):
+                self._heard.insert(0, self._heard.pop(i))
+                return False
+        return True
+
+    def _is_true(self, claim: Claim, about: int, world: _World) -> bool:
+        """Whether a claim is true in a world, as it is said."""
+        moment = world.moment(about)
+        found = self._known.get((claim, moment)) if self._keeps else None
+        if found is None:
+            if isinstance(claim, Grounded):
+                self._oracle.start(world.draw[0].truth)
+            found = claim.means(moment, self._oracle)
+            if self._keeps:
+                self._known[claim, moment] = found
+        return found
+
+    def _saved(self, before: Sequence[_World], after: Sequence[_World]) -> float | None:
+        """See `Bits.saved`."""
+        if not (self._values and after) or self._moments[-1].over:
+            return None
+        best = self._mean_regrets(before).argmin()
+        now = self._mean_regrets(after)
+        return float(now[best] - now.min())
+
+    def _mean_regrets(self, worlds: Sequence[_World]) -> npt.NDArray[np.float64]:
+        """The mean of what each action loses, shape (actions,)."""
+        means: npt.NDArray[np.float64] = np.mean([self._regrets_in(world) for world in worlds], axis=0)
+        return means
+
+    def _regrets_in(self, world: _World) -> npt.NDArray[np.float64]:
+        if world.regrets is None:
+            moment = world.moment(len(self._moments) - 1)
+            world.regrets = self._regrets.get(moment) if self._keeps else None
+            if world.regrets is None:
+                self._oracle.start(world.draw[0].truth)
+                values = np.array(self._oracle.values(moment.after))
+                world.regrets = values.max() - values
+                if self._keeps:
+                    self._regrets[moment] = world.regrets
+        return world.regrets

@@ -1,0 +1,136 @@
+"""What a student cannot know: the worlds that agree with all it has seen, one module per family.
+
+A posterior draws worlds with the probability that the family's own generator gives them after play. A student knows
+the generator, the observations, its own actions, and those rewards that were said.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+from types import MappingProxyType
+from typing import Any, ClassVar, Generic
+
+import numpy as np
+from typing_extensions import TypeVar
+
+from worlds.world import TruthT, World, WorldTurn, plain
+
+__all__ = ["Draw", "NoWorldError", "Posterior", "WorldT", "seen"]
+
+WorldT = TypeVar("WorldT", bound=World[Any], default=Any)
+"""The class of the world."""
+Draw = tuple[WorldTurn[TruthT], ...]
+"""The student's turns in a world, the opening first."""
+
+
+class NoWorldError(ValueError):
+    """No world, or not enough of them, could be drawn that agrees with what a student saw."""
+
+
+class Posterior(ABC, Generic[TruthT, WorldT]):
+    """Draws the worlds of a family that a student cannot distinguish from the one that it is in.
+
+    Args:
+        lab: a scratch world with the options of the world of the episode, which may be restored and stepped.
+
+    Raises:
+        ValueError: worlds with these options have no posterior; the message gives the reason.
+    """
+
+    needs: ClassVar[Mapping[str, Any]] = MappingProxyType({})
+    """Options with which worlds have a posterior if they have none by default."""
+    exact: ClassVar[bool] = True
+    """Whether every truth of `openings` agrees with what the student saw; others are played and, if not, rejected."""
+    chancy: ClassVar[bool] = False
+    """Whether chance decides what an action does."""
+    tries: ClassVar[int] = 2_000
+    """Number of truths in a row that may be rejected."""
+
+    def __init__(self, lab: WorldT) -> None:
+        self.lab = lab
+
+    @abstractmethod
+    def openings(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Iterator[TruthT]:
+        """Truths at the opening, without end, each drawn independently given the turns; arguments as in `draws`."""
+
+    @abstractmethod
+    def quantities(self, turns: Sequence[WorldTurn[TruthT]]) -> dict[str, float]:
+        """Numbers that depend on what is hidden, for calibration; some depend also on what was seen.
+
+        With functions of the truth alone, a sampler that ignores the turns passes: Modrak et al. (2023),
+        Simulation-based calibration checking for Bayesian computation.
+        """
+
+    def draws(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator) -> Iterator[Draw[TruthT]]:
+        """The same turns in other worlds, without end, each drawn independently with its probability given the turns.
+
+        The actions and the known rewards are the same. Other rewards, and successes, are those of the drawn world.
+
+        Args:
+            turns: what happened, the opening first. Only what the student saw decides which worlds are drawn.
+            rng: draws the worlds.
+
+        Raises:
+            NoWorldError: no world agrees, or `tries` worlds in a row were rejected.
+        """
+        wanted = () if self.exact else tuple(seen(self.lab, each.truth) for each in turns)
+        known: dict[TruthT, Draw[TruthT]] = {}
+        rejected = 0
+        for opening in self.openings(turns, rng):
+            drawn = known.get(opening) if self.exact and not self.chancy else None
+            if drawn is None:
+                drawn = self._play(opening, turns, wanted, rng)
+                if drawn is None:
+                    rejected += 1
+                    if rejected == self.tries:
+                        raise NoWorldError(f"{rejected:,} worlds in a row do not agree with what the student saw")
+                    continue
+                if self.exact and not self.chancy:
+                    known[opening] = drawn
+            rejected = 0
+            yield drawn
+
+    def take(self, turns: Sequence[WorldTurn[TruthT]], rng: np.random.Generator, count: int) -> list[Draw[TruthT]]:
+        """So many of `draws`.
+
+        Raises:
+            NoWorldError: fewer could be drawn; the message says how many.
+        """
+        found: list[Draw[TruthT]] = []
+        try:
+            found.extend(islice(self.draws(turns, rng), count))
+        except NoWorldError as error:
+            raise NoWorldError(f"{error}; {len(found)} of {count} worlds were drawn") from None
+        return found
+
+    def _play(
+        self, opening: TruthT, turns: Sequence[WorldTurn[TruthT]], wanted: Sequence[Any], rng: np.random.Generator
+    ) -> Draw[TruthT] | None:
+        """The turns from another opening on; None as soon as the student would see anything else than is wanted."""
+        lab = self.lab
+        lab.restore(opening)
+        lab.np_random = rng
+        played = [turns[0]._replace(truth=opening)]
+        if wanted and seen(lab) != wanted[0]:
+            return None
+        for i, turn in enumerate(turns[1:], 1):
+            reward, success = turn.reward, played[-1].success
+            if turn.action is not None:
+                _, reward, _, _, info = lab.advance(turn.action)
+                success = info["success"]
+            if turn.reward_known:
+                if not self.chancy and reward != turn.reward:
+                    return None
+                reward = turn.reward
+            if wanted and seen(lab) != wanted[i]:
+                return None
+            played.append(WorldTurn(turn.action, reward, lab.truth, success, turn.reward_known))
+        return tuple(played)
+
+
+def seen(lab: World[Any], truth: Any = None) -> Any:
+    """What a world shows to a student, comparable with `==`; of a truth, else in the current state."""
+    if truth is not None:
+        lab.restore(truth)
+    observation = lab.observe()
+    return plain(observation), lab.describe(observation)

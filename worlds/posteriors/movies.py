@@ -1,0 +1,96 @@
+"""Posterior of movies: exact, over all users who could have made the request."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from worlds.movies import (
+    AGE,
+    AGE_NAMES,
+    ATTRIBUTES,
+    GENRE,
+    LEAST_MATCHES,
+    TYPE,
+    YEAR,
+    Movies,
+    Profile,
+    Truth,
+    titles_of,
+)
+from worlds.movies.catalogue import GENRES, PERIODS
+from worlds.movies.users import odds_of
+from worlds.movies.world import reward_of
+from worlds.posteriors import NoWorldError, Posterior
+from worlds.world import WorldTurn
+
+__all__ = ["MoviesPosterior"]
+
+_BLOCK = 64  # worlds that are drawn at once
+_FIELDS = dict(zip(ATTRIBUTES, Profile._fields, strict=True))
+
+
+def _some(count: int) -> list[tuple[int, ...]]:
+    """Every set of one or two of so many things."""
+    return [each for size in (1, 2) for each in combinations(range(count), size)]
+
+
+_HIDDEN: Mapping[str, Sequence[Any]] = MappingProxyType(
+    {YEAR: _some(len(PERIODS)), GENRE: _some(len(GENRES)), AGE: range(len(AGE_NAMES))}
+)
+"""Per attribute that a request may be silent about, the wishes that it may leave out."""
+
+
+class MoviesPosterior(Posterior[Truth, Movies]):
+    """The wish that was not said, and what it is about, given the request and the rewards that were said."""
+
+    def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
+        """Draw a user by the probabilities of all who could have made the request.
+
+        It neglects that a reset gives up after a thousand draws, at which the shipped catalogue never arrives.
+        """
+        opening, catalogue = turns[0].truth, self.lab.catalogue
+        answers = [turn for turn in turns if turn.reward_known and turn.action is not None]
+        known = [(catalogue.look_up(titles_of(turn.action)), turn.reward) for turn in answers]
+        truths, odds = [], []
+        for profile, unsaid in _users(opening):
+            wishes = profile.wishes.values()
+            fits = all(reward_of(items, wishes) == reward for items, reward in known)
+            if fits and catalogue.count(wishes) >= LEAST_MATCHES:
+                truths.append(opening._replace(profile=profile, unsaid=unsaid))
+                odds.append(odds_of(profile) / len(wishes))
+        if not sum(odds) > 0:
+            raise NoWorldError("no user with this request pays these rewards")
+        shares = np.array(odds) / sum(odds)
+        while True:
+            for i in rng.choice(len(truths), _BLOCK, p=shares).tolist():
+                yield truths[i]
+
+    def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
+        """What the wish that was not said is about and how many titles meet all, and the rewards of the answers."""
+        profile, unsaid, _, _ = turns[0].truth
+        rewards = [(turn.reward, turn.reward_known) for turn in turns if turn.action is not None]
+        return {
+            "attribute": ATTRIBUTES.index(unsaid),
+            "wish": profile.wishes[unsaid].bit_length(),
+            "titles": self.lab.catalogue.count(profile.wishes.values()),
+            "unknown rewards": sum(reward for reward, known in rewards if not known),
+        }
+
+
+def _users(opening: Truth) -> list[tuple[Profile, str]]:
+    """Every user who could have made the same request, with the attribute that it leaves out."""
+    profile, unsaid = opening.profile, opening.unsaid
+    if unsaid == TYPE:
+        return [(profile._replace(series=series), TYPE) for series in (False, True)]
+    name = _FIELDS[unsaid]
+    nothing: dict[str, Any] = {name: Profile._field_defaults[name]}
+    said = profile._replace(**nothing)
+    return [
+        (said._replace(**{_FIELDS[attribute]: wish}), attribute)
+        for attribute, wishes in _HIDDEN.items()
+        if attribute not in said.wishes
+        for wish in wishes
+    ]

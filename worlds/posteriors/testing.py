@@ -1,0 +1,158 @@
+"""A conformance kit for posteriors. For your own, run `check_posterior(MyWorld, MyPosterior)`.
+
+Each check takes a factory of worlds and a function that makes the posterior of a world; it raises an AssertionError
+that describes the error.
+"""
+
+from collections.abc import Callable
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+from worlds.posteriors import Posterior, seen
+from worlds.testing import require
+from worlds.world import World, WorldTurn, plain
+
+__all__ = ["CHECKS", "DRAWS", "HISTORIES", "THRESHOLD", "Ranks", "check_posterior", "history", "rank", "uniformity"]
+
+Make = Callable[[], World[Any]]
+MakePosterior = Callable[[World[Any]], Posterior[Any]]
+HISTORIES = 800
+"""Number of histories by which a posterior is checked."""
+DRAWS = 19
+"""Number of worlds that are drawn for each, so that there are 20 ranks."""
+THRESHOLD = 1e-5
+"""Least probability of ranks as uneven as those that are found: of 100,000 right posteriors, one is rejected."""
+_TURNS = 12
+_FEW = 8
+
+Ranks = dict[str, npt.NDArray[np.int64]]
+"""Per quantity the rank of the true world among the drawn ones in each history, 0 to the number of draws."""
+
+
+class Calibration(NamedTuple):
+    """The ranks of a quantity."""
+
+    p: float
+    """The probability, if all ranks are equally likely, of ranks that are at least as uneven, by a chi-square test."""
+    counts: npt.NDArray[np.int64]
+    """How often each rank was found, shape (draws + 1,)."""
+
+
+def check_posterior(make: Make, make_posterior: MakePosterior) -> None:
+    """Run every check."""
+    for check in CHECKS:
+        check(make, make_posterior)
+
+
+def history(world: World[Any], rng: np.random.Generator) -> list[WorldTurn[Any]]:
+    """An untaught history: a few random actions in a new episode. All, some or none of the rewards are said."""
+    world.reset(seed=int(rng.integers(2**31)))
+    said = rng.choice((0.0, 0.5, 1.0))
+    turns: list[WorldTurn[Any]] = [WorldTurn(None, 0.0, world.truth)]
+    for _ in range(rng.integers(_TURNS + 1)):
+        action = world.legal(world.sample_action(rng))
+        _, reward, terminated, truncated, info = world.advance(action)
+        turns.append(WorldTurn(action, reward, world.truth, info["success"], bool(rng.random() < said)))
+        if terminated or truncated:
+            break
+    return turns
+
+
+def rank(
+    make: Make,
+    make_posterior: MakePosterior,
+    rng: np.random.Generator,
+    histories: int,
+    draws: int = DRAWS,
+) -> Ranks:
+    """The ranks of simulation-based calibration: if the posterior is right, all are equally likely.
+
+    Of equal values, chance decides which is greater. Talts et al. (2018), Validating Bayesian inference algorithms with
+    simulation-based calibration; for quantities that depend on what was seen, see `Posterior.quantities`.
+    """
+    world = make()
+    posterior = make_posterior(world)
+    found: dict[str, list[int]] = {}
+    for _ in range(histories):
+        turns = history(world, rng)
+        others = [posterior.quantities(each) for each in posterior.take(turns, rng, draws)]
+        for name, value in posterior.quantities(turns).items():
+            less = sum(other[name] < value for other in others)
+            equal = sum(other[name] == value for other in others)
+            found.setdefault(name, []).append(less + int(rng.integers(equal + 1)))
+    return {name: np.array(ranks) for name, ranks in found.items()}
+
+
+def uniformity(ranks: npt.NDArray[np.int64], draws: int = DRAWS) -> Calibration:
+    """Whether ranks are equally likely."""
+    counts = np.bincount(ranks, minlength=draws + 1)
+    return Calibration(float(stats.chisquare(counts).pvalue), counts)
+
+
+def check_alike(make: Make, make_posterior: MakePosterior) -> None:
+    """A student sees the same in a drawn world: observations, its own actions, the rewards that were said."""
+    rng = np.random.default_rng(0)
+    world = make()
+    posterior = make_posterior(world)
+    for _ in range(_FEW):
+        turns = history(world, rng)
+        for other in posterior.take(turns, rng, 2):
+            require(len(other) == len(turns), f"a draw must have as many turns, got {len(other)} for {len(turns)}")
+            for mine, theirs in zip(turns, other, strict=True):
+                same = plain(mine.action) == plain(theirs.action) and mine.reward_known == theirs.reward_known
+                same &= not mine.reward_known or mine.reward == theirs.reward
+                require(
+                    same and seen(world, mine.truth) == seen(world, theirs.truth),
+                    "a student can distinguish a drawn world from its own",
+                )
+
+
+def check_worlds(make: Make, make_posterior: MakePosterior) -> None:
+    """A drawn world is one of the family's: its actions have the results that the draw says."""
+    rng = np.random.default_rng(1)
+    world = make()
+    posterior = make_posterior(world)
+    for _ in range(_FEW):
+        turns = history(world, rng)
+        for other in posterior.take(turns, rng, 2):
+            world.restore(other[0].truth)
+            for turn in other[1:]:
+                _, _, _, _, info = world.step(turn.action)
+                found = plain((world.truth, info["success"]))
+                require(found == plain((turn.truth, turn.success)), "a drawn world does not follow its own rules")
+
+
+def check_repetition(make: Make, make_posterior: MakePosterior) -> None:
+    """Equal turns and random streams give equal draws, whatever was drawn before, and the world does not change."""
+    rng = np.random.default_rng(2)
+    world = make()
+    first, second = make_posterior(world), make_posterior(world)
+    turns = history(world, rng)
+    before, given = plain(world.save()), plain(turns)
+    first.take(history(make(), rng), rng, 2)
+    one, two = (plain(each.take(turns, np.random.default_rng(3), 4)) for each in (first, second))
+    require(one == two, "equal turns and random streams give different draws")
+    require(plain(world.save()) == before, "drawing has changed the world: use the lab")
+    require(plain(turns) == given, "drawing has changed the turns")
+    later = list(islice(first.draws(turns, np.random.default_rng(3)), 4))
+    require(plain(later) == one, "draws depend on what was drawn before")
+
+
+def check_calibration(make: Make, make_posterior: MakePosterior) -> None:
+    """Worlds are drawn with the probability that the generator gives them; seeds are fresh, `THRESHOLD` is fixed."""
+    entropy = int(np.random.SeedSequence().generate_state(1)[0])
+    for name, ranks in rank(make, make_posterior, np.random.default_rng(entropy), HISTORIES).items():
+        p, counts = uniformity(ranks)
+        require(
+            p >= THRESHOLD,
+            f"the posterior is not calibrated: the ranks of {name!r}, {counts.tolist()}, have probability {p:.2g}, "
+            f"below {THRESHOLD}, with the seed {entropy}",
+        )
+
+
+CHECKS = (check_alike, check_worlds, check_repetition, check_calibration)
+"""Every check of a posterior."""
