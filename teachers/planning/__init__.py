@@ -12,7 +12,18 @@ from teachers.planning.planner import Planned, Planner, PlanningError
 from teachers.planning.searched import Searched
 from teachers.spec import parse_call
 
-__all__ = ["TIERS", "Auto", "Exact", "Expert", "Planned", "Planner", "PlanningError", "Searched", "parse_planner", "survey"]
+__all__ = [
+    "TIERS",
+    "Auto",
+    "Exact",
+    "Expert",
+    "Planned",
+    "Planner",
+    "PlanningError",
+    "Searched",
+    "parse_planner",
+    "survey",
+]
 
 TIERS: dict[str, type[Planner]] = {
     "exact": Exact,
