@@ -195,7 +195,10 @@ class Family(Subject):
 
     def make_posterior(self, world: "World[Any]") -> "Posterior[Any]":
         """What a student cannot know of such a world; errors as in `Subject.make_posterior`."""
-        return self._posterior(world.scratch()) if self.posterior else super().make_posterior(world)
+        if not self.posterior:
+            able = ", ".join(family.name for family in all_families() if family.posterior)
+            raise ValueError(f"the family {self.name!r} has no posterior; families with one: {able}")
+        return self._posterior(world.scratch())
 
     @property
     def _posterior(self) -> "type[Posterior[Any]]":

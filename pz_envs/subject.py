@@ -132,12 +132,9 @@ class Subject(ABC):
         """What a student cannot know of such a world.
 
         Raises:
-            ValueError: the family has no posterior, or none with the world's options.
+            ValueError: there is no posterior, or none with the world's options; the message says why.
         """
-        from pz_envs.family import all_families
-
-        able = ", ".join(family.name for family in all_families() if family.posterior)
-        raise ValueError(f"the family {self.name!r} has no posterior; families with one: {able}")
+        raise ValueError(f"the lesson {self.name!r} has no posterior; a family has one if it declares it")
 
     def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int = 256) -> "Information":
         """What a student of an episode in such a world can know, and how much claims tell it.

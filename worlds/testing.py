@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from worlds.world import World, plain
+from worlds.world import World
+from worlds.world import plain as plain  # part of what the kit offers
 
 Make = Callable[[], World[Any]]
 _STEPS = 40

@@ -11,13 +11,13 @@ from rich.table import Table
 from llf_teacher.registry import Entry
 from worlds.posteriors import testing as kit
 
-__all__ = ["Measured", "measure", "plot", "table"]
+__all__ = ["Ranked", "measure", "plot", "table"]
 
 _EPISODES = 20
 _BAND = 0.99
 
 
-class Measured(NamedTuple):
+class Ranked(NamedTuple):
     """The posterior of one environment."""
 
     id: str
@@ -29,7 +29,7 @@ class Measured(NamedTuple):
     """Mean time of drawing a world, likewise."""
 
 
-def measure(entry: Entry, histories: int, seed: int) -> Measured:
+def measure(entry: Entry, histories: int, seed: int) -> Ranked:
     """Rank true worlds among drawn ones by simulation-based calibration, and take the time of draws."""
     rng = np.random.default_rng(seed)
     make_posterior = entry.family.make_posterior
@@ -40,7 +40,7 @@ def measure(entry: Entry, histories: int, seed: int) -> Measured:
     past = [kit.history(world, rng) for _ in range(_EPISODES)]
     draw = _time([partial(posterior.take, turns, rng, kit.DRAWS) for turns in past]) / kit.DRAWS
     reset = _time([partial(world.reset, seed=int(number)) for number in rng.integers(2**31, size=10 * _EPISODES)])
-    return Measured(entry.id, {name: kit.uniformity(each) for name, each in ranks.items()}, reset, draw)
+    return Ranked(entry.id, {name: kit.uniformity(each) for name, each in ranks.items()}, reset, draw)
 
 
 def _time(calls: Sequence[Callable[[], object]]) -> float:
@@ -51,7 +51,7 @@ def _time(calls: Sequence[Callable[[], object]]) -> float:
     return (process_time() - start) / len(calls) * 1e6
 
 
-def table(found: Iterable[Measured]) -> Table:
+def table(found: Iterable[Ranked]) -> Table:
     """A row for each environment."""
     shown = Table(box=None, padding=(0, 2, 0, 0))
     for column in ("environment", "least p", "of", "a reset, µs", "a draw, µs", "resets in a draw"):
@@ -63,9 +63,9 @@ def table(found: Iterable[Measured]) -> Table:
     return shown
 
 
-def plot(found: Sequence[Measured], file: str) -> None:
+def plot(found: Sequence[Ranked], file: str) -> None:
     """Draw the ranks of each quantity, with the 99 % interval of a number of ranks if all are equally likely."""
-    from matplotlib import rc_context
+    import matplotlib.style
     from matplotlib.figure import Figure
     from scipy.stats import binom
 
@@ -75,7 +75,7 @@ def plot(found: Sequence[Measured], file: str) -> None:
     panels = [(each.id, name, ranks) for each in found for name, ranks in each.calibration.items()]
     columns = 4
     rows = -(-len(panels) // columns)
-    with rc_context(STYLE):
+    with matplotlib.style.context([STYLE]):
         figure = Figure(figsize=(3 * columns, 1.9 * rows))
         for place, (id, name, (p, counts)) in enumerate(panels, 1):
             axes = figure.add_subplot(rows, columns, place)

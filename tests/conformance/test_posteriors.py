@@ -2,10 +2,12 @@
 
 from functools import partial
 
+import gymnasium
 import numpy as np
 import pytest
 from sampling import ENTRIES
 
+from llf_teacher import Lesson
 from llf_teacher.registry import entries, family
 from pz_envs.family import all_families
 from worlds.bandits import Bandit
@@ -194,3 +196,9 @@ def test_deterministic_arms_are_known_after_one_reward():
     assert {draw[0].truth for draw in posterior.take(heard, rng, 50)} == {world.truth}
     unheard = [opening, kit.WorldTurn(0, reward, world.truth)]
     assert len({draw[0].truth for draw in posterior.take(unheard, rng, 50)}) == 2
+
+
+def test_a_lesson_of_a_users_own_has_none():
+    lesson = Lesson(lambda: gymnasium.make("FrozenLake-v1"))
+    with pytest.raises(ValueError, match=r"the lesson '.*' has no posterior"):
+        lesson.make_posterior(lesson.make_world())
