@@ -248,15 +248,14 @@ def check_trait_recovery(trait: Trait, id: str | Subject) -> None:
 
     A likelihood that is right rules it out once in 100,000 times.
     """
-    if (where := trait.recovery) is not None:
+    if (where := trait.recovery) is not None and isinstance(id, str):
         strong = dataclasses.replace(trait, **{trait.strength: where.strength})
-        for place in where.ids:
-            total = evidence(strong, transcripts(strong, place, range(10)))
-            truth = total[np.abs(trait.strengths - where.strength).argmin()]
-            require(
-                total.max() - truth < _SURELY,
-                f"by its log_likelihood the strength of {strong} in {place} was {trait.strengths[total.argmax()]:g}",
-            )
+        total = evidence(strong, transcripts(strong, id, range(20)))
+        truth = total[np.abs(trait.strengths - where.strength).argmin()]
+        require(
+            total.max() - truth < _SURELY,
+            f"by its log_likelihood the strength of {strong} in {id} was {trait.strengths[total.argmax()]:g}",
+        )
 
 
 _SURELY = 9.8  # half the quantile of chi-squared at 1 - 1e-5

@@ -47,6 +47,6 @@ class Seeds:
 
 def streams_beside(rng: np.random.Generator, count: int) -> list[np.random.Generator]:
     """Random streams that a generator's seed determines; neither its draws nor what it spawns change."""
-    seed: np.random.SeedSequence = rng.bit_generator.seed_seq  # type: ignore[assignment]  # NumPy's stubs leave it out
+    seed: np.random.SeedSequence = rng.bit_generator.seed_seq  # type: ignore[assignment]  # NumPy's stubs have its interface
     keys = [(*seed.spawn_key, _BESIDE, number) for number in range(count)]
     return [np.random.default_rng(np.random.SeedSequence(seed.entropy, spawn_key=key)) for key in keys]

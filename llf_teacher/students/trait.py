@@ -122,8 +122,6 @@ class Recovery(NamedTuple):
     teacher: str = "oracle"
     instruction_type: str = "b"
     feedback_type: str = "fp"
-    ids: tuple[str, ...] = ("llf-bandits-BanditTenArmedGaussian-v0", "llf-gridworld-v0")
-    """Environments of different families."""
 
 
 class Trait(Spec):

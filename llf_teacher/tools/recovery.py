@@ -1,7 +1,9 @@
 """How well the strengths of traits are recovered from transcripts: a table of coverage by trait and environment."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Iterator
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,14 +11,16 @@ from scipy import stats
 
 from llf_teacher import __version__
 from llf_teacher.episodes.record import EpisodeSpec
-from llf_teacher.registry import entry
+from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.parsing import TRAITS, parse_student
 from llf_teacher.students.trait import Trait
-from llf_teacher.studies.analysis.traits import Estimate, Transcript, estimate, of_record
+from llf_teacher.studies.analysis.traits import Estimate, Transcript, chance_of, estimate, of_record
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.markdown import table
+from pz_envs.family import all_families
 
 _TURNS = 20  # of an episode, at most
+_FAMILIES, _FEW = 2, 5
 Step = Callable[[], None]
 """Called after each run."""
 
@@ -86,10 +90,25 @@ def recover(trait: Trait, id: str, runs: int, episodes: int, step: Step = lambda
     return Recovered(trait, entry(id).id, tuple(estimates))
 
 
+def places(trait: Trait) -> tuple[str, ...]:
+    """Environments in which a trait's strength is looked for: of the first families in which a few episodes show it."""
+    found = (
+        f"{PREFIX}{family.showcase[0]}" for family in all_families() if not family.version and not family.missing()
+    )
+    return tuple(islice((id for id in found if _shows(trait, id)), _FAMILIES))
+
+
+def _shows(trait: Trait, id: str) -> bool:
+    try:
+        return not math.isnan(chance_of(id)) and bool(estimate(trait, transcripts(trait, id, range(_FEW))))
+    except ValueError:  # a student that cannot play there, or transcripts that show nothing
+        return False
+
+
 def recoveries(runs: int, episodes: int, step: Step = lambda: None) -> Iterator[Recovered]:
-    """Every trait that can be recovered in each of its environments; arguments as of `recover`."""
+    """Every trait that can be recovered, in its places; arguments as of `recover`."""
     for trait in recoverable():
-        for id in trait.recovery.ids if trait.recovery else ():
+        for id in places(trait):
             yield recover(trait, id, runs, episodes, step)
 
 

@@ -46,8 +46,8 @@ class Auto(Planner):
                 refused[name] = f"{error}"
         reasons = "".join(f"\n- {name}: {reason}" for name, reason in refused.items())
         raise PlanningError(
-            f"no tier of planning serves {env}:{reasons}\nFollow one of these hints, leave out oracle=... (in a study or "
-            "a command, set oracle='rewards') for rewards in words, or write an oracle "
+            f"no tier of planning serves {env}:{reasons}\nFollow one of these hints, leave out oracle=... (in a study "
+            "or a command, set oracle='rewards') for rewards in words, or write an oracle "
             "(docs/teach-your-own-environment.md)"
         )
 

@@ -14,7 +14,7 @@ from teachers.common import Right
 from teachers.spec import Share
 
 GRID = "llf-gridworld-v0"
-SHOWN = Recovery(0.4, teacher="mistake(eps=1)", ids=(GRID,))
+SHOWN = Recovery(0.4, teacher="mistake(eps=1)")
 
 
 @pytest.mark.parametrize("name", TRAITS.names)

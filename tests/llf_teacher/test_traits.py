@@ -26,7 +26,7 @@ from llf_teacher.studies.definition.names import short_names
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import play_missing
 from llf_teacher.studies.store import Store
-from llf_teacher.tools.recovery import as_table, recover, recoverable, transcripts
+from llf_teacher.tools.recovery import as_table, places, recover, recoverable, transcripts
 from pz_envs.parallel_seats import ParallelSeats
 from teachers.atoms import Utterance
 
@@ -265,7 +265,7 @@ def noted(act, into, observation, info):
 @pytest.mark.parametrize("trait", recoverable(), ids=str)
 def test_a_strength_is_found_in_transcripts(trait):
     """By an interval that holds it in most of few runs: 95 % of 12 is at least 8 but for 1 in 50,000."""
-    found = recover(trait, trait.recovery.ids[0], runs=12, episodes=8)
+    found = recover(trait, GRID, runs=12, episodes=8)
     assert found.held >= 8
     assert str(trait) in as_table([found])
 
@@ -274,7 +274,7 @@ def test_a_strength_is_found_in_transcripts(trait):
 @pytest.mark.parametrize("place", [0, 1])
 @pytest.mark.parametrize("trait", recoverable(), ids=str)
 def test_intervals_hold_the_strength_as_often_as_they_say(trait, place):
-    assert 0.90 * 200 <= recover(trait, trait.recovery.ids[place], runs=200, episodes=20).held <= 0.995 * 200
+    assert 0.90 * 200 <= recover(trait, places(trait)[place], runs=200, episodes=10).held <= 0.995 * 200
 
 
 def test_transcripts_that_show_nothing_are_refused():

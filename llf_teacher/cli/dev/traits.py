@@ -16,7 +16,7 @@ def traits(
         Path | None, typer.Argument(help="Markdown file with markers; without it the table is printed.", exists=True)
     ] = None,
     runs: Annotated[int, typer.Option(min=2, help="Estimates for each trait and environment.")] = 200,
-    episodes: Annotated[int, typer.Option(min=1, help="Episodes for each estimate.")] = 20,
+    episodes: Annotated[int, typer.Option(min=1, help="Episodes for each estimate.")] = 10,
 ) -> None:
     """Estimate each trait's strength from the transcripts of many runs, and count intervals that hold the truth.
 
@@ -26,11 +26,10 @@ def traits(
     from rich.progress import Progress
 
     from llf_teacher.tools.markdown import update
-    from llf_teacher.tools.recovery import as_table, recoverable, recoveries
+    from llf_teacher.tools.recovery import as_table, places, recoverable, recoveries
 
     with Progress(console=Console(stderr=True)) as progress:
-        places = sum(len(each.recovery.ids) for each in recoverable() if each.recovery)
-        task = progress.add_task("runs", total=runs * places)
+        task = progress.add_task("runs", total=runs * sum(len(places(trait)) for trait in recoverable()))
         text = as_table(list(recoveries(runs, episodes, lambda: progress.advance(task))))
     if file is None:
         typer.echo(text)

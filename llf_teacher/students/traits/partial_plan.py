@@ -19,13 +19,7 @@ class PartialPlan(Trait):
     """The number of actions, 0 to 1e6. Of 2.25 it is 3 for a quarter of the plans, else 2. None: all of them."""
     strength, absent = "k", None
     strengths = np.linspace(0, 20, 2001)
-    recovery = Recovery(
-        1.4,
-        teacher="silent",
-        instruction_type="c",
-        feedback_type="n",
-        ids=("llf-gridworld-v0", "llf-metaworld-reach-v3"),
-    )
+    recovery = Recovery(1.4, teacher="silent", instruction_type="c", feedback_type="n")
 
     def __post_init__(self) -> None:
         super().__post_init__()
