@@ -18,7 +18,7 @@ from pz_envs.lesson import Lesson
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
 from teachers.planning import Exact, PlanningError, Searched
 from teachers.planning.known.minigrid import _heuristic
-from teachers.planning.searched.claims import Ahead, Astray, Doomed, Lost, Nearer, Next, Ruin, Safe, Way
+from teachers.planning.searched.claims import Ahead, Astray, Doomed, Nearer, Next, OutOfReach, Ruin, Safe, Way
 from teachers.planning.searched.search import refuted, search
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.gym_world import GymWorld
@@ -186,7 +186,7 @@ def test_claims_with_another_number_or_action_do_not_hold(make):
                 changes["left"] = claim.left + 1
             if isinstance(claim, Astray):
                 changes["left"] = claim.left + 9
-            if isinstance(claim, Astray | Lost | Doomed | Nearer | Safe):
+            if isinstance(claim, Astray | OutOfReach | Doomed | Nearer | Safe):
                 changes["action"] = 1 - claim.action if claim.action < 2 else 0
             if hasattr(claim, "goal"):
                 changes["goal"] = "win"
@@ -199,7 +199,7 @@ def test_claims_with_another_number_or_action_do_not_hold(make):
                 lied.add(type(claim))
                 assert not other.holds(moment, oracle.lab)
     names = {each.__name__ for each in lied}
-    goal = {"Solve", "Way", "Next", "Nearer", "Astray", "Lost", "Ruin"}
+    goal = {"Solve", "Way", "Next", "Nearer", "Astray", "OutOfReach", "Ruin"}
     assert names >= (goal if make is Maze else {"Hold", "Safe", "Doomed", "Fatal"})
 
 
@@ -227,7 +227,7 @@ def test_what_is_said_agrees_with_the_true_distances():
             elif isinstance(claim, Astray):
                 assert claim.before == far[moment.past.seen] <= claim.left == here
             else:
-                assert isinstance(claim, Lost | Ruin) == (claim.action == 4)
+                assert isinstance(claim, OutOfReach | Ruin) == (claim.action == 4)
     assert kinds == {HP, HN, FP, FN}
 
 
@@ -500,3 +500,12 @@ def test_other_personalities_work(teacher):
     env.reset(seed=1)
     for answer in ("0", "1", "hm", "1", "3"):
         assert isinstance(env.step(answer)[0]["feedback"], str)
+
+
+def test_an_environment_that_was_drawn_is_still_taught():
+    """Its window cannot be copied."""
+    env = llf_teacher.teach(gymnasium.make("CartPole-v1", render_mode="rgb_array"), oracle="searched")
+    for seed in (1, 2):
+        env.reset(seed=seed)
+        assert env.session.world.env.render().ndim == 3
+        assert {atom.kind for atom in env.step(0)[-1]["atoms"]} >= {HP, FP}

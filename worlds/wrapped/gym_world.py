@@ -150,7 +150,7 @@ class GymWorld(World[Position, Any, Any]):
         self._at = None
         env = self._synchronized()
         self._observation, info = env.reset(seed=seed, options=copy.deepcopy(options))
-        anchor = copy.deepcopy(env) if self._copies else None
+        anchor = _anchor(env) if self._copies else None
         self._episode = Episode(seed, copy.deepcopy(options), still(self._observation), anchor)
         self._turn, self._shared, self._kept = 0, False, None
         self._at = self._episode, 0
@@ -355,6 +355,14 @@ def faithful(env: _Env, copied: Callable[[_Env], _Env] = copy.deepcopy) -> bool:
         return same(_play(first, actions), _play(second, actions))
     except Exception:
         return False
+
+
+def _anchor(env: _Env) -> _Env | None:
+    """A copy; None if there can be none any more, as of an environment that has opened a window or drawn an image."""
+    try:
+        return copy.deepcopy(env)
+    except Exception:
+        return None
 
 
 def _play(env: _Env, actions: list[Any]) -> list[Any]:

@@ -19,7 +19,7 @@ from worlds.actions import native
 from worlds.wrapped.gym_world import GymWorld, faithful
 from worlds.wrapped.position import same, still
 
-__all__ = ["Copies", "Replays", "Snapshot", "States", "Way", "draws", "shake", "way_back"]
+__all__ = ["Copies", "Replays", "States", "Stepped", "WayBack", "draws", "shake", "way_back"]
 
 _Env = gymnasium.Env[Any, Any]
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
@@ -29,13 +29,13 @@ _PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.f
 _STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
 
 
-class Snapshot(NamedTuple):
+class Stepped(NamedTuple):
     """What a step led to."""
 
     env: _Env
     """An environment in the state after the step, to be read only, before the next step."""
     saved: Any
-    """The state, as `Way.step` takes it."""
+    """The state, as `WayBack.step` takes it."""
     terminated: bool
     truncated: bool
     solved: bool
@@ -44,7 +44,7 @@ class Snapshot(NamedTuple):
     """Whether the step drew random numbers."""
 
 
-class Way(ABC):
+class WayBack(ABC):
     """A way back."""
 
     words: str
@@ -55,7 +55,7 @@ class Way(ABC):
         """Save the state of a scratch world, which must not be used until the last `step` from there."""
 
     @abstractmethod
-    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Stepped:
         """Take an action in a saved state.
 
         Args:
@@ -67,7 +67,7 @@ class Way(ABC):
 
 
 @dataclass(frozen=True)
-class Copies(Way):
+class Copies(WayBack):
     """Each state is a copy of the environment."""
 
     words = "copies of the environment"
@@ -76,14 +76,14 @@ class Copies(Way):
         """Take the scratch world's environment: it is only copied."""
         return lab.env
 
-    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Stepped:
         """Step a copy."""
         env = _copied(saved)
-        return Snapshot(env, env, *_step(lab, env, action, luck))
+        return Stepped(env, env, *_step(lab, env, action, luck))
 
 
 @dataclass(frozen=True)
-class States(Way):
+class States(WayBack):
     """The environment sets itself back.
 
     Args:
@@ -100,12 +100,12 @@ class States(Way):
         env = lab.lend()
         return env, self.saved(env)
 
-    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Stepped:
         """Set the environment back, and step it."""
         env, state = saved
         self.loaded(env, state)
         results = _step(lab, env, action, luck)
-        return Snapshot(env, (env, self.saved(env)), *results)
+        return Stepped(env, (env, self.saved(env)), *results)
 
     def saved(self, env: _Env) -> Any:
         """The state, and the counts of time limits around it."""
@@ -121,7 +121,7 @@ class States(Way):
 
 
 @dataclass(frozen=True)
-class Replays(Way):
+class Replays(WayBack):
     """Each state is the list of actions that lead there from the start of the episode."""
 
     words = "replays of the episode"
@@ -130,7 +130,7 @@ class Replays(Way):
         """Note where the scratch world is."""
         return lab.truth, ()
 
-    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Snapshot:
+    def step(self, lab: GymWorld, saved: Any, action: Any, luck: int | None = None) -> Stepped:
         """Take all actions anew."""
         start, actions = saved
         lab.restore(start)
@@ -138,10 +138,10 @@ class Replays(Way):
             lab.advance(each)
         env = lab.lend()
         results = _step(lab, env, action, luck)
-        return Snapshot(env, (start, (*actions, action)), *results)
+        return Stepped(env, (start, (*actions, action)), *results)
 
 
-def way_back(env: _Env, states: States | None = None) -> Way | None:
+def way_back(env: _Env, states: States | None = None) -> WayBack | None:
     """The first way that proves faithful: own snapshots, copies, replays; None if none does. The environment is reset.
 
     Args:
@@ -219,7 +219,7 @@ def _trace(env: _Env, actions: list[Any]) -> list[Any]:
 
 
 def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool, bool, bool, bool]:
-    """What a `Snapshot` has, but for the state."""
+    """What a `Stepped` has, but for the state."""
     if luck is not None:
         shake(env, luck)
     generators = _generators(env)

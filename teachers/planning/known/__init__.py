@@ -71,7 +71,7 @@ class Known:
     success: Callable[..., Any] | None = None
     """Whether a step has solved the task; see `worlds.wrapped.gym_world.GymWorld`."""
     goal: str = ""
-    """What to do, as in "get to the goal"; empty: `solve the task`."""
+    """What to do, as in "get to the goal"; empty: that is not known."""
 
 
 def known(env: _Env) -> Known | None:

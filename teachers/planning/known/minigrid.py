@@ -130,4 +130,12 @@ def _moves(place: _Place, things: Mapping[tuple[int, int], str]) -> Iterator[tup
         yield (*ahead, heading, key), 1.0 if free else 2.0
 
 
-KNOWN = Known(describe=_describe, state=_state, fading=_fading, hides=True, heuristic=_heuristic, admissible=True)
+KNOWN = Known(
+    describe=_describe,
+    state=_state,
+    fading=_fading,
+    hides=True,
+    heuristic=_heuristic,
+    admissible=True,
+    goal="carry out your mission",
+)

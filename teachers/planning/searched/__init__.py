@@ -27,9 +27,9 @@ from teachers.planning.searched.claims import (
     Fatal,
     Hold,
     KeepGoing,
-    Lost,
     Nearer,
     Next,
+    OutOfReach,
     Ruin,
     Safe,
     Solve,
@@ -41,8 +41,8 @@ from teachers.planning.searched.claims import (
     way,
 )
 from teachers.planning.searched.contents import contents_of
-from teachers.planning.searched.scout import Plan, Scout
-from teachers.planning.searched.search import Found, Task, search
+from teachers.planning.searched.scout import KeptPlan, Scout
+from teachers.planning.searched.search import SearchResult, SearchTask, search
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.snapshots import way_back
 
@@ -70,7 +70,7 @@ class Searched(Planner):
         choices: the actions that are considered. None: all that are numbered; of a `Box` of at most two numbers the
             least, the middle and the greatest of each.
         lasts: for how many actions ahead the episode has to be kept going, where that is the task. None: a step has to
-            solve it (see `success` of `llf_teacher.teach`), or `teachers.planning.known` says otherwise.
+            solve it (see `success` of `GymWorld`), or `teachers.planning.known` says otherwise.
     """
 
     nodes: int = 3_000
@@ -107,7 +107,7 @@ class Searched(Planner):
         lasts = self.lasts or own.lasts
         success = success or own.success or (None if lasts is None else lasted)
         world = GymWorld(env, look=state, success=success)
-        task = Task(
+        task = SearchTask(
             way=back,
             choices=self._choices(world),
             every=isinstance(world.action_space, spaces.Discrete) and self.choices is None,
@@ -118,7 +118,7 @@ class Searched(Planner):
             nodes=self.nodes,
             seconds=self.seconds,
         )
-        scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "solve the task"))
+        scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"))
         found = _tried(scout, world)
         silent = not (task.measures or lasts or found.deadly)
         return Planned(
@@ -150,7 +150,7 @@ class Searched(Planner):
             raise PlanningError("choices must have at least one action, got none")
         return found
 
-    def _why(self, task: Task, world: GymWorld) -> str:
+    def _why(self, task: SearchTask, world: GymWorld) -> str:
         guided = "" if task.heuristic is None else ", guided by a heuristic"
         grid = "" if task.every else f", of the actions {listed(task.choices, world)} only"
         return f"a search of at most {self.nodes:,} steps a turn through {task.way.words}{guided}{grid}"
@@ -201,7 +201,7 @@ def _all_of(space: spaces.Space[Any]) -> list[Any] | None:
     return [np.array(each, space.dtype).reshape(space.shape) for each in itertools.product(*axes)]
 
 
-def _tried(scout: Scout, world: GymWorld) -> Found:
+def _tried(scout: Scout, world: GymWorld) -> SearchResult:
     """What a search finds in the first of a few episodes in which it finds something.
 
     Raises:
@@ -233,7 +233,7 @@ def _tried(scout: Scout, world: GymWorld) -> Found:
     )
 
 
-def _check_admissible(task: Task, world: GymWorld, actions: Sequence[Any]) -> None:
+def _check_admissible(task: SearchTask, world: GymWorld, actions: Sequence[Any]) -> None:
     """Compare what an admissible heuristic guesses on a way with the actions that are left of it."""
     world.restore(Position(None, 0, world.truth.episode))
     for left in range(len(actions), 0, -1) if task.measures else ():
@@ -284,7 +284,7 @@ class SearchingOracle(_PlanOracle):
         named = {"action": moment.action, "answer": answer_of(moment.action, self.lab)}
         then = len(before.actions)
         if moment.success:
-            now: Plan | None = None
+            now: KeptPlan | None = None
             left: float = 0.0
         else:
             now = self.model.plan(moment.after, self.lab)
@@ -294,7 +294,7 @@ class SearchingOracle(_PlanOracle):
                 claims.append(Nearer(**named, before=then, left=int(left)))
         elif HN in kinds and now is not None:
             if ended(moment.past, moment.action, self.lab) if moment.over else math.isinf(now.least):
-                claims.append(Lost(**named, before=then))
+                claims.append(OutOfReach(**named, before=then))
             elif not moment.over and then <= now.least < math.inf:
                 claims.append(Astray(**named, before=then, left=int(now.least)))
 
@@ -309,7 +309,7 @@ class SearchingOracle(_PlanOracle):
         if FN in kinds:
             claims.extend(self._warnings(moment.after, plan)[:1])
 
-    def _warnings(self, truth: Position, plan: Plan) -> list[Claim]:
+    def _warnings(self, truth: Position, plan: KeptPlan) -> list[Claim]:
         """Of actions that end the episode in vain, or else of those that surely take longer than the plan."""
         task, lab, first, left = self.model.task, self.lab, plan.actions[0], len(plan.actions)
         lab.restore(truth)

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Verdict, claim, opposed, slot
-from teachers.planning.searched.scout import Plan
-from teachers.planning.searched.search import Task, reaches, refuted
+from teachers.planning.searched.scout import KeptPlan
+from teachers.planning.searched.search import SearchTask, reaches, refuted
 from worlds.actions import format_value
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.snapshots import draws, shake
@@ -167,7 +167,7 @@ opposed(Nearer, Astray)
 
 
 @claim
-class Lost(ActionClaim[Position, GymWorld]):
+class OutOfReach(ActionClaim[Position, GymWorld]):
     """True if the teacher's plan before the step had `before` actions, and nothing solves the task after it."""
 
     kind = HN
@@ -339,9 +339,9 @@ def listed(actions: Sequence[Any], lab: GymWorld) -> str:
     return Way.separator.join(answer_of(action, lab) for action in actions)
 
 
-def planned(truth: Position, moment: Moment[Position], lab: GymWorld) -> Plan | None:
+def planned(truth: Position, moment: Moment[Position], lab: GymWorld) -> KeptPlan | None:
     """The plan in a state of a moment; None if there is none, or too few turns are left for it."""
-    plan: Plan = lab.model.plan(truth, lab)
+    plan: KeptPlan = lab.model.plan(truth, lab)
     left = lab.model.room(truth) - max(0, moment.turn - moment.after.turn)  # texts that were no actions took turns
     return plan if 0 < len(plan.actions) <= left else None
 
@@ -356,7 +356,7 @@ def follows(count: int, truth: Position, moment: Moment[Position], lab: GymWorld
 
 def played(actions: Sequence[Any], truth: Position, lab: GymWorld) -> bool:
     """Whether actions from a truth do what they should: in the lab, and with other random numbers."""
-    task: Task = lab.model.task
+    task: SearchTask = lab.model.task
     room = lab.model.room(truth) if task.lasts is None else len(actions)
     return all(reaches(task, lab, truth, actions, room, luck) for luck in (None, _LUCK))
 

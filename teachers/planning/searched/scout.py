@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from typing import Any, NamedTuple, TypeVar
 
 from teachers.planning.planner import PlanningError
-from teachers.planning.searched.search import Found, Task, reaches, search
+from teachers.planning.searched.search import SearchResult, SearchTask, reaches, search
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _KEPT = 4096  # plans, and results of searches
@@ -16,10 +16,10 @@ _AGAIN = 2  # a plan to last is made anew when less than this part of it is left
 _Value = TypeVar("_Value")
 
 
-class Plan(NamedTuple):
+class KeptPlan(NamedTuple):
     """A plan from a state on."""
 
-    found: Found
+    found: SearchResult
     """What the search found that made it."""
     used: int
     """The actions of it that were taken since."""
@@ -48,16 +48,16 @@ class Scout:
         goal: what to do, in words.
     """
 
-    def __init__(self, task: Task, horizon: int, goal: str) -> None:
+    def __init__(self, task: SearchTask, horizon: int, goal: str) -> None:
         self.task, self.horizon, self.goal = task, horizon, goal
-        self._plans: dict[Hashable, Plan] = {}
-        self._found: dict[Hashable, Found] = {}
+        self._plans: dict[Hashable, KeptPlan] = {}
+        self._found: dict[Hashable, SearchResult] = {}
 
     def room(self, truth: Position) -> int:
         """The actions until the time limit."""
         return max(0, self.horizon - truth.turn)
 
-    def plan(self, truth: Position, lab: GymWorld) -> Plan:
+    def plan(self, truth: Position, lab: GymWorld) -> KeptPlan:
         """The plan at a truth; the lab goes elsewhere."""
         episode, actions = (truth.seed, repr(truth.episode.options)), truth.actions
         turn = truth.turn
@@ -65,21 +65,23 @@ class Scout:
             turn -= 1
         plan = self._plans.get((episode, actions[:turn]))
         if plan is None:
-            plan = self._kept(self._plans, (episode, ()), Plan(self.search(Position(None, 0, truth.episode), lab), 0))
+            plan = self._kept(
+                self._plans, (episode, ()), KeptPlan(self.search(Position(None, 0, truth.episode), lab), 0)
+            )
         for now in range(turn + 1, truth.turn + 1):
             plan = self._next(plan, Position(None, now, truth.episode), actions[now - 1], lab)
             self._kept(self._plans, (episode, actions[:now]), plan)
         return plan
 
-    def _next(self, plan: Plan, truth: Position, action: Any, lab: GymWorld) -> Plan:
+    def _next(self, plan: KeptPlan, truth: Position, action: Any, lab: GymWorld) -> KeptPlan:
         """The plan after an action: what is left of the one before, or another."""
         left = len(plan.actions) - 1
         goes_on = left > 0 and plan.actions[0] == action
         if goes_on and (self.task.lasts is None or left >= self.task.aim(self.room(truth)) / _AGAIN):
             return plan._replace(used=plan.used + 1)
-        return Plan(self.search(truth, lab), 0)
+        return KeptPlan(self.search(truth, lab), 0)
 
-    def search(self, truth: Position, lab: GymWorld, room: int | None = None) -> Found:
+    def search(self, truth: Position, lab: GymWorld, room: int | None = None) -> SearchResult:
         """What a search from a truth finds, as if `room` actions were left; a plan that needs luck is none."""
         room = self.room(truth) if room is None else room
         if truth.turn == 0:
@@ -87,7 +89,7 @@ class Scout:
         else:  # by its last action, to see whether that has ended the episode
             lab.restore(Position(None, truth.turn - 1, truth.episode))
             if lab.advance(truth.episode.actions[truth.turn - 1])[2]:
-                return Found(None, math.inf, 0)
+                return SearchResult(None, math.inf, 0)
         key = self.task.state(lab.env), self.task.aim(room)
         for known in (key, (*key, room)):
             if known in self._found:
@@ -98,7 +100,7 @@ class Scout:
                 found = found._replace(actions=None, least=0.0)
         except PlanningError as error:
             warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
-            found = Found(None, 0.0, 0)
+            found = SearchResult(None, 0.0, 0)
         return self._kept(self._found, (*key, room) if found.cut else key, found)
 
     @staticmethod

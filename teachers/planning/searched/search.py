@@ -12,7 +12,7 @@ import gymnasium
 from teachers.planning.known import Heuristic, State
 from teachers.planning.planner import PlanningError
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.snapshots import Snapshot, Way, shake
+from worlds.wrapped.snapshots import Stepped, WayBack, shake
 
 _Env = gymnasium.Env[Any, Any]
 _TRIED = 50  # states that were reached again, in which a trial takes the actions again
@@ -20,7 +20,7 @@ _LUCK = 1, 2, 3, 4  # the seeds of other random numbers
 _ROUNDING = 1e-9
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """What a search found."""
 
     actions: tuple[Any, ...] | None
@@ -43,10 +43,10 @@ class Found(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Task:
+class SearchTask:
     """What is searched for, and how."""
 
-    way: Way
+    way: WayBack
     choices: tuple[Any, ...]
     """The actions that are tried in each state, in canonical form."""
     every: bool
@@ -100,11 +100,11 @@ class Task:
         guessed = self.guess(env)
         return depth + max(1.0, guessed) if self.lasts is None else guessed - depth
 
-    def reached(self, after: Snapshot, depth: int, room: int) -> bool:
+    def reached(self, after: Stepped, depth: int, room: int) -> bool:
         """Whether a step, the last of so many, reaches the aim."""
         return after.solved if self.lasts is None else not after.terminated and depth >= self.aim(room)
 
-    def over(self, after: Snapshot, depth: int, room: int) -> bool:
+    def over(self, after: Stepped, depth: int, room: int) -> bool:
         """Whether a step has ended the episode, other than by the time limit."""
         return after.terminated or (after.truncated and depth < room)
 
@@ -128,7 +128,7 @@ class _Node(NamedTuple):
         return tuple(reversed(taken))
 
 
-def search(task: Task, lab: GymWorld, room: int, *, trial: bool = False) -> Found:
+def search(task: SearchTask, lab: GymWorld, room: int, *, trial: bool = False) -> SearchResult:
     """Search from the state of a scratch world.
 
     With a heuristic that guesses too much nowhere, or none, this is A* (Hart, Nilsson and Raphael 1968): the first of
@@ -150,15 +150,15 @@ def search(task: Task, lab: GymWorld, room: int, *, trial: bool = False) -> Foun
     return found._replace(deadly=watch is not None and watch.deadly, least=0.0 if found.lucky else found.least)
 
 
-def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Found:
+def _search(task: SearchTask, lab: GymWorld, room: int, watch: "_Watch | None") -> SearchResult:
     begun, taken, order, least, cut, lucky = time.monotonic(), 0, 0, 0.0, False, False
     key, rank = task.key(lab.env, 0), task.rank(lab.env, 0)
     heap = [(rank, 0, 0, _Node(key, task.way.begin(lab), 0, None, None))]
     depths: dict[Hashable, int] = {key: 0}
     best: _Node | None = None
 
-    def found(least: float) -> Found:
-        return Found(best and best.actions(), least, taken, lucky, cut)
+    def found(least: float) -> SearchResult:
+        return SearchResult(best and best.actions(), least, taken, lucky, cut)
 
     while heap:
         rank, _, _, node = heappop(heap)
@@ -199,7 +199,9 @@ def _search(task: Task, lab: GymWorld, room: int, watch: "_Watch | None") -> Fou
     return found(math.inf if task.every and not cut else least)
 
 
-def depends(task: Task, lab: GymWorld, saved: Any, action: Any, after: Snapshot, key: Hashable, depth: int) -> bool:
+def depends(
+    task: SearchTask, lab: GymWorld, saved: Any, action: Any, after: Stepped, key: Hashable, depth: int
+) -> bool:
     """Whether what a step led to, with this key, was drawn; it is taken again with other random numbers."""
     if not after.drew:
         return False
@@ -213,13 +215,13 @@ def depends(task: Task, lab: GymWorld, saved: Any, action: Any, after: Snapshot,
 class _Watch:
     """Compares what follows in states that a search reached more than once."""
 
-    def __init__(self, task: Task, lab: GymWorld) -> None:
+    def __init__(self, task: SearchTask, lab: GymWorld) -> None:
         self._task, self._lab = task, lab
         self._results: dict[Hashable, dict[Any, tuple[Any, ...]]] = {}
         self._again: list[_Node] = []
         self.deadly = False
 
-    def see(self, node: _Node, child: _Node, after: Snapshot, again: bool) -> None:
+    def see(self, node: _Node, child: _Node, after: Stepped, again: bool) -> None:
         """Note what a step led to, and whether that was a state that was known."""
         self._results.setdefault(node.key, {})[child.action] = child.key, after.terminated, after.solved
         self.deadly |= after.terminated and not after.solved
@@ -240,7 +242,7 @@ class _Watch:
 
 
 def reaches(
-    task: Task, lab: GymWorld, truth: Position, actions: Sequence[Any], room: int, luck: int | None = None
+    task: SearchTask, lab: GymWorld, truth: Position, actions: Sequence[Any], room: int, luck: int | None = None
 ) -> bool:
     """Whether actions from a truth reach the aim, played in the lab.
 
@@ -257,7 +259,7 @@ def reaches(
         if luck is not None:
             shake(lab.env, luck + depth)
         _, _, terminated, truncated, info = lab.advance(action)
-        after = Snapshot(lab.env, None, terminated, truncated, info["success"], False)
+        after = Stepped(lab.env, None, terminated, truncated, info["success"], False)
         if depth == len(actions):
             return task.reached(after, depth, room)
         if task.over(after, depth, room):
@@ -265,7 +267,7 @@ def reaches(
     return False
 
 
-def refuted(task: Task, lab: GymWorld, most: float, room: int) -> bool:
+def refuted(task: SearchTask, lab: GymWorld, most: float, room: int) -> bool:
     """Whether no actions reach the aim from the state of a scratch world, or no more than `most` of them.
 
     By a search of another kind: layer by layer, until nothing is left. Where that takes more than twice the steps that
