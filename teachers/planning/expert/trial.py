@@ -19,7 +19,7 @@ _Env = gymnasium.Env[Any, Any]
 _EPISODES = 100  # at most
 _STEPS = 20  # of an episode, at most
 _TOTAL = 300  # steps of all episodes
-_SECONDS = 3.0  # after which there is no further step
+_SECONDS = 3.0  # of computing, after which there is no further step
 
 
 class _Seen(NamedTuple):
@@ -36,7 +36,7 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
     Raises:
         PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
     """
-    until, shared = time.monotonic() + _SECONDS, _shared()
+    until, shared = time.process_time() + _SECONDS, _shared()
     first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
     for mine, its in zip(first, again, strict=False):  # the second one may have had less time
         if not same(mine.asked, its.asked):
@@ -60,7 +60,7 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
         if any(not same(mine.after, its.after) for mine, its in zip(one, other, strict=False)):
             return False
         steps += len(one)
-        if steps > _TOTAL or time.monotonic() > until:
+        if steps > _TOTAL or time.process_time() > until:
             break
     return True
 
@@ -81,7 +81,7 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
     space, rng = copy.deepcopy(env.action_space), np.random.default_rng(seed)
     space.seed(seed)
     for step in range(_STEPS):
-        if time.monotonic() > until and step:
+        if time.process_time() > until and step:
             return
         try:
             asked = scene.ask()
