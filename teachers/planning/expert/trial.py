@@ -16,9 +16,10 @@ from worlds.actions import canonical
 from worlds.wrapped.position import same, still
 
 _Env = gymnasium.Env[Any, Any]
-_EPISODES = 5
-_STEPS = 20
-_SECONDS = 3.0  # after which there is no further step
+_EPISODES = 100  # at most
+_STEPS = 20  # of an episode, at most
+_TOTAL = 300  # steps of all episodes
+_SECONDS = 3.0  # of computing, after which there is no further step
 
 
 class _Seen(NamedTuple):
@@ -35,15 +36,15 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
     Raises:
         PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
     """
-    until, shared = time.monotonic() + _SECONDS, _shared()
+    until, shared = time.process_time() + _SECONDS, _shared()
     first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
-    for one, other in zip(first, again, strict=False):  # the second one may have had less time
-        if not same(one.asked, other.asked):
+    for mine, its in zip(first, again, strict=False):  # the second one may have had less time
+        if not same(mine.asked, its.asked):
             raise PlanningError(
-                f"the expert changes its mind: asked twice in one state it gave {one.asked!r} and {other.asked!r}; "
+                f"the expert changes its mind: asked twice in one state it gave {mine.asked!r} and {its.asked!r}; "
                 "make it deterministic, such as by the most probable action"
             )
-        if not same(one.after, other.after):
+        if not same(mine.after, its.after):
             raise PlanningError(
                 "the same seed and actions had two results: the environment draws from a random generator that "
                 "reset(seed=...) does not seed, or that is none of its attributes"
@@ -53,11 +54,15 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
             "the environment or the expert draws from the generators that all of Python or NumPy share, which roll-outs"
             " would change for the lesson; let the environment draw from its np_random"
         )
-    certain = True
+    steps = 0
     for seed in range(_EPISODES):
-        lines = (_play(env, make, seed, draws, until) for draws in (0, 1))
-        certain = certain and all(same(one.after, other.after) for one, other in zip(*map(list, lines), strict=False))
-    return certain
+        one, other = (list(_play(env, make, seed, draws, until)) for draws in (0, 1))
+        if any(not same(mine.after, its.after) for mine, its in zip(one, other, strict=False)):
+            return False
+        steps += len(one)
+        if steps > _TOTAL or time.process_time() > until:
+            break
+    return True
 
 
 def _shared() -> Any:
@@ -72,11 +77,11 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
         scene = Scene.begin(env, make, observation, info)
     except ExpertError as error:
         raise PlanningError(f"{error} (after reset(seed={seed}))") from error
-    reseed(env, draws)
+    reseed(env, seed, draws)
     space, rng = copy.deepcopy(env.action_space), np.random.default_rng(seed)
     space.seed(seed)
     for step in range(_STEPS):
-        if time.monotonic() > until and step:
+        if time.process_time() > until and step:
             return
         try:
             asked = scene.ask()
