@@ -6,6 +6,7 @@ import pickle
 import sys
 from functools import partial
 from itertools import pairwise
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -20,6 +21,7 @@ from llf_teacher.studies import Study
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.audit import audit
 from llf_teacher.tools.film import film
+from llf_teacher.tools.planned import ROWS, PlannedCase, measure, update
 from llf_teacher.web.plan import read_plan
 from pz_envs.settings import Settings
 from pz_envs.testing import check_seats
@@ -320,3 +322,25 @@ def test_random_play_teaches_what_values_say():
         assert one[0]["feedback"] == other[0]["feedback"]
         if one[2] or one[3]:
             break
+
+
+def test_the_table_is_measured_and_written():
+    case = PlannedCase("gym:CliffWalking-v1", turns=54, episodes=1)
+    row = measure(case)
+    assert row["tier"] == "exact"
+    assert row["size"] == "48 states"
+    assert row["success: obedient, random"] == "100 %, 0 %"
+    assert row["return: obedient, random"].startswith("-13, ")
+    assert row["false"] == "0" < row["claims"]
+    lies, said = row["false of a liar's"].split(" of ")
+    assert lies == said
+    page = "<!-- llf dev planned: environments -->\n<!-- end -->\n"
+    assert "| `gym:CliffWalking-v1` | exact |" in update(page, [row])
+    with pytest.raises(ValueError, match="must have the markers"):
+        update("nothing", [row])
+    assert "unknown environment of the table 'gym:Lake'" in llf("dev", "planned", "--id", "gym:Lake").stderr
+
+
+def test_the_rows_of_the_table_are_in_the_page():
+    page = Path(__file__).parents[2].joinpath("docs", "teach-your-own-environment.md").read_text(encoding="utf-8")
+    assert all(f"`{case.id}" in page for case in ROWS)
