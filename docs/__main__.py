@@ -103,15 +103,24 @@ def _named(pattern: str, folder: Path) -> list[str]:
 def _add_tree(page: Path, folder: Path, names: list[str], caption: str = "") -> None:
     """Add a hidden list of pages to a page; the site's navigation shows it."""
     options = f":hidden:\n:caption: {caption}\n" if caption else ":hidden:\n"
-    listed = "\n".join(f"/{name}" for name in names)
+    listed = "\n".join(_entry(folder, name) for name in names)
     with page.open("a", encoding="utf-8") as file:
         file.write(f"\n```{{toctree}}\n{options}\n{listed}\n```\n")
 
 
+def _entry(folder: Path, name: str) -> str:
+    """A line of a list of pages; a title of more than a line of the navigation is replaced by the file's name."""
+    path = folder / f"{name}.md"
+    title = path.read_text(encoding="utf-8").partition("\n")[0] if path.exists() else ""
+    return f"{path.stem.replace('_', ' ')} </{name}>" if len(title) > LONGEST else f"/{name}"
+
+
+LONGEST = 60
+"""Characters of a title in the site's navigation."""
 REFERENCE = """# Modules and classes
 
-What can be imported, by package, made from the docstrings: [llf_teacher](llf_teacher.md), the front door with studies
-and students; [pz_envs](pz_envs.md), seats; [teachers](teachers.md), claims, oracles, personalities; [worlds](worlds.md).
+What can be imported, by package, made from the docstrings: [llf_teacher](llf_teacher.md), with studies and students;
+[pz_envs](pz_envs.md), seats; [teachers](teachers.md), claims, oracles, personalities; [worlds](worlds.md).
 """
 
 

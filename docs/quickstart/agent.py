@@ -35,7 +35,8 @@ def agent(messages: list[dict[str, str]]) -> str:
     last = messages[-1]["content"].lower()
     sentences = [each for each in re.split(r"[.!]\s", last) if " not " not in each]
     advised = re.findall(
-        rf"(?:go|head|next move should be|take the way) ({'|'.join(DIRECTIONS)})", ". ".join(sentences)
+        rf"(?:go|head|next move should be|take the way) ({'|'.join(DIRECTIONS)})",
+        ". ".join(sentences),
     )
     guess = random.Random(last).choice(DIRECTIONS)
     return f"Thought: {'I was told.' if advised else 'I guess.'}\nResponse: {advised[-1] if advised else guess}"
@@ -79,7 +80,9 @@ study = Study(
 results = run(study, Path(tempfile.mkdtemp()) / "study.db", workers=1)
 episodes = results.episodes
 found = episodes.assign(found=episodes.first_success.notna())
-table = found.pivot_table(index=["student", "teacher"], columns="feedback_type", values="found").round(2)
+table = found.pivot_table(
+    index=["student", "teacher"], columns="feedback_type", values="found"
+).round(2)
 print(table)
 
 # %% [markdown]
@@ -92,7 +95,9 @@ print(table)
 # CliffWalking, Blackjack, MiniGrid.
 
 # %%
-lake = llf_teacher.teach(gymnasium.make("FrozenLake-v1", is_slippery=False), oracle="auto", text=True)
+lake = llf_teacher.teach(
+    gymnasium.make("FrozenLake-v1", is_slippery=False), oracle="auto", text=True
+)
 observation, info = lake.reset(seed=7)
 for action in ("right", "down"):
     print("teacher:", observation["feedback"])

@@ -8,11 +8,11 @@
 # # A teacher that learns
 #
 # A student learns its way through a house by itself, by Q-learning. A teacher may say eight times in the student's lifetime
-# what to do next. When should it? Here a teacher finds that out: its rule is a weighted sum of what it sees, and a search
-# keeps the weights whose students waste least.
+# what to do next. When should it? Here a teacher finds that out: its rule has two numbers, and a search keeps those whose
+# students waste least.
 #
 # Run it with `python docs/quickstart/learning.py`, or open it as a notebook, after
-# `pip install -e ".[all,notebook]" -c constraints.txt`. It takes a minute, and needs no neural network and no GPU.
+# `pip install -e ".[all,notebook]" -c constraints.txt`. It takes half a minute, and needs no neural network and no GPU.
 
 # %%
 import os
@@ -41,7 +41,10 @@ def lifetimes(rows: int) -> llf_teacher.TeacherVectorEnv:
         feedback_type="fp",  # it can say what to do next, and nothing else
         teacher_reward="student_progress",  # minus the moves that the student wastes
         announce=True,  # the student says first what it means to do
-        options={"min_goal_dist": 6, "pool": 512},  # the treasure is far; houses are drawn from so many
+        options={
+            "min_goal_dist": 6,
+            "pool": 512,
+        },  # the treasure is far; houses are drawn from so many
     )
 
 
@@ -72,7 +75,9 @@ def wasted(speaks, rows: int, first_seed: int) -> np.ndarray:
     while alive.any():
         seen = np.hstack([observations["features"], observations["lifetime"]])
         advised = speaks(seen) & (observations["action_mask"][:, ADVICE] == 1)
-        observations, rewards, terminated, truncated, _ = envs.step(np.where(advised, ADVICE, 0))
+        observations, rewards, terminated, truncated, _ = envs.step(
+            np.where(advised, ADVICE, 0)
+        )
         total += np.where(alive, rewards, 0)
         alive &= ~(terminated | truncated)
     return -total / EPISODES
@@ -88,7 +93,9 @@ RULES = {
     "before every mistake": lambda seen: seen[:, MISTAKE] == 1,
 }
 for name, rule in RULES.items():
-    print(f"{name:24} {mean_interval(wasted(rule, LIVES, first_seed=0)).text()} moves wasted an episode")
+    print(
+        f"{name:24} {mean_interval(wasted(rule, LIVES, first_seed=0)).text()} moves wasted an episode"
+    )
 
 # %% [markdown]
 # ## The search
@@ -119,7 +126,11 @@ def limited(limits):
 rng, best, spread, curve = np.random.default_rng(0), np.full(2, 10.0), 5.0, []
 for _ in range(GENERATIONS):
     drawn = np.maximum(best + spread * rng.normal(size=(CANDIDATES, 2)), 0)
-    lost = wasted(limited(drawn), CANDIDATES * LIVES, first_seed=1000).reshape(CANDIDATES, LIVES).mean(axis=1)
+    lost = (
+        wasted(limited(drawn), CANDIDATES * LIVES, first_seed=1000)
+        .reshape(CANDIDATES, LIVES)
+        .mean(axis=1)
+    )
     best, spread = drawn[np.argsort(lost)[:3]].mean(axis=0), 0.8 * spread
     curve.append(lost.min())
 print("It learned:", dict(zip(NUMBERS, best.round(1).tolist(), strict=True)))
@@ -132,7 +143,10 @@ print("It learned:", dict(zip(NUMBERS, best.round(1).tolist(), strict=True)))
 # %%
 import matplotlib.pyplot as plt
 
-held = {name: wasted(rule, 2 * LIVES, first_seed=5000) for name, rule in (RULES | {"learned": limited(best)}).items()}
+held = {
+    name: wasted(rule, 2 * LIVES, first_seed=5000)
+    for name, rule in (RULES | {"learned": limited(best)}).items()
+}
 for name, lost in held.items():
     more = paired_difference(lost, held["learned"]).estimate
     print(
@@ -142,12 +156,17 @@ for name, lost in held.items():
 figure, (learning, compared) = plt.subplots(1, 2, figsize=(9, 2.6), layout="constrained")
 learning.plot(range(1, GENERATIONS + 1), curve)
 learning.set(xlabel="generation", ylabel="moves wasted, the best", ylim=(0, None))
-for row, (name, lost) in enumerate(held.items()):
+for row, lost in enumerate(held.values()):
     estimate = mean_interval(lost)
     if not estimate.why:
         compared.plot([estimate.low, estimate.high], [row, row], color="tab:blue")
     compared.plot(estimate.mean, row, "o", color="tab:blue")
-compared.set(yticks=range(len(held)), yticklabels=held, xlabel="moves wasted an episode, new lifetimes", xlim=(0, None))
+compared.set(
+    yticks=range(len(held)),
+    yticklabels=held,
+    xlabel="moves wasted an episode, new lifetimes",
+    xlim=(0, None),
+)
 plt.show()
 
 # %% [markdown]

@@ -45,7 +45,9 @@ print(results)
 
 # %%
 episodes = results.episodes
-table = episodes.pivot_table(index="teacher", columns="family", values=["regret", "success"]).round(2)
+table = episodes.pivot_table(
+    index="teacher", columns="family", values=["regret", "success"]
+).round(2)
 print(table)
 
 # %% [markdown]
@@ -68,16 +70,30 @@ from llf_teacher.studies.analysis.statistics import paired_difference
 
 regret = episodes.set_index(["family", "teacher", "seed"]).regret.sort_index()
 figure, axes = plt.subplots(1, 2, figsize=(9, 2.6), layout="constrained")
-for axis, family, unit in zip(axes, ("gridworld", "bandits"), ("moves", "expected reward"), strict=True):
+for axis, family, unit in zip(
+    axes, ("gridworld", "bandits"), ("moves", "expected reward"), strict=True
+):
     for row, teacher in enumerate(("delayed(turns=2)", "mistake(eps=0.3)", "oracle")):
-        saved = paired_difference(regret[family, "silent"], regret[family, teacher]).estimate
+        saved = paired_difference(
+            regret[family, "silent"], regret[family, teacher]
+        ).estimate
         print(f"{family:10} {teacher:17} saves {saved.text(1)} {unit}")
         if saved.why == "":
             axis.plot([saved.low, saved.high], [row, row], color="tab:blue")
         axis.plot(saved.mean, row, "o", color="tab:blue")
-        axis.annotate(teacher, (saved.mean, row), xytext=(0, 7), textcoords="offset points", ha="center")
+        axis.annotate(
+            teacher,
+            (saved.mean, row),
+            xytext=(0, 7),
+            textcoords="offset points",
+            ha="center",
+        )
     axis.set(
-        title=family, xlabel=f"{unit} saved beside silence, an episode", yticks=[], ylim=(-0.5, 2.8), xlim=(0, None)
+        title=family,
+        xlabel=f"{unit} saved beside silence, an episode",
+        yticks=[],
+        ylim=(-0.5, 2.8),
+        xlim=(0, None),
     )
 plt.show()
 

@@ -41,7 +41,7 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
     """
     folder = path.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    listed = [("claim", "verdict", "picture")]
+    listed = [("claim", "source", "verdict", "picture")]
     for name, row in rows.items():
         plot(row, values[name], folder / f"{name}.png")
         (folder / f"{name}.json").write_text(raw(row, values[name]), encoding="utf-8")
@@ -49,7 +49,8 @@ def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> 
         own = row_page(name, row, values[name], judged, path.name)
         (folder / f"{name}.md").write_text("\n".join(own) + "\n", encoding="utf-8")
         picture = f"![Plot]({folder.name}/{name}.png)"
-        listed.append((f"[{row.claim}]({folder.name}/{name}.md) ({row.source})", f"**{verdict(judged)}**", picture))
+        link = f"[{row.claim}]({folder.name}/{name}.md)"
+        listed.append((link, row.source, f"**{verdict(judged)}**", picture))
     together = sum(values[name].seconds for name in rows)
     quick = sum(values[name].seconds * min(1, QUICK / values[name].seeds) for name in rows)
     cost = f"All of it takes {together / 120:.0f} minutes of 2 cores, {quick / 120:.1f} with `--quick`."
