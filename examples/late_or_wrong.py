@@ -72,7 +72,7 @@ def draw(found: list[Line], path: Path) -> None:
     """A dot a row with its interval; a hollow dot has none."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8, 3.9), layout="constrained")
+    figure = Figure(figsize=(6.4, 3.5), layout="constrained")
     axes = figure.subplots()
     for place, line in enumerate(found):
         score = line.score
@@ -89,7 +89,7 @@ def draw(found: list[Line], path: Path) -> None:
     axes.tick_params(axis="y", length=0)
     axes.spines[["top", "right", "left"]].set_visible(False)
     axes.set_xlabel("← wrong words cost more        score        late words cost more →")
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=140)
 
 
 def main() -> None:

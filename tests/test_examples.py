@@ -26,6 +26,7 @@ def test_teaching_on_a_budget(tmp_path):
     assert (tmp_path / "plot.png").stat().st_size > 10_000
 
 
+@pytest.mark.full
 def test_late_or_wrong(tmp_path):
     out = printed(
         "late_or_wrong", "--seeds", 2, "--workers", 1, "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png"

@@ -43,7 +43,7 @@ def lifetimes(rows: int) -> llf_teacher.TeacherVectorEnv:
         announce=True,  # the student says first what it means to do
         options={
             "min_goal_dist": 6,
-            "pool": 512,
+            "pool": 4 * LIVES,
         },  # the treasure is far; houses are drawn from so many
     )
 
