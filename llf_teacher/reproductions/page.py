@@ -117,7 +117,7 @@ def row_page(name: str, row: Row, values: Values, judged: Sequence[Judged], inde
         "",
     ]
     if finding.table:
-        lines += ["## All values", "", *table(finding.table), ""]
+        lines += ["## What was measured", "", *table(finding.table), ""]
     return [*lines, f"{NOTE} [Measurements]({name}.json) by seed: {', '.join(row.measures)}."]
 
 
