@@ -7,8 +7,8 @@
 # %% [markdown]
 # # A study, to pandas and a figure
 #
-# What costs a student more: advice that comes two turns late, or advice that is wrong in three cases of ten? Nobody has to
-# guess: both teachers teach the same student in the same worlds, and what the student wastes is counted.
+# What costs a student more: advice that comes two turns late, or advice that is wrong in three cases of ten? Both
+# teachers teach the same student in the same worlds, and what the student wastes is counted.
 #
 # This file is a notebook and a program: open it in VS Code or Jupyter, or run `python docs/quickstart/study.py`. It takes a
 # quarter of a minute. You need README's first command with one extra:
@@ -69,32 +69,18 @@ import matplotlib.pyplot as plt
 from llf_teacher.studies.analysis.statistics import paired_difference
 
 regret = episodes.set_index(["family", "teacher", "seed"]).regret.sort_index()
-figure, axes = plt.subplots(1, 2, figsize=(9, 2.6), layout="constrained")
-for axis, family, unit in zip(
-    axes, ("gridworld", "bandits"), ("moves", "expected reward"), strict=True
-):
-    for row, teacher in enumerate(("delayed(turns=2)", "mistake(eps=0.3)", "oracle")):
-        saved = paired_difference(
-            regret[family, "silent"], regret[family, teacher]
-        ).estimate
+figure, axes = plt.subplots(1, 2, figsize=(9, 2.2), sharey=True, layout="constrained")
+units = {"gridworld": "moves", "bandits": "expected reward"}
+for axis, (family, unit) in zip(axes, units.items(), strict=True):
+    for teacher in ("delayed(turns=2)", "mistake(eps=0.3)", "oracle"):
+        silent, taught = regret[family, "silent"], regret[family, teacher]
+        saved = paired_difference(silent, taught).estimate
         print(f"{family:10} {teacher:17} saves {saved.text(1)} {unit}")
-        if saved.why == "":
-            axis.plot([saved.low, saved.high], [row, row], color="tab:blue")
-        axis.plot(saved.mean, row, "o", color="tab:blue")
-        axis.annotate(
-            teacher,
-            (saved.mean, row),
-            xytext=(0, 7),
-            textcoords="offset points",
-            ha="center",
-        )
-    axis.set(
-        title=family,
-        xlabel=f"{unit} saved beside silence, an episode",
-        yticks=[],
-        ylim=(-0.5, 2.8),
-        xlim=(0, None),
-    )
+        if not saved.why:
+            axis.plot([saved.low, saved.high], [teacher, teacher], color="tab:blue")
+        axis.plot(saved.mean, teacher, "o", color="tab:blue")
+    axis.set(title=family, xlabel=f"{unit} saved beside silence, an episode")
+    axis.set(xlim=(0, None), ylim=(-0.5, 2.5))
 plt.show()
 
 # %% [markdown]
