@@ -73,8 +73,9 @@ def gallery(films: Sequence[str] = ()) -> str:
 
 
 def write_lesson(spec: str, path: Path) -> None:
-    """Write a film of the lesson that all `LESSONS` show, in the gridworld, under one personality."""
-    frames = film("llf-gridworld-v0", student="obedient", seed=1, teacher=spec, privileged_info=True, max_turns=7)
+    """Write a film of a lesson under one personality: the same world and the same student for all `LESSONS`."""
+    id = f"{PREFIX}{_quick_families()[0].showcase[0]}"
+    frames = film(id, student="obedient", seed=1, teacher=spec, privileged_info=True, max_turns=7)
     save(frames, path, 1.2)
 
 
@@ -95,8 +96,7 @@ def _difference(spec: str) -> str:
     Raises:
         ValueError: there is no such turn in the episodes that are tried.
     """
-    families = sorted((each for each in own_families() if not each.slow and not each.missing()), key=_order)
-    for family, seed in product((each for each in families if each.serves(spec)), _SEEDS):
+    for family, seed in product((each for each in _quick_families() if each.serves(spec)), _SEEDS):
         turns = list(zip(_episode(family, "oracle", seed), _episode(family, spec, seed), strict=True))
         first = next((i for i, (plain, own) in enumerate(turns) if plain.text != own.text), None)
         if first is not None:
@@ -114,6 +114,11 @@ def _difference(spec: str) -> str:
     raise ValueError(
         f"{spec} does not differ from the oracle in any episode that was tried; give it other parameters in _INSTEAD"
     )
+
+
+def _quick_families() -> list[Family]:
+    """Those that are installed and whose worlds are quick, in the order in which they show personalities."""
+    return sorted((each for each in own_families() if not each.slow and not each.missing()), key=_order)
 
 
 def _order(family: Family) -> tuple[bool, str]:
