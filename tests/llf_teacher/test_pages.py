@@ -1,5 +1,7 @@
 """The pages that are made of the code."""
 
+import sys
+
 import pytest
 
 from llf_teacher.registry import family
@@ -42,7 +44,7 @@ def test_a_film_is_small(tmp_path):
 
 
 def test_the_gallery_shows_a_lesson_under_several_personalities(tmp_path, monkeypatch):
-    monkeypatch.setattr("llf_teacher.tools.pages.gallery.gallery_entry", str)
+    monkeypatch.setattr(sys.modules[gallery.__module__], "gallery_entry", str)
     page = gallery([f"{number}.webp" for number in range(len(LESSONS))])
     assert [line for line in page.splitlines() if line.startswith("`")] == [f"`{spec}`" for spec in LESSONS]
     sizes = set()
