@@ -12,8 +12,41 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-USERS = ("study-feedback", "train-teachers", "have-an-agent")
-"""A page for each kind of user."""
+GROUPS = {
+    "Start": {
+        "docs/quickstart/README": ("docs/quickstart/study", "docs/quickstart/learning", "docs/quickstart/agent"),
+        "docs/concepts": (),
+        "docs/families/README": ("docs/families/*",),
+        "docs/personality-gallery": (),
+        "docs/questions": (),
+        "docs/words": (),
+    },
+    "Guides": {
+        "docs/study-feedback": ("docs/reading-a-study", "docs/studies-at-scale"),
+        "docs/personalities": (),
+        "docs/teaching-as-a-game": ("docs/a-teacher-that-reads-the-moment", "docs/learners"),
+        "docs/bring-your-agent": ("docs/train-a-model", "docs/integrations"),
+        "docs/teach-your-own-environment": (),
+        "docs/coming-from-llf-bench": (),
+        "docs/in-the-browser": (),
+    },
+    "Results": {
+        "docs/results": (),
+        "docs/what-personalities-do": (),
+        "docs/known-results": ("docs/known-results/*",),
+        "docs/teaching-on-a-budget": (),
+        "docs/learn-to-teach": (),
+        "docs/speed": (),
+    },
+    "Reference": {
+        "docs/environments": ("docs/metaworld", "docs/catalogue", "docs/pictures"),
+        "docs/how-claims-are-checked": ("docs/claims-elsewhere", "docs/readings/README"),
+        "docs/statistics": (),
+        "docs/reference/README": ("docs/reference/*",),
+        "CONTRIBUTING": ("CHANGELOG", "SECURITY", "docs/releasing", "changes/README"),
+    },
+}
+"""The site: groups of at most seven entries, each with the pages below it; a star stands for all others of a folder."""
 API = {
     "llf_teacher": ("llf_teacher", "llf_teacher.studies", "llf_teacher.students.student", "llf_teacher.testing"),
     "pz_envs": (
@@ -33,55 +66,72 @@ API = {
 
 def gather(into: Path) -> None:
     """Put all that Sphinx reads into a folder."""
-    shutil.copytree(ROOT / "docs", into / "docs", ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    unread = shutil.ignore_patterns("__main__.py", "conf.py", "static", "__pycache__")
+    shutil.copytree(ROOT / "docs", into / "docs", ignore=unread)
     for name in ("changes", "examples"):
         shutil.copytree(ROOT / name, into / name, ignore=shutil.ignore_patterns("__pycache__"))
     for path in (*ROOT.glob("*.md"), ROOT / "CITATION.cff"):
         shutil.copy(path, into)
     (into / "README.md").rename(into / "index.md")
-    for path in into.rglob("*.md"):
+    for path in (*into.glob("*.md"), *(into / "docs").glob("*.md")):
         text = path.read_text(encoding="utf-8")
         path.write_text(re.sub(r"(\]\((?:\.\./)?)README\.md", r"\1index.md", text), encoding="utf-8")
     families, reference = into / "docs" / "families", into / "docs" / "reference"
     families.mkdir()
     reference.mkdir()
-    made = write_pages(families)
+    write_pages(families)
+    write_gallery(into / "docs")
     for package, modules in API.items():
         parts = "".join(
             f"## {name}\n\n```{{eval-rst}}\n.. automodule:: {name}\n   :members:\n```\n\n" for name in modules
         )
         (reference / f"{package}.md").write_text(f"# {package}\n\n{parts}", encoding="utf-8")
-    listed = {
-        "Begin": [*USERS, "how-claims-are-checked"],
-        "Families": [f"families/{name}" for name in made],
-        "Reference": [f"reference/{package}" for package in API],
-    }
-    told = {name for names in listed.values() for name in names}
-    listed["Guides"] = sorted({path.stem for path in (ROOT / "docs").glob("*.md")} - told)
-    trees = "".join(_tree(caption, names) for caption, names in listed.items())
-    others = "\n".join(
-        [
-            *sorted(path.stem for path in into.glob("*.md") if path.stem != "index"),
-            "changes/README",
-            "docs/readings/README",
-        ]
-    )
-    index = into / "index.md"
-    text = index.read_text(encoding="utf-8")
-    index.write_text(f"{text}\n{trees}```{{toctree}}\n:hidden:\n:caption: Project\n\n{others}\n```\n", encoding="utf-8")
+    (reference / "README.md").write_text(REFERENCE, encoding="utf-8")
+    for caption, entries in GROUPS.items():
+        _add_tree(into / "index.md", into, list(entries), caption)
+        for entry, below in entries.items():
+            if names := [name for pattern in below for name in _named(pattern, into)]:
+                _add_tree(into / f"{entry}.md", into, names)
 
 
-def _tree(caption: str, names: list[str]) -> str:
-    listed = "\n".join(f"docs/{name}" for name in names)
-    return f"```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{listed}\n```\n\n"
+def _named(pattern: str, folder: Path) -> list[str]:
+    """The pages of a pattern, without their suffix."""
+    found = sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.glob(f"{pattern}.md"))
+    return [name for name in found if not name.endswith("/README")] if "*" in pattern else [pattern]
 
 
-def write_pages(folder: Path) -> list[str]:
-    """Write what is made of the code, and name it."""
-    from llf_teacher.tools.pages import family_page, gallery, write_film
+def _add_tree(page: Path, folder: Path, names: list[str], caption: str = "") -> None:
+    """Add a hidden list of pages to a page; the site's navigation shows it."""
+    options = f":hidden:\n:caption: {caption}\n" if caption else ":hidden:\n"
+    listed = "\n".join(_entry(folder, name) for name in names)
+    with page.open("a", encoding="utf-8") as file:
+        file.write(f"\n```{{toctree}}\n{options}\n{listed}\n```\n")
+
+
+def _entry(folder: Path, name: str) -> str:
+    """A line of a list of pages; a title of more than a line of the navigation is replaced by the file's name."""
+    path = folder / f"{name}.md"
+    title = path.read_text(encoding="utf-8").partition("\n")[0] if path.exists() else ""
+    return f"{path.stem.replace('_', ' ')} </{name}>" if len(title) > LONGEST else f"/{name}"
+
+
+LONGEST = 60
+"""Characters of a title in the site's navigation."""
+REFERENCE = """# Modules and classes
+
+What can be imported, by package, made from the docstrings: [llf_teacher](llf_teacher.md), with studies and students;
+[pz_envs](pz_envs.md), seats; [teachers](teachers.md), claims, oracles, personalities; [worlds](worlds.md).
+"""
+
+
+def write_pages(folder: Path) -> None:
+    """Write a page and a film of each family, and a gallery of all."""
+    from llf_teacher.tools.pages import family_page, write_film
     from pz_envs.family import own_families
 
-    names = []
+    shown = [
+        "# Gallery of families\n\nA lesson of each, by a teacher that errs now and then: each sentence is marked.\n"
+    ]
     for family in own_families():
         if family.missing():
             continue
@@ -92,9 +142,22 @@ def write_pages(folder: Path) -> list[str]:
             print(f"{family.name} is not filmed: {error}", file=sys.stderr)  # noqa: T201 (a command's own words)
         page = family_page(family, film.name if film.exists() else "") + figures(family.name)
         (folder / f"{family.name}.md").write_text(page, encoding="utf-8")
-        names.append(family.name)
-    (folder / "gallery.md").write_text(gallery(), encoding="utf-8")
-    return [*names, "gallery"]
+        picture = f"![A lesson of {family.name}]({film.name})\n" if film.exists() else ""
+        words = f"{family.summary[:1].upper()}{family.summary[1:]}: [all about {family.name}]({family.name}.md)."
+        shown.append(f"## {family.name}\n\n{words}\n\n{picture}")
+    (folder / "README.md").write_text("\n".join(shown), encoding="utf-8")
+
+
+def write_gallery(folder: Path) -> None:
+    """Write the gallery of personalities, with films of one lesson under several of them."""
+    from llf_teacher.tools.pages import LESSONS, gallery, write_lesson
+
+    films = folder / "lessons"
+    films.mkdir()
+    for number, spec in enumerate(LESSONS):
+        write_lesson(spec, films / f"{number}.webp")
+    page = gallery([f"lessons/{number}.webp" for number in range(len(LESSONS))])
+    (folder / "personality-gallery.md").write_text(page, encoding="utf-8")
 
 
 def figures(family: str) -> str:

@@ -9,7 +9,7 @@ from llf_teacher.theme import properties, sentence_style
 project = "llf-teacher"
 author = "the llf-teacher authors"
 release = version = llf_teacher.__version__
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 root_doc = "index"
 exclude_patterns: list[str] = ["changes/*.*.md", "examples"]
 html_theme = "furo"
@@ -32,6 +32,13 @@ html_theme_options = {
 """The colours, sizes, spaces and fonts of reports and pages, and Furo's own names of them."""
 html_title = f"llf-teacher {release}"
 html_copy_source = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+nb_custom_formats = {".py": ["jupytext.reads", {"fmt": "py:percent"}]}
+nb_execution_mode = "force"
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
+nb_merge_streams = True
 myst_heading_anchors = 4
 myst_enable_extensions = ["colon_fence"]
 suppress_warnings = ["ref.python"]  # a name such as `text` may be that of several

@@ -81,11 +81,11 @@ def test_each_environment_of_learners_and_frameworks_has_an_extra_and_pins():
         assert {re.match(r"[\w-]+", each)[0] for each in extras[name]} <= pinned
 
 
-def test_the_lesson_of_the_readme_was_given():
+def test_the_lesson_of_the_concepts_was_given():
     """Each sentence, with its kind and its label, stands in the golden transcript."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "concepts.md").read_text(encoding="utf-8")
     golden = (ROOT / "tests" / "golden" / "llf-gridworld-v0.txt").read_text(encoding="utf-8")
-    (lesson,) = [code for language, code in BLOCK.findall(readme) if language == "text"]
+    (lesson,) = [code for language, code in BLOCK.findall(page) if language == "text"]
     opening, first, second = re.split(r"^student +(?:south|west)$", lesson, flags=re.MULTILINE)
     assert " ".join(opening.removeprefix("teacher").split()).removesuffix(" ...") in golden
     turns = re.findall(r"^== turn [12]\naction: (\d).*?feedback: '(.*?)'$(.*?)^$", golden, re.DOTALL | re.MULTILINE)
@@ -117,18 +117,64 @@ def test_the_texts_for_lists_name_the_versions_that_are_tested():
         assert f"/badge/{name}-v{pins[name.lower()]}-blue" in page
 
 
-def test_the_site_is_pinned_and_has_a_page_for_each_user():
+SITE = runpy.run_path(str(ROOT / "docs" / "__main__.py"))
+MADE = {
+    "docs/families/README",
+    "docs/families/*",
+    "docs/personality-gallery",
+    "docs/reference/README",
+    "docs/reference/*",
+}
+"""Pages that are made as the site is."""
+
+
+def test_the_site_is_pinned():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     pinned = (ROOT / "constraints.txt").read_text(encoding="utf-8").lower()
-    assert all(f"\n{re.match(r'[a-z-]+', each)[0]}==" in pinned for each in extras["docs"])
-    site = runpy.run_path(str(ROOT / "docs" / "__main__.py"))
-    assert "| 112,056 |" in site["figures"]("gridworld")
-    assert not site["figures"]("bandit")
-    for page in (*site["USERS"], "how-claims-are-checked"):
-        assert (ROOT / "docs" / f"{page}.md").exists()
-        assert f"](docs/{page}.md)" in (ROOT / "README.md").read_text(encoding="utf-8")
-    for module in itertools.chain(*site["API"].values()):
+    assert all(f"\n{re.match(r'[a-z-]+', each)[0]}==" in pinned for each in extras["docs"] + extras["notebook"])
+    assert "| 112,056 |" in SITE["figures"]("gridworld")
+    assert not SITE["figures"]("bandit")
+    for module in itertools.chain(*SITE["API"].values()):
         assert importlib.import_module(module).__doc__
+
+
+def test_the_site_has_four_groups_of_at_most_seven_entries_and_each_page_once():
+    groups = SITE["GROUPS"]
+    assert list(groups) == ["Start", "Guides", "Results", "Reference"]
+    assert all(0 < len(entries) <= 7 for entries in groups.values())
+    listed = [page for entries in groups.values() for entry, below in entries.items() for page in (entry, *below)]
+    named = [page for page in listed if page not in MADE and "*" not in page]
+    folders = [page.removesuffix("*") for page in listed if "*" in page]
+    there = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "docs" / "quickstart").glob("*.py")]
+    pages = {path.relative_to(ROOT).with_suffix("").as_posix() for path in there}
+    pages -= {page for page in pages if page not in named and page.startswith(tuple(folders))} | {"README"}
+    assert sorted(named) == sorted(pages | {"changes/README"})
+
+
+def test_the_page_of_words_has_what_people_look_for():
+    words = (ROOT / "docs" / "words.md").read_text(encoding="utf-8")
+    for word in (
+        "quickstart",
+        "FAQ",
+        "Taxi",
+        "FrozenLake",
+        "p-value",
+        "wandb",
+        "pandas",
+        "PPO",
+        "Ollama",
+        "GIF",
+        "seed",
+    ):
+        assert re.search(rf"\b{word}\b.*\]\(", words), word
+
+
+def test_the_readme_counts_the_personalities_and_the_known_results():
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"| {len(PERSONALITIES.names)} personalities that combine" in readme
+    verdicts = Counter(re.findall(r"\*\*(yes|no|open)\*\* \|", (ROOT / "docs" / "known-results.md").read_text("utf-8")))
+    assert verdicts == {"yes": 3, "no": 8, "open": 3}
+    assert "three hold here as they are stated, eight do not, and three are open" in " ".join(readme.split())
 
 
 def test_the_study_file_of_the_page_on_studies_is_a_study(tmp_path):

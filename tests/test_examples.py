@@ -1,6 +1,7 @@
 """The examples run, shortened."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -28,6 +29,35 @@ def test_teaching_on_a_budget(tmp_path):
     out = printed("teaching_on_a_budget", "--seeds", 2, "--episodes", 5, "--plot", tmp_path / "plot.png")
     assert out.count("| mistake correcting | ") == 2
     assert (tmp_path / "plot.png").stat().st_size > 10_000
+
+
+@pytest.mark.full
+def test_late_or_wrong(tmp_path):
+    out = printed(
+        "late_or_wrong", "--seeds", 2, "--workers", 1, "--store", tmp_path / "it.db", "--plot", tmp_path / "it.png"
+    )
+    rows = [line.split(" | ") for line in out.splitlines()[2:]]
+    assert len(rows) == 9
+    assert rows[0][0] == "| all families"
+    assert (tmp_path / "it.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("study", r"gridworld +oracle +saves .*moves"),
+        ("learning", r"learned .* moves wasted an episode"),
+        ("agent", r"chat:agent .*\n.* oracle "),
+    ],
+)
+def test_a_notebook_of_the_quickstart(name, says):
+    """As a program, shortened; `python docs site` executes it whole."""
+    shorter = {"LLF_QUICKSTART_SEEDS": "2", "LLF_QUICKSTART_LIVES": "4", "LLF_QUICKSTART_GENERATIONS": "1"}
+    command = [sys.executable, ROOT / "docs" / "quickstart" / f"{name}.py"]
+    environment = {**os.environ, "MPLBACKEND": "agg", **shorter}
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert result.returncode == 0, result.stderr
+    assert re.search(says, result.stdout)
 
 
 def test_efficiency():

@@ -10,7 +10,7 @@ TEXT = (Path(__file__).parents[1] / "docs" / "reading-a-study.md").read_text(enc
 
 
 def test_every_column_is_described_once():
-    table = TEXT[TEXT.index("| column | meaning |") :]
+    table, _, _ = TEXT[TEXT.index("| column | meaning |") :].partition("\n\n")
     named = [name for row in re.findall(r"^\| (`.*?) \| ", table, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)]
     assert named == ["key", *EpisodeSpec._fields, *EpisodeRow._fields, "revision"]
 

@@ -22,11 +22,11 @@ def reproduce(
     page: Annotated[
         Path,
         typer.Option(
-            help="Markdown page to write, with plots in a folder of its name; results that are not played stay."
+            help="Markdown page to write, with pages and plots in a folder of its name; results not played stay."
         ),
     ] = Path("known-results.md"),
 ) -> None:
-    """Reproduce known results of the field, and write a page that compares them with their sources."""
+    """Reproduce known results of the field, and write pages that compare them with their sources."""
     from rich.console import Console
     from rich.progress import Progress
 

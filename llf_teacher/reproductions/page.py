@@ -1,4 +1,4 @@
-"""The page of known results: a table of verdicts, then each row with its protocol, rule, values and plot."""
+"""The pages of known results: a table of verdicts, and for each row a page with its protocol, rule, values and plot."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -6,62 +6,55 @@ from pathlib import Path
 
 import numpy as np
 
-from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Reading, Row, Values, describe, digest
+from llf_teacher.reproductions.row import FIRST_SEED, QUICK, Row, Values, describe, digest
 from llf_teacher.reproductions.rule import NO, OPEN, YES, Judged, judge, verdict
 from llf_teacher.studies.analysis.statistics import mean_interval
 
 HEAD = """# Known results
 
-Reproductions of known results about teaching. Each row is a claim of a paper, tried with our worlds, teachers and
-students. Its rule was written before its seeds were played: what is compared, in which direction, and the smallest
-effect that counts. The verdict is made in the same way for all rows: each comparison is tested against the smallest
-effect that counts, by a two-sided sign-flip test over seeds, with Holm's correction for all comparisons of the row.
+Claims of papers about teaching, tried with our worlds, teachers and students. The rule of a row was written before its
+seeds were played: what is compared, in which direction, and the smallest effect that counts. Each comparison is tested
+against that effect by a two-sided sign-flip test over seeds, with Holm's correction for all comparisons of the row.
 
 - **yes**: every effect is significantly greater than the smallest that counts;
 - **no**: at least one is significantly smaller, so that the claim does not hold here as it is stated;
 - **open**: neither; the seeds do not decide it.
 
-A verdict is about our worlds and students, not about the paper's. Intervals are 95 % intervals of means over seeds
-([statistics](statistics.md)); a star stands where none would cover, since the values are skewed, mostly 0 or all equal.
-
-`llf reproduce` plays all rows and writes this page; `llf reproduce --only NAME` plays one row and keeps the others;
+A verdict is about our worlds and students, not about the paper's.
+"""
+FOOT = """
+`llf reproduce` plays all rows and writes these pages; `llf reproduce --only NAME` plays one row and keeps the others;
 `--quick` plays a few seeds of each as a trial, too few for any verdict but open. Measurements are stored as they end,
 so that an interrupted run continues. Rows that train networks need the extra `learn`, and are left out without it.
-
-A teacher can also learn when to speak. This needs the extra `learn` and has its own commands, beside its results:
-[A teacher that learned](learn-to-teach.md).
 """
+NOTE = """Intervals are 95 % intervals of means over seeds ([statistics](../statistics.md)); a star stands where none
+would cover, since the values are skewed, mostly 0 or all equal."""
 
 
 def write(rows: Mapping[str, Row], values: Mapping[str, Values], path: Path) -> None:
-    """Write the page, and beside it a folder of its name with the plots and the measurements of all rows.
+    """Write the page, and beside it a folder of its name with a page, a plot and the measurements of each row.
 
     Args:
         rows: by name.
         values: by the same names.
         path: the page, a Markdown file; it is replaced.
     """
-    found = {name: row.read(values[name]) for name, row in rows.items()}
     folder = path.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
+    listed = [("claim", "source", "verdict", "picture")]
     for name, row in rows.items():
         plot(row, values[name], folder / f"{name}.png")
         (folder / f"{name}.json").write_text(raw(row, values[name]), encoding="utf-8")
+        judged = judge(row.rule, values[name], row.measures)
+        own = row_page(name, row, values[name], judged, path.name)
+        (folder / f"{name}.md").write_text("\n".join(own) + "\n", encoding="utf-8")
+        picture = f"![Plot]({folder.name}/{name}.png)"
+        link = f"[{row.claim}]({folder.name}/{name}.md)"
+        listed.append((link, row.source, f"**{verdict(judged)}**", picture))
     together = sum(values[name].seconds for name in rows)
-    judged = {name: judge(row.rule, values[name], row.measures) for name, row in rows.items()}
-    lines = [HEAD, "| claim | source | verdict | here | command | minutes of 2 cores | share |", f"|{'---|' * 7}"]
-    for name, row in rows.items():
-        link = f"[{row.claim}](#{name.replace('_', '-')})"
-        command = f"`llf reproduce --only {name}`"
-        seconds = values[name].seconds
-        cost = f"{seconds / 120:.1f}", f"{seconds / together:.0%}"
-        cells = link, row.source, f"**{verdict(judged[name])}**", found[name].ours, command, *cost
-        lines.append(f"| {' | '.join(cells)} |")
     quick = sum(values[name].seconds * min(1, QUICK / values[name].seeds) for name in rows)
-    lines += ["", f"All of it takes {together / 120:.0f} minutes of 2 cores, {quick / 120:.1f} with `--quick`."]
-    for name, row in rows.items():
-        lines += ["", *section(name, row, found[name], judged[name], f"{folder.name}/{name}.png")]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    cost = f"All of it takes {together / 120:.0f} minutes of 2 cores, {quick / 120:.1f} with `--quick`."
+    path.write_text("\n".join([HEAD, *table(listed), f"{FOOT}\n{cost}"]) + "\n", encoding="utf-8")
 
 
 def raw(row: Row, values: Values) -> str:
@@ -90,21 +83,42 @@ def stored(row: Row, path: Path) -> Values | None:
     return Values(tables, kept["seconds"])
 
 
-def section(name: str, row: Row, finding: Reading, judged: Sequence[Judged], picture: str) -> list[str]:
-    """The section of a row."""
-    lines = [f"## {name.replace('_', ' ')}", "", f"**{row.claim}** ({row.source})", "", row.protocol, ""]
-    lines += [
+def row_page(name: str, row: Row, values: Values, judged: Sequence[Judged], index: str) -> list[str]:
+    """The lines of the page of a row.
+
+    Args:
+        name: of the row.
+        row: that was measured.
+        values: its measurements.
+        judged: the outcomes of its rule.
+        index: the file of the page that lists all rows, in the folder above.
+    """
+    finding = row.read(values)
+    cost = f"`llf reproduce --only {name}`, {values.seconds / 120:.1f} minutes of 2 cores"
+    lines = [
+        f"# {row.claim}",
+        "",
+        f"{row.source}; one of the [known results](../{index}). Played by {cost}.",
+        "",
         f"**{verdict(judged).capitalize()}**: {counted(judged)}",
+        "",
+        f"![{row.claim}]({name}.png)",
+        "",
+        finding.ours,
+        *(["", finding.why] if finding.why else []),
+        "",
+        "## What was played",
+        "",
+        row.protocol,
+        "",
+        "## The rule and its outcome",
         "",
         *table(rule_table(judged)),
         "",
-        finding.ours,
     ]
-    if finding.why:
-        lines += ["", finding.why]
-    data = picture.removesuffix("png") + "json"
-    measured = f"[Measurements]({data}) by seed: {', '.join(row.measures)}."
-    return [*lines, "", f"![{row.claim}]({picture})", "", *table(finding.table), "", measured]
+    if finding.table:
+        lines += ["## What was measured", "", *table(finding.table), ""]
+    return [*lines, f"{NOTE} [Measurements]({name}.json) by seed: {', '.join(row.measures)}."]
 
 
 def counted(judged: Sequence[Judged]) -> str:

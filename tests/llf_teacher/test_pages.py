@@ -1,10 +1,12 @@
 """The pages that are made of the code."""
 
+import sys
+
 import pytest
 
 from llf_teacher.registry import family
 from llf_teacher.tools.markdown import escape, table
-from llf_teacher.tools.pages import family_page, gallery_entry, write_film
+from llf_teacher.tools.pages import LESSONS, family_page, gallery, gallery_entry, write_film, write_lesson
 from llf_teacher.tools.pages.families import examples
 from pz_envs.family import own_families
 from teachers.oracle import claims_of
@@ -39,6 +41,17 @@ def test_examples_are_sentences_of_claims_that_were_made():
 def test_a_film_is_small(tmp_path):
     write_film(family("bandits"), tmp_path / "film.webp")
     assert 1000 < (tmp_path / "film.webp").stat().st_size <= 200_000
+
+
+def test_the_gallery_shows_a_lesson_under_several_personalities(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys.modules[gallery.__module__], "gallery_entry", str)
+    page = gallery([f"{number}.webp" for number in range(len(LESSONS))])
+    assert [line for line in page.splitlines() if line.startswith("`")] == [f"`{spec}`" for spec in LESSONS]
+    sizes = set()
+    for spec in list(LESSONS)[:2]:
+        write_lesson(spec, tmp_path / "film.webp")
+        sizes.add((tmp_path / "film.webp").stat().st_size)
+    assert len(sizes) == 2
 
 
 @pytest.mark.parametrize("name", [name for name in PERSONALITIES.names if name != "oracle"])

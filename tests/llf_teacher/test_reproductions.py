@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 from dataclasses import replace
 from itertools import pairwise
 
@@ -66,9 +67,13 @@ def test_a_row_reads_and_draws_whatever_was_measured(name, tmp_path):
     assert len({len(cells) for cells in finding.table}) == 1
     assert "|" not in finding.ours + finding.why
     page.write({name: row}, {name: values}, tmp_path / "page.md")
-    text = (tmp_path / "page.md").read_text()
-    assert finding.ours in text
-    assert f"](page/{name}.png)" in text
+    listed = (tmp_path / "page.md").read_text()
+    assert f"| [{row.claim}](page/{name}.md) " in listed
+    assert f"](page/{name}.png) |" in listed
+    own = (tmp_path / "page" / f"{name}.md").read_text()
+    assert finding.ours in own
+    assert f"]({name}.png)" in own
+    assert "](../page.md)" in own
     assert (tmp_path / "page" / f"{name}.png").stat().st_size > 1000
     results = json.loads((tmp_path / "page" / f"{name}.json").read_text())["results"]
     assert [each["setting"] for each in results] == [dict(setting) for setting in row.settings]
@@ -117,7 +122,7 @@ def test_the_command(tmp_path):
     assert "policy_shaping: open" in result.output
     assert (
         "**Open**: significantly greater than the smallest that counts: 0 of 2 expected effects;"
-        in (tmp_path / "page.md").read_text()
+        in (tmp_path / "page" / "policy_shaping.md").read_text()
     )
 
 
@@ -130,9 +135,10 @@ def test_a_page_keeps_the_rows_that_are_not_played(tmp_path):
     (tmp_path / "page" / "growth.json").write_text((tmp_path / "page" / "growth.json").read_text().replace("32", "33"))
     _, there = reproduced(tmp_path, "--only policy_shaping")
     text = (tmp_path / "page.md").read_text()
-    assert [line for line in text.splitlines() if line.startswith("## ")] == ["## policy shaping", "## silence"]
+    assert re.findall(r"\]\(page/(\w+)\.md\)", text) == ["policy_shaping", "silence"]
     minutes = there / 120
-    assert f"`llf reproduce --only silence` | 2.0 | {2 / (2 + minutes):.0%} |" in text
+    own = (tmp_path / "page" / "silence.md").read_text()
+    assert "`llf reproduce --only silence`, 2.0 minutes of 2 cores" in own
     assert f"All of it takes {2 + minutes:.0f} minutes of 2 cores, {2 + minutes:.1f} with `--quick`." in text
 
 
@@ -144,7 +150,7 @@ def test_a_row_whose_package_is_not_installed_is_left_out(tmp_path, monkeypatch)
     monkeypatch.setattr("llf_teacher.reproductions.row.all_rows", lambda: short)
     result, _ = reproduced(tmp_path)
     assert "left out: the row embodied needs 'torch'" in result.stderr
-    assert "## policy shaping" in (tmp_path / "page.md").read_text()
+    assert "page/policy_shaping.md" in (tmp_path / "page.md").read_text()
     assert "embodied" not in (tmp_path / "page.md").read_text()
     with pytest.raises(ModuleNotFoundError, match=r"the row embodied needs 'torch'.*llf-teacher\[learn\]"):
         some_rows(["embodied"])

@@ -2,20 +2,22 @@
 
 import dataclasses
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import PREFIX
+from llf_teacher.tools.film import film, save
 from llf_teacher.tools.markdown import escape, table
 from pz_envs.family import Family, own_families
 from pz_envs.learning import StateValues
 from teachers.personality import PERSONALITIES
 
-__all__ = ["gallery", "gallery_entry"]
+__all__ = ["LESSONS", "gallery", "gallery_entry", "write_lesson"]
 
 _SEEDS, _TURNS, _SHOWN = range(30), 12, 4
 _INSTEAD = {
@@ -27,6 +29,19 @@ _INSTEAD = {
 """Specs to show for personalities that rarely differ from the oracle with their default parameters."""
 
 
+LESSONS = {
+    "oracle": "Says all that is true",
+    "mistake(eps=0.5)": "Is wrong every other time",
+    "delayed(turns=2)": "Says it two turns late",
+    "hinter": "Hints first, and advises if that did not help",
+    "verification": "Right or wrong, and no reason",
+    "sycophant": "Praises whether deserved or not",
+    "worked_example(n=3)": "Shows the next moves at once",
+    "retry_only": "Says nothing but: try again",
+}
+"""Personalities that are filmed in the same lesson, with what they do."""
+
+
 class _Reply(NamedTuple):
     """Feedback after an action."""
 
@@ -34,14 +49,34 @@ class _Reply(NamedTuple):
     text: str
 
 
-def gallery() -> str:
-    """The page as Markdown."""
+def gallery(films: Sequence[str] = ()) -> str:
+    """The page as Markdown.
+
+    Args:
+        films: paths of films of `LESSONS`, relative to the page, in their order; they are not shown if it is empty.
+    """
+    shown = "".join(
+        f"### {meaning}\n\n`{spec}`\n\n![A lesson by {spec}]({film})\n\n"
+        for (spec, meaning), film in zip(LESSONS.items(), films, strict=bool(films))
+    )
+    lessons = (
+        "## One lesson, several teachers\n\nThe same house and a student that does as it is told; each sentence is "
+        f"marked as true or false.\n\n{shown}"
+    )
     return (
-        "# Gallery of personalities\n\nEach beside the `oracle`, in the same world, after the same actions of a "
-        "student that acts at random: an episode in which they differ, from the first turn in which they do. "
-        "[Personalities and voices](../personalities.md) defines them and says how they compose.\n\n"
+        f"# Gallery of personalities\n\n{lessons if films else ''}## Every personality\n\n"
+        "Each beside the `oracle`, in the same world, after the same actions of a student that acts at random: an "
+        "episode in which they differ, from the first turn in which they do. [Personalities and voices]"
+        "(personalities.md) defines them and says how they compose.\n\n"
         + "\n".join(gallery_entry(name) for name in PERSONALITIES.names if name != "oracle")
     )
+
+
+def write_lesson(spec: str, path: Path) -> None:
+    """Write a film of a lesson under one personality: the same world and the same student for all `LESSONS`."""
+    id = f"{PREFIX}{_quick_families()[0].showcase[0]}"
+    frames = film(id, student="obedient", seed=1, teacher=spec, privileged_info=True, max_turns=7)
+    save(frames, path, 1.2)
 
 
 def gallery_entry(name: str) -> str:
@@ -51,7 +86,7 @@ def gallery_entry(name: str) -> str:
     parameters = ", ".join(f"{field.name}={field.default!r}" for field in dataclasses.fields(cls))
     _, _, definition = (sys.modules[cls.__module__].__doc__ or "").partition("\n")[0].partition(": ")
     honest = "honest" if cls().honest else "not honest"
-    head = f"## {name}\n\n`{name}({parameters})`" if parameters else f"## {name}\n\n`{name}`"
+    head = f"### {name}\n\n`{name}({parameters})`" if parameters else f"### {name}\n\n`{name}`"
     return f"{head}: {escape(definition)} Source: {escape(cls.source)}; {honest}.\n\n{_difference(spec)}"
 
 
@@ -61,8 +96,7 @@ def _difference(spec: str) -> str:
     Raises:
         ValueError: there is no such turn in the episodes that are tried.
     """
-    families = sorted((each for each in own_families() if not each.slow and not each.missing()), key=_order)
-    for family, seed in product((each for each in families if each.serves(spec)), _SEEDS):
+    for family, seed in product((each for each in _quick_families() if each.serves(spec)), _SEEDS):
         turns = list(zip(_episode(family, "oracle", seed), _episode(family, spec, seed), strict=True))
         first = next((i for i, (plain, own) in enumerate(turns) if plain.text != own.text), None)
         if first is not None:
@@ -80,6 +114,11 @@ def _difference(spec: str) -> str:
     raise ValueError(
         f"{spec} does not differ from the oracle in any episode that was tried; give it other parameters in _INSTEAD"
     )
+
+
+def _quick_families() -> list[Family]:
+    """Those that are installed and whose worlds are quick, in the order in which they show personalities."""
+    return sorted((each for each in own_families() if not each.slow and not each.missing()), key=_order)
 
 
 def _order(family: Family) -> tuple[bool, str]:
