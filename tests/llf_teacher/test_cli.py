@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import pkgutil
 import re
 import sqlite3
 import subprocess
@@ -12,6 +13,7 @@ import typer
 from commands import llf, llf_apart
 
 import llf_teacher
+import llf_teacher.cli.dev
 from llf_teacher.cli import app, complete_teacher
 from teachers.personalities.mistake import mistake
 
