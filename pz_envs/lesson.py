@@ -37,8 +37,7 @@ class Lesson(Subject):
         oracle: a subclass of `Oracle`, or a function that makes an oracle, given a function that makes scratch worlds.
             Truths are `worlds.wrapped.gym_world.Position`s. Or a planner, or its name: a tier of
             `teachers.planning.TIERS`, or `auto` for the highest that serves the environment; it brings phrases and
-            `look`, and words that it knows. None:
-            `RewardOracle`.
+            `look`, and words that it knows. None: `RewardOracle`.
         phrases: the oracle's phrases: a dict of lists by claim class or by its name, or the path of a TOML file.
         look, snapshot, success, describe, action_words, reward_range: see `worlds.wrapped.gym_world.GymWorld`.
         name: of the lesson; None: the environment's name.

@@ -60,7 +60,8 @@ class Searched(Planner):
     `restore_state`; without these the episode is replayed from its seed.
 
     Args:
-        nodes: the most steps of the environment in one search; there is at most one search a turn.
+        nodes: the most steps of the environment in one search. There is one where the student leaves the plan; where
+            the episode has to be kept going, also one a turn for each other action, to warn of it.
         seconds: the longest time of one search. What is said is the same each time if `nodes` ends searches before.
         heuristic: guesses, given an environment, how many actions are left to the goal; with `lasts`, how great the
             danger is. None: `teachers.planning.known` has it, or nothing is guessed.
