@@ -14,7 +14,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.parsing import TRAITS, parse_student
 from llf_teacher.students.trait import Trait
-from llf_teacher.studies.analysis.traits import Estimate, Transcript, chance_of, estimate, of_record
+from llf_teacher.studies.analysis.traits import Estimate, TurnsOf, chance_of, estimate, of_record
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.markdown import table
 from pz_envs.family import all_families
@@ -50,7 +50,7 @@ def recoverable() -> list[Trait]:
     return [dataclasses.replace(one, **{one.strength: one.recovery.strength}) for one in made if one.recovery]
 
 
-def transcripts(trait: Trait, id: str, seeds: Iterable[int]) -> list[Transcript]:
+def transcripts(trait: Trait, id: str, seeds: Iterable[int]) -> list[TurnsOf]:
     """Episodes of a student with this trait, in the lessons where its strength shows.
 
     Args:
