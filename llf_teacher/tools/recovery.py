@@ -14,7 +14,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.parsing import TRAITS, parse_student
 from llf_teacher.students.trait import Trait
-from llf_teacher.studies.analysis.traits import Estimate, TurnsOf, chance_of, estimate, of_record
+from llf_teacher.studies.analysis.traits import StrengthEstimate, TurnsOf, chance_of, estimate, of_record
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.markdown import table
 from pz_envs.family import all_families
@@ -30,7 +30,7 @@ class Recovered(NamedTuple):
 
     trait: Trait
     id: str
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[StrengthEstimate, ...]
     """One a run."""
 
     @property

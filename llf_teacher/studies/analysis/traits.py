@@ -37,7 +37,7 @@ class TurnsOf(NamedTuple):
     """As of `TurnRow`, with `action` and `atoms` decoded."""
 
 
-class Estimate(NamedTuple):
+class StrengthEstimate(NamedTuple):
     """A strength."""
 
     strength: float
@@ -69,7 +69,7 @@ def of_store(store: Store, student: str) -> list[TurnsOf]:
     return found
 
 
-def estimate(trait: Trait, transcripts: Iterable[TurnsOf]) -> Estimate:
+def estimate(trait: Trait, transcripts: Iterable[TurnsOf]) -> StrengthEstimate:
     """The strength of a trait, and its interval.
 
     Args:
@@ -95,7 +95,7 @@ def estimate(trait: Trait, transcripts: Iterable[TurnsOf]) -> Estimate:
     inside = np.flatnonzero(total >= total[best] - _LIMIT)
     above = total - total[best] + _LIMIT
     low, high = (_bound(strengths, above, int(at), by) for at, by in ((inside[0], -1), (inside[-1], 1)))
-    return Estimate(float(strengths[best]), low, high)
+    return StrengthEstimate(float(strengths[best]), low, high)
 
 
 def evidence(trait: Trait, transcripts: Iterable[TurnsOf]) -> Floats:
