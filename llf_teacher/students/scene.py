@@ -59,7 +59,7 @@ class Scene:
         """
         for left in reversed(range(_TRIES)):
             listed = self.listed if left > _TRIES // 2 else ()
-            drawn = listed[self.rng.integers(len(listed))] if listed else self.world.sample_action(self.rng)
+            drawn = listed[int(self.rng.integers(len(listed)))] if listed else self.world.sample_action(self.rng)
             if (found := self.world.legal(drawn)) != action:
                 return found
         return None

@@ -132,5 +132,5 @@ def as_table(found: list[Recovered]) -> str:
             )
         )
     return table(
-        ("trait", "environment", "strength", "mean estimate", "width", "intervals that hold it", "share"), rows
+        ("trait", "environment", "strength", "mean estimate", "median width", "intervals that hold it", "share"), rows
     )
