@@ -6,8 +6,7 @@ from llf_teacher.students import builtin, traits
 from llf_teacher.students.agents import make_agent
 from llf_teacher.students.chat import CHAT, make_chat_student
 from llf_teacher.students.student import Student
-from llf_teacher.students.trait import Trait
-from llf_teacher.students.traited import Traited
+from llf_teacher.students.trait import Trait, Traited
 from pz_envs.learning import Learning
 from teachers.spec import Registry, SpecCall, bad_spec, parse_calls, unknown
 

@@ -6,7 +6,7 @@ plays. A policy has the rules of the world (spaces, words), never its state, and
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypedDict, TypeVar
+from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -16,10 +16,6 @@ from pz_envs.learning import Learning
 from pz_envs.subject import Subject
 from teachers.spec import Spec
 from worlds.world import World
-
-if TYPE_CHECKING:
-    from llf_teacher.students.trait import Trait
-    from llf_teacher.students.traited import Traited
 
 READS = ("nothing", "reward", "words", "atoms", "atoms and reward", "truth")
 TAUGHT = ("words", "atoms", "atoms and reward")
@@ -150,13 +146,6 @@ class Student(Spec, ABC):
     def remembers(self) -> bool:
         """Whether its policy can use in an episode what it learned in earlier episodes."""
         return False
-
-    def __or__(self, trait: "Trait") -> "Traited":
-        """The student with a trait behind those that it has."""
-        from llf_teacher.students.traited import Traited, traits_of
-
-        student, traits = traits_of(self)
-        return Traited(student, (*traits, trait))
 
     def seat(self, family: Subject, world: World[Any]) -> Policy[Any]:
         """A policy for environments like `world`; it gets a scratch copy."""

@@ -1,127 +1,29 @@
 """Traits, which change what a student hears, remembers or does: `obedient | stubborn(p=0.3)`.
 
 A trait is a frozen dataclass in a module of its name under `llf_teacher/students/traits/`. It overrides one or two of
-`hear`, `forgets` and `act`; a `Scene` has what it knows of an episode. Traits know no family and no student.
+`hear`, `forgets` and `act`; a `Scene` has what it knows of an episode. Traits know no family and no student. A policy
+between the seat and the student passes on what they leave.
 """
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Any, ClassVar, NamedTuple, TypeVar
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from llf_teacher.serialization import to_json
 from llf_teacher.students import traits
-from pz_envs.text_mode import read_text
-from teachers.atoms import Atom, Claim, claim
+from llf_teacher.students.scene import BareSentence, Floats, HeardTurn, Recovery, Scene
+from llf_teacher.students.student import TAUGHT, ModelReply, Policy, Student
+from pz_envs.subject import Subject
+from teachers.atoms import SILENCE, ActionClaim, Atom, Claim, PlanClaim, Utterance
+from teachers.common import Late
+from teachers.phrasebook import Drawn
+from teachers.seeds import streams_beside
 from teachers.spec import Spec, call_string
 from worlds.world import World
 
-Floats = NDArray[np.float64]
-C = TypeVar("C", bound=Claim[Any])
-_TRIES = 30
-
-
-@claim
-class Unread(Claim[Any]):
-    """A sentence that carries no claim, such as a person's or a model's; only traits see it."""
-
-    text: str
-
-
-class Scene:
-    """What a trait knows in an episode.
-
-    Args:
-        rng: its own random stream.
-        world: a scratch world, for the rules.
-        text: whether the student plays in text mode.
-    """
-
-    def __init__(self, rng: np.random.Generator, world: World[Any], text: bool) -> None:
-        self.rng, self.world, self._text = rng, world, text
-        self.memory: dict[str, Any] = {}
-        """What the trait keeps; empty when an episode begins."""
-        self.turn = 0
-        """The number of turns so far."""
-        self.last: Any = None
-        """The action of the last turn, in the student's form; None in the first."""
-        self.listed: Sequence[Any] = ()
-        """The actions that have an effect now, if the world lists them."""
-
-    def happens(self, p: float) -> bool:
-        """True with probability `p`."""
-        return bool(self.rng.random() < p)
-
-    def whole(self, number: float) -> int:
-        """The number rounded up or down at random, so that its mean stays: 1.25 is 2 with probability 0.25, else 1."""
-        return int(number) + self.happens(number % 1)
-
-    def another(self, action: Any) -> Any:
-        """A random legal action in canonical form that is not this one; None if none is found.
-
-        It is one that has an effect now, if the world lists these and there are others.
-        """
-        for left in reversed(range(_TRIES)):
-            listed = self.listed if left > _TRIES // 2 else ()
-            drawn = listed[int(self.rng.integers(len(listed)))] if listed else self.world.sample_action(self.rng)
-            if (found := self.world.legal(drawn)) != action:
-                return found
-        return None
-
-    def meant(self, action: Any) -> Any:
-        """An action of the student in canonical form; None if it is no action."""
-        try:
-            return read_text(action, self.world) if self._text else self.world.legal(action)
-        except ValueError:
-            return None
-
-    def as_given(self, action: Any) -> Any:
-        """An action in canonical form as the student would give it."""
-        return to_json(action) if self._text and not isinstance(action, str) else action
-
-
-def changed(claim: C, **fields: Any) -> C:
-    """A claim with other values in some fields; one with a ground keeps none."""
-    return dataclasses.replace(claim, **fields)  # type: ignore[type-var]  # claims are dataclasses
-
-
-class Step(NamedTuple):
-    """A turn of a transcript, as a believing student would see it; actions are JSON values."""
-
-    action: Any
-    """What the student did; None for a text that was no action."""
-    last: Any
-    """What it did in the turn before; None in the first turn."""
-    advised: Any
-    """What was said last of this state, else the plan's action of this turn; None if nothing was said."""
-    said: int
-    """The turn in which that was said."""
-    now: bool
-    """Whether it was said for this turn."""
-    fresh: bool
-    """Whether nothing had been said of this state before, and there is no plan."""
-    planned: bool
-    """Whether it is an action of a plan."""
-    chance: float
-    """The probability that a random action is the advised one."""
-
-    @property
-    def followed(self) -> bool:
-        """Whether the student did what was advised."""
-        return bool(self.action == self.advised)
-
-
-class Recovery(NamedTuple):
-    """Where a trait's strength shows: a student that has no other trait, and lessons."""
-
-    strength: float
-    """A strength to be found."""
-    student: str = "obedient"
-    teacher: str = "oracle"
-    instruction_type: str = "b"
-    feedback_type: str = "fp"
+_SENTENCES = re.compile(r"(?<=[.!?])\s+|\n+")
 
 
 class Trait(Spec):
@@ -139,6 +41,11 @@ class Trait(Spec):
     """The strengths that an estimate compares, ascending."""
     recovery: ClassVar[Recovery | None] = None
     """Where its strength can be estimated from transcripts; None: nowhere."""
+
+    def __ror__(self, student: Student) -> "Traited":
+        """The student with this trait behind those that it has: `student | trait`."""
+        bare, others = traits_of(student)
+        return Traited(bare, (*others, self))
 
     def __str__(self) -> str:
         given = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
@@ -163,7 +70,7 @@ class Trait(Spec):
         """The action that is taken when the student gives this one; by default the same object."""
         return action
 
-    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """The log-likelihood of an episode by the trait's strength, shape (strengths,).
 
         The student without the trait does what it was told last of a state, or what the plan says, else acts at random.
@@ -171,7 +78,206 @@ class Trait(Spec):
         raise NotImplementedError(f"the trait {self} has no likelihood, so that its strength cannot be estimated")
 
 
-def log_binomial(p: Floats, hits: int, trials: int) -> Floats:
-    """The log-likelihood of so many hits in so many trials, by the probability `p`."""
-    with np.errstate(divide="ignore"):
-        return (hits * np.log(p) if hits else 0.0) + ((trials - hits) * np.log1p(-p) if trials > hits else 0.0 * p)
+class _Policy(Policy["Traited"]):
+    """What is heard passes the traits from left to right, then the student acts; so does what it does."""
+
+    def __init__(self, spec: "Traited", family: Subject, world: World[Any]) -> None:
+        super().__init__(spec, family, world)
+        self.inner = spec.student.seat(family, world)
+        for trait in spec.traits:
+            _check_serves(trait, self.inner.spec)  # which may differ by family
+
+    def begin(self) -> None:
+        """Begin an episode: the student with the stream, each trait with a stream beside it."""
+        self.inner.reset(self.rng)
+        self._words, *streams = streams_beside(self.rng, 1 + len(self.spec.traits))
+        self._scenes = [Scene(stream, self.world, self.spec.text) for stream in streams]
+        self._turn = 0
+        self._since = 0  # the turn before which it last forgot
+        self._instruction = SILENCE
+
+    def act(self, observation: dict[str, Any], info: dict[str, Any]) -> Any:
+        """The action after all traits."""
+        for scene in self._scenes:
+            scene.turn, scene.listed = self._turn, info.get(self.world.actions_key) or ()
+        forgets = self._forgets()  # which changes `inner`
+        action = given = self.inner.act(*self._heard(observation, info, forgets))
+        for trait, scene in self._parts():
+            action = trait.act(action, scene)
+        if action is not given:
+            self.inner.did(action)
+        for scene in self._scenes:
+            scene.last = action
+        self._turn += 1
+        return action
+
+    def finish(self, observation: dict[str, Any], info: dict[str, Any], terminated: bool) -> None:
+        """The student hears the last words through its traits, too."""
+        for scene in self._scenes:
+            scene.turn = self._turn
+        self.inner.finish(*self._heard(observation, info), terminated)
+
+    def record(self) -> ModelReply:
+        """The student's."""
+        return self.inner.record()
+
+    def _parts(self) -> Any:
+        return zip(self.spec.traits, self._scenes, strict=True)
+
+    def _forgets(self) -> bool:
+        """Begin with a new student if a trait forgets now; whether it did."""
+        asked = [trait.forgets(scene) for trait, scene in self._parts() if self._turn]  # each may draw
+        if forgets := any(asked):
+            # A new value, since an agent of the user's own belongs to its value.
+            self.inner = dataclasses.replace(self.spec.student).seat(self.family, self.world)
+            self.inner.reset(self.rng)
+            self._since = self._turn
+        return forgets
+
+    def _heard(
+        self, observation: dict[str, Any], info: dict[str, Any], anew: bool = False
+    ) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Observation and info after the traits; the same objects if they change nothing."""
+        said = {name: _utterance(observation[name], info) for name in ("instruction", "feedback")}
+        if said["instruction"]:
+            self._instruction = _without_actions(said["instruction"])
+        if anew:
+            said["instruction"] = self._now(self._instruction)
+        heard = {name: self._through(words) for name, words in said.items()}
+        if not self._since and all(heard[name] is said[name] for name in said):
+            return observation, info
+        if "atoms" in info:
+            info = {**info, "atoms": heard["instruction"].atoms + heard["feedback"].atoms}
+        return {**observation, **heard}, info
+
+    def _now(self, instruction: Utterance) -> Utterance:
+        """An instruction as if it was given in this turn."""
+        return Utterance(str(instruction), tuple(atom._replace(about_turn=self._turn) for atom in instruction.atoms))
+
+    def _through(self, said: Utterance) -> Utterance:
+        """What is heard of an utterance; the same object if all of it."""
+        atoms = said.atoms or tuple(
+            Atom(BareSentence(text=text), text, self._turn) for text in _SENTENCES.split(said) if text
+        )
+        heard = [self._one(atom) for atom in atoms]
+        if all(new is old for old, new in zip(atoms, heard, strict=True)):
+            return said
+        left = tuple(new for new in heard if new is not None)
+        if " ".join(atom.text for atom in atoms) == said:
+            text = " ".join(atom.text for atom in left)
+        else:  # words between the sentences
+            text = str(said)
+            for old, new in zip(atoms, heard, strict=True):
+                text = text.replace(old.text, new.text if new else "", 1)
+        return Utterance(text.strip(), tuple(atom for atom in left if not isinstance(atom.claim, BareSentence)))
+
+    def _one(self, atom: Atom) -> Atom | None:
+        """What is heard of an atom, with its turn counted from when the student last forgot; the same if all of it."""
+        said = atom
+        for trait, scene in self._parts():
+            claim = trait.hear(atom, scene)
+            if claim is None:
+                return None
+            atom = atom if claim is atom.claim else atom._replace(claim=claim)
+        if isinstance(atom.claim, BareSentence):
+            return atom
+        about, now = atom.about_turn - self._since, self._turn - self._since
+        if about < 0:
+            return None  # a turn that it has forgotten
+        if atom is said and (not self._since or about == now):  # words name a turn only if they come late
+            return atom._replace(about_turn=about) if self._since else atom
+        words = self.family.phrasebook().say(
+            (atom.claim if about == now else Late(claim=atom.claim, turn=about),),
+            now,
+            Drawn([self._words.random()]),
+            "random",
+        )
+        return words.atoms[0]._replace(speaker=atom.speaker)
+
+
+@dataclasses.dataclass(frozen=True)
+class Traited(Student):
+    """A student with traits."""
+
+    student: Student
+    """The student without them."""
+    traits: tuple[Trait, ...]
+    """From left to right; at least one."""
+    policy = _Policy
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for trait in self.traits:
+            if not isinstance(trait, Trait):
+                raise TypeError(f"what stands behind | must be a trait, such as Stubborn(p=0.3), got {trait!r}")
+            _check_serves(trait, self.student)
+
+    def __str__(self) -> str:
+        return " | ".join(map(str, (self.student, *self.traits)))
+
+    @property
+    def reads(self) -> str:
+        """What the student reads."""
+        return self.student.reads
+
+    @property
+    def text(self) -> bool:
+        """Whether the student plays in text mode."""
+        return self.student.text
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the student does."""
+        return self.student.remembers
+
+    @property
+    def forget(self) -> bool:
+        """Whether the student forgets between episodes."""
+        return getattr(self.student, "forget", True)
+
+    def check(self, environment: Mapping[str, str]) -> None:
+        """The student's check."""
+        self.student.check(environment)
+
+    def facts(self) -> dict[str, Any]:
+        """The student's facts."""
+        return self.student.facts()
+
+
+def traits_of(student: Student) -> tuple[Student, tuple[Trait, ...]]:
+    """The student without traits, and its traits."""
+    return (student.student, student.traits) if isinstance(student, Traited) else (student, ())
+
+
+def _check_serves(trait: Trait, student: Student) -> None:
+    """Check that a trait has something to change.
+
+    Raises:
+        ValueError: it has nothing.
+    """
+    cls = type(trait)
+    why = ""
+    if cls.hear is not Trait.hear and student.reads not in TAUGHT:
+        why = f"changes what is heard, and the student {student} reads {student.reads}; allowed: students that read "
+        why += ", ".join(TAUGHT)
+    elif cls.forgets is not Trait.forgets and student.reads in ("nothing", "truth"):
+        why = f"forgets what was learned, and the student {student} reads {student.reads} and learns nothing; allowed: "
+        why += "students that read words, atoms or rewards"
+    elif cls.act is not Trait.act and student.searches:
+        why = f"changes actions, and the student {student} needs the reward of each action that it proposes; allowed: "
+        why += "students that learn from whatever is done, such as obedient, bayesian, q_learning"
+    if why:
+        raise ValueError(f"the trait {trait} {why}")
+
+
+def _utterance(words: str, info: dict[str, Any]) -> Utterance:
+    """Words with their atoms, which the info may have instead."""
+    if isinstance(words, Utterance):
+        return words
+    return Utterance(words, tuple(atom for atom in info.get("atoms", ()) if atom.text in words))
+
+
+def _without_actions(said: Utterance) -> Utterance:
+    """An instruction without feedback and without claims about actions."""
+    kept = [each for each in said.atoms if each.kind is None and not isinstance(each.claim, ActionClaim | PlanClaim)]
+    return said if len(kept) == len(said.atoms) else Utterance.of(kept)

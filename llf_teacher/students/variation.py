@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from llf_teacher.students.student import Student
-from llf_teacher.students.traited import Traited
+from llf_teacher.students.trait import Traited
 from teachers.spec import unknown
 
 __all__ = ["check_vary", "draw_student", "is_integer_range"]

@@ -14,7 +14,7 @@ from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry
 from llf_teacher.students.parsing import TRAITS, parse_student
 from llf_teacher.students.trait import Trait
-from llf_teacher.studies.analysis.traits import Estimate, Transcript, chance_of, estimate, of_record
+from llf_teacher.studies.analysis.traits import StrengthEstimate, TurnsOf, chance_of, estimate, of_record
 from llf_teacher.studies.execution.play import play
 from llf_teacher.tools.markdown import table
 from pz_envs.family import all_families
@@ -30,7 +30,7 @@ class Recovered(NamedTuple):
 
     trait: Trait
     id: str
-    estimates: tuple[Estimate, ...]
+    estimates: tuple[StrengthEstimate, ...]
     """One a run."""
 
     @property
@@ -50,7 +50,7 @@ def recoverable() -> list[Trait]:
     return [dataclasses.replace(one, **{one.strength: one.recovery.strength}) for one in made if one.recovery]
 
 
-def transcripts(trait: Trait, id: str, seeds: Iterable[int]) -> list[Transcript]:
+def transcripts(trait: Trait, id: str, seeds: Iterable[int]) -> list[TurnsOf]:
     """Episodes of a student with this trait, in the lessons where its strength shows.
 
     Args:
@@ -132,5 +132,5 @@ def as_table(found: list[Recovered]) -> str:
             )
         )
     return table(
-        ("trait", "environment", "strength", "mean estimate", "width", "intervals that hold it", "share"), rows
+        ("trait", "environment", "strength", "mean estimate", "median width", "intervals that hold it", "share"), rows
     )

@@ -7,7 +7,8 @@ import pytest
 
 from llf_teacher import testing as kit
 from llf_teacher.students.parsing import TRAITS
-from llf_teacher.students.trait import Recovery, Trait, log_binomial
+from llf_teacher.students.scene import Recovery, log_binomial
+from llf_teacher.students.trait import Trait
 from llf_teacher.students.traits.stubborn import Stubborn
 from teachers.atoms import FP, action_of
 from teachers.common import Right

@@ -17,11 +17,12 @@ from llf_teacher.registry import family
 from llf_teacher.students.builtin.obedient import Obedient
 from llf_teacher.students.parsing import TRAITS, parse_student
 from llf_teacher.students.student import Policy, Student
+from llf_teacher.students.trait import Traited
 from llf_teacher.students.traits.mishears import Mishears
 from llf_teacher.students.traits.skims import Skims
 from llf_teacher.students.traits.stubborn import Stubborn
 from llf_teacher.studies import Study
-from llf_teacher.studies.analysis.traits import Transcript, estimate, of_record, of_store
+from llf_teacher.studies.analysis.traits import TurnsOf, estimate, of_record, of_store
 from llf_teacher.studies.definition.names import short_names
 from llf_teacher.studies.execution.play import play
 from llf_teacher.studies.execution.runner import play_missing
@@ -78,7 +79,7 @@ def test_what_is_refused_is_said(spec, message):
 
 def test_only_traits_stand_behind_a_student():
     with pytest.raises(TypeError, match=r"must be a trait, such as Stubborn\(p=0.3\), got Obedient"):
-        Obedient() | Obedient()
+        Traited(Obedient(), (Obedient(),))
     poem = "llf-poem-Haiku-v0"
     with pytest.raises(ValueError, match="the trait stubborn changes actions, and the student line_search"):
         episode(poem, "reward_only | stubborn")
@@ -274,7 +275,7 @@ def test_a_strength_is_found_in_transcripts(trait):
 @pytest.mark.parametrize("place", [0, 1])
 @pytest.mark.parametrize("trait", recoverable(), ids=str)
 def test_intervals_hold_the_strength_as_often_as_they_say(trait, place):
-    assert 0.90 * 200 <= recover(trait, places(trait)[place], runs=200, episodes=10).held <= 0.995 * 200
+    assert 0.90 * 200 <= recover(trait, places(trait)[place], runs=200, episodes=10).held <= 0.99 * 200
 
 
 def test_transcripts_that_show_nothing_are_refused():
@@ -289,7 +290,7 @@ def test_transcripts_that_show_nothing_are_refused():
         "atoms": [{"kind": "fp", "action": "go", "about_turn": 0, "fields": {}}],
         "action": None,
     }
-    told = Transcript("llf-poem-Haiku-v0", [row, {**row, "action": "go"}])
+    told = TurnsOf("llf-poem-Haiku-v0", [row, {**row, "action": "go"}])
     with pytest.raises(ValueError, match="which is unknown for texts; allowed: environments with discrete actions"):
         estimate(Skims(), [told])
     with pytest.raises(NotImplementedError, match="has no likelihood"):

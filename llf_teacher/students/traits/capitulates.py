@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait
+from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene
+from llf_teacher.students.trait import Trait
 from teachers.atoms import FP, Atom, Claim, action_of
 from teachers.spec import check_range
 
@@ -48,7 +49,7 @@ class Capitulates(Trait):
         scene.memory["count"] = None if heeds or gives_in else (unheeded + 1, patience)
         return scene.as_given(advised) if gives_in and not heeds else action
 
-    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """By the number of times that it did not take advice before, of a student that else acts at random."""
         least = np.floor(strengths)
         total, unheeded = np.zeros_like(strengths), 0

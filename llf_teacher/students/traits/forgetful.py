@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait
+from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene
+from llf_teacher.students.trait import Trait
 from teachers.spec import check_range
 
 
@@ -33,7 +34,7 @@ class Forgetful(Trait):
         """Whether it does now."""
         return self.half_life is not None and not scene.happens(2 ** (-1 / self.half_life))
 
-    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """By the probability of the turn in which it forgot last, given what it did until then."""
         stays = 2 ** (-1 / strengths)
         forgot = [np.ones_like(strengths)]  # by turn, from 0: never

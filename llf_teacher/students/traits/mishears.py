@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait, Unread, changed, log_binomial
+from llf_teacher.students.scene import BareSentence, Floats, HeardTurn, Recovery, Scene, changed, log_binomial
+from llf_teacher.students.trait import Trait
 from teachers.atoms import ActionClaim, Atom, Claim, EditClaim, PlanClaim, Verdict
 from teachers.spec import Share
 
@@ -27,7 +28,7 @@ class Mishears(Trait):
     def hear(self, atom: Atom, scene: Scene) -> Claim[Any] | None:
         """The claim, or what is heard in its place."""
         claim = atom.claim
-        if (atom.kind is None and not isinstance(claim, Unread)) or claim.tried or not scene.happens(self.p):
+        if (atom.kind is None and not isinstance(claim, BareSentence)) or claim.tried or not scene.happens(self.p):
             return claim
         if isinstance(claim, Verdict):
             return claim.opposing()
@@ -39,7 +40,7 @@ class Mishears(Trait):
             return None if other is None else changed(claim, action=other)
         return None
 
-    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """Of departures from advice for the turn."""
         told = [step for step in steps if step.now]
         return log_binomial(strengths, sum(not step.followed for step in told), len(told))

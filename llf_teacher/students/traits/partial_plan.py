@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait, changed
+from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, changed
+from llf_teacher.students.trait import Trait
 from teachers.atoms import Atom, Claim, PlanClaim
 from teachers.spec import check_range
 
@@ -36,7 +37,7 @@ class PartialPlan(Trait):
             return claim
         return changed(claim, actions=claim.actions[:kept]) if kept else None
 
-    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """By the number of the plan's actions that are certainly known, and the probability of one more."""
         plan = [step for step in steps if step.planned]
         if not plan:

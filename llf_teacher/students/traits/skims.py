@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait, log_binomial
+from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, log_binomial
+from llf_teacher.students.trait import Trait
 from teachers.atoms import Atom, Claim
 from teachers.feedback import format_kinds, parse_kinds
 from teachers.spec import Share
@@ -32,7 +33,7 @@ class Skims(Trait):
         skipped = atom.kind in parse_kinds(self.kinds) and scene.happens(self.p)
         return None if skipped else atom.claim
 
-    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """Of departures from advice for the turn in states that nothing was said of before; luck may hide them."""
         told = [step for step in steps if step.now and step.fresh]
         if not told:

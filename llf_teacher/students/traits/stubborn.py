@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from llf_teacher.students.trait import Floats, Recovery, Scene, Step, Trait, log_binomial
+from llf_teacher.students.scene import Floats, HeardTurn, Recovery, Scene, log_binomial
+from llf_teacher.students.trait import Trait
 from teachers.spec import Share
 
 
@@ -21,7 +22,7 @@ class Stubborn(Trait):
         """The last action, or this one."""
         return scene.last if scene.turn and scene.happens(self.p) else action
 
-    def log_likelihood(self, strengths: Floats, steps: Sequence[Step]) -> Floats:
+    def log_likelihood(self, strengths: Floats, steps: Sequence[HeardTurn]) -> Floats:
         """Of repetitions, where another action is advised."""
         told = [step for step in steps if step.last is not None and step.advised not in (None, step.last)]
         return log_binomial(strengths, sum(step.action == step.last for step in told), len(told))

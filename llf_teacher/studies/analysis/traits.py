@@ -19,7 +19,8 @@ from scipy import stats
 
 from llf_teacher.episodes.record import Record, turns_as_dicts
 from llf_teacher.registry import entry
-from llf_teacher.students.trait import Floats, Step, Trait
+from llf_teacher.students.scene import Floats, HeardTurn
+from llf_teacher.students.trait import Trait
 from llf_teacher.studies.store import Store
 from teachers.atoms import FN, FP, HN, HP
 
@@ -28,7 +29,7 @@ LEVEL = 0.95
 _LIMIT = float(stats.chi2.ppf(LEVEL, 1)) / 2
 
 
-class Transcript(NamedTuple):
+class TurnsOf(NamedTuple):
     """The turns of an episode."""
 
     id: str
@@ -36,7 +37,7 @@ class Transcript(NamedTuple):
     """As of `TurnRow`, with `action` and `atoms` decoded."""
 
 
-class Estimate(NamedTuple):
+class StrengthEstimate(NamedTuple):
     """A strength."""
 
     strength: float
@@ -45,30 +46,30 @@ class Estimate(NamedTuple):
     high: float
 
 
-def of_record(record: Record) -> Transcript:
+def of_record(record: Record) -> TurnsOf:
     """The transcript of an episode that was played here."""
     turns = [
         {**turn, "action": None if turn.get("action") is None else json.loads(turn["action"])}
         for turn in turns_as_dicts(record.turns)
     ]
-    return Transcript(record.spec.id, turns)
+    return TurnsOf(record.spec.id, turns)
 
 
-def of_store(store: Store, student: str) -> list[Transcript]:
+def of_store(store: Store, student: str) -> list[TurnsOf]:
     """The transcripts of a student's episodes in a study's store.
 
     Raises:
         ValueError: there are none.
     """
     rows = store.episodes()
-    found = [Transcript(row["id"], store.turns(row["key"])) for row in rows if row["student"] == student]
+    found = [TurnsOf(row["id"], store.turns(row["key"])) for row in rows if row["student"] == student]
     if not found:
         known = ", ".join(sorted({row["student"] for row in rows}))
         raise ValueError(f"{store.path} has no episode of the student {student!r}; allowed: {known or 'none'}")
     return found
 
 
-def estimate(trait: Trait, transcripts: Iterable[Transcript]) -> Estimate:
+def estimate(trait: Trait, transcripts: Iterable[TurnsOf]) -> StrengthEstimate:
     """The strength of a trait, and its interval.
 
     Args:
@@ -94,10 +95,10 @@ def estimate(trait: Trait, transcripts: Iterable[Transcript]) -> Estimate:
     inside = np.flatnonzero(total >= total[best] - _LIMIT)
     above = total - total[best] + _LIMIT
     low, high = (_bound(strengths, above, int(at), by) for at, by in ((inside[0], -1), (inside[-1], 1)))
-    return Estimate(float(strengths[best]), low, high)
+    return StrengthEstimate(float(strengths[best]), low, high)
 
 
-def evidence(trait: Trait, transcripts: Iterable[Transcript]) -> Floats:
+def evidence(trait: Trait, transcripts: Iterable[TurnsOf]) -> Floats:
     """The log-likelihood of transcripts by the trait's strength, shape (strengths,); arguments as of `estimate`."""
     strengths = trait.strengths
     return sum((trait.log_likelihood(strengths, steps_of(each)) for each in transcripts), np.zeros_like(strengths))
@@ -112,14 +113,14 @@ def _bound(strengths: Floats, above: Floats, inside: int, by: int) -> float:
     return float(strengths[inside] + share * (strengths[outside] - strengths[inside]))
 
 
-def steps_of(transcript: Transcript) -> list[Step]:
+def steps_of(transcript: TurnsOf) -> list[HeardTurn]:
     """The turns as a believing student would see them.
 
     Raises:
         ValueError: there are claims about actions that are no advice.
     """
     turns, chance = transcript.turns, chance_of(transcript.id)
-    steps: list[Step] = []
+    steps: list[HeardTurn] = []
     heard: dict[str, tuple[Any, int]] = {}  # by state, what was said last, and of which turn
     plan: list[Any] = []
     always: Any = None
@@ -145,7 +146,7 @@ def steps_of(transcript: Transcript) -> list[Step]:
         advised, said = heard.get(state, (plan[turn] if planned else always, 0))
         last = turns[turn]["action"] if turn else None
         steps.append(
-            Step(after["action"], last, advised, said, now, fresh and not plan and always is None, planned, chance)
+            HeardTurn(after["action"], last, advised, said, now, fresh and not plan and always is None, planned, chance)
         )
     return steps
 

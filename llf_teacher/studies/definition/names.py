@@ -8,8 +8,7 @@ from typing import Any
 
 from llf_teacher.speakers.speaker import Voiced
 from llf_teacher.students.student import Student
-from llf_teacher.students.trait import Trait
-from llf_teacher.students.traited import traits_of
+from llf_teacher.students.trait import Trait, traits_of
 from llf_teacher.studies.definition.custom_specs import student_spec, teacher_spec
 from teachers.spec import unknown
 

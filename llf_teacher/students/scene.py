@@ -1,0 +1,124 @@
+"""What a trait knows: a scene of an episode; and what estimates of its strength need: turns as a believer sees them."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from llf_teacher.serialization import to_json
+from pz_envs.text_mode import read_text
+from teachers.atoms import Claim, claim
+from worlds.world import World
+
+Floats = NDArray[np.float64]
+C = TypeVar("C", bound=Claim[Any])
+_TRIES = 30
+
+
+@claim
+class BareSentence(Claim[Any]):
+    """A sentence that carries no claim, such as a person's or a model's; only traits see it."""
+
+    text: str
+
+
+class Scene:
+    """What a trait knows in an episode.
+
+    Args:
+        rng: its own random stream.
+        world: a scratch world, for the rules.
+        text: whether the student plays in text mode.
+    """
+
+    def __init__(self, rng: np.random.Generator, world: World[Any], text: bool) -> None:
+        self.rng, self.world, self._text = rng, world, text
+        self.memory: dict[str, Any] = {}
+        """What the trait keeps; empty when an episode begins."""
+        self.turn = 0
+        """The number of turns so far."""
+        self.last: Any = None
+        """The action of the last turn, in the student's form; None in the first."""
+        self.listed: Sequence[Any] = ()
+        """The actions that have an effect now, if the world lists them."""
+
+    def happens(self, p: float) -> bool:
+        """True with probability `p`."""
+        return bool(self.rng.random() < p)
+
+    def whole(self, number: float) -> int:
+        """The number rounded up or down at random, so that its mean stays: 1.25 is 2 with probability 0.25, else 1."""
+        return int(number) + self.happens(number % 1)
+
+    def another(self, action: Any) -> Any:
+        """A random legal action in canonical form that is not this one; None if none is found.
+
+        It is one that has an effect now, if the world lists these and there are others.
+        """
+        for left in reversed(range(_TRIES)):
+            listed = self.listed if left > _TRIES // 2 else ()
+            drawn = listed[int(self.rng.integers(len(listed)))] if listed else self.world.sample_action(self.rng)
+            if (found := self.world.legal(drawn)) != action:
+                return found
+        return None
+
+    def meant(self, action: Any) -> Any:
+        """An action of the student in canonical form; None if it is no action."""
+        try:
+            return read_text(action, self.world) if self._text else self.world.legal(action)
+        except ValueError:
+            return None
+
+    def as_given(self, action: Any) -> Any:
+        """An action in canonical form as the student would give it."""
+        return to_json(action) if self._text and not isinstance(action, str) else action
+
+
+def changed(claim: C, **fields: Any) -> C:
+    """A claim with other values in some fields; one with a ground keeps none."""
+    return dataclasses.replace(claim, **fields)  # type: ignore[type-var]  # claims are dataclasses
+
+
+class HeardTurn(NamedTuple):
+    """A turn of a transcript, as a believing student would see it; actions are JSON values."""
+
+    action: Any
+    """What the student did; None for a text that was no action."""
+    last: Any
+    """What it did in the turn before; None in the first turn."""
+    advised: Any
+    """What was said last of this state, else the plan's action of this turn; None if nothing was said."""
+    said: int
+    """The turn in which that was said."""
+    now: bool
+    """Whether it was said for this turn."""
+    fresh: bool
+    """Whether nothing had been said of this state before, and there is no plan."""
+    planned: bool
+    """Whether it is an action of a plan."""
+    chance: float
+    """The probability that a random action is the advised one."""
+
+    @property
+    def followed(self) -> bool:
+        """Whether the student did what was advised."""
+        return bool(self.action == self.advised)
+
+
+class Recovery(NamedTuple):
+    """Where a trait's strength shows: a student that has no other trait, and lessons."""
+
+    strength: float
+    """A strength to be found."""
+    student: str = "obedient"
+    teacher: str = "oracle"
+    instruction_type: str = "b"
+    feedback_type: str = "fp"
+
+
+def log_binomial(p: Floats, hits: int, trials: int) -> Floats:
+    """The log-likelihood of so many hits in so many trials, by the probability `p`."""
+    with np.errstate(divide="ignore"):
+        return (hits * np.log(p) if hits else 0.0) + ((trials - hits) * np.log1p(-p) if trials > hits else 0.0 * p)
