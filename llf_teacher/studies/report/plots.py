@@ -344,7 +344,9 @@ def name_end(ax: Axes, text: str, end: tuple[float, float], color: str) -> Annot
 
 def separate(figure: Figure, labels: Sequence[Annotation]) -> None:
     """Move labels up or down so that none of a panel lies on another; of equal ends the first label is uppermost."""
-    figure.draw_without_rendering()
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")  # it is laid out, and need not be once more
     for ax in figure.axes:
         mine = sorted((each for each in reversed(labels) if each.axes is ax), key=lambda each: each.xy[1])
         room = ax.bbox.height / figure.dpi * 72
