@@ -32,7 +32,9 @@ def name_lines(figure: "Figure") -> None:
     names = []
     for axes in figure.axes:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            drawn: Any = handle[0] if isinstance(handle, tuple) else handle
+            drawn: Any = handle
+            if isinstance(handle, tuple):  # a line with its intervals
+                drawn = drawn.lines[0]
             end = drawn.get_xydata()[-1]
             names.append(name_end(axes, label, (float(end[0]), float(end[1])), drawn.get_color()))
     separate(figure, names)

@@ -135,7 +135,7 @@ def test_at_most_six_lines_have_a_colour_and_their_names_do_not_meet(width):
     bands = {name: band(rng) for name in names}
     profiles = {name: (np.linspace(-1, 1, 12).tolist(), Band(*(np.linspace(1, 0, 12),) * 3)) for name in names}
     with matplotlib.rc_context(STYLE):
-        panels = {"a student": bands, "another": dict.fromkeys(names[:6], bands[names[0]])}
+        panels = {"a student": bands, "another": dict.fromkeys(names, bands[names[0]])}
         for figure in (curve_plot(panels, names[:6], "moves", width), profile_plot(profiles, width)):
             assert not figure.legends
             check_lines(figure)
@@ -145,7 +145,7 @@ def test_at_most_six_lines_have_a_colour_and_their_names_do_not_meet(width):
 
 
 def check_lines(figure):
-    grey = {SHADES[name].light for name in ("rule", "ink")}
+    grey = {SHADES[name].light for name in ("muted", "ink")}
     for ax in figure.axes:
         coloured = [line for line in ax.lines if line.get_color() not in grey or line.get_marker() != "None"]
         assert len(coloured) <= MOST

@@ -11,6 +11,7 @@ from starlette.testclient import TestClient
 from studying import stored
 
 from llf_teacher.studies import Study, load, run
+from llf_teacher.theme import kind_mark
 from llf_teacher.web import open_lessons
 from llf_teacher.web.app import LARGEST, make_app
 from llf_teacher.web.guard import COOKIE
@@ -60,6 +61,7 @@ def test_a_student_plays_a_lesson():
     state = told(visitor.get(f"{page}/state"))
     assert (state["seat"], state["mine"], state["turn"], state["words"][0]) == ("student", True, 0, "north")
     assert [said["kind"] for said in state["said"]] == ["", "", "", "fp", "fn"]
+    assert all(kind_mark(said["kind"] or None) in said["html"] for said in state["said"])
     after = told(move(visitor, page, {"act": "west", "since": state["mark"]}))
     assert (after["turn"], after["first"], len(after["turns"])) == (1, 1, 1)
     assert '<code class="action">west</code>' in after["turns"][0]

@@ -9,7 +9,7 @@ from worlds.alfworld.games import Fact
 from worlds.alfworld.house import House, house_of
 from worlds.alfworld.world import Alfworld, Truth
 from worlds.pictures import Picture, Sight, Text
-from worlds.pictures.canvas import Canvas, listed, measure, wrap
+from worlds.pictures.canvas import Canvas, height_of, listed, measure, wrap
 from worlds.pictures.themes import MEDIUM, SMALL
 from worlds.world import WorldTurn
 
@@ -17,6 +17,7 @@ __all__ = ["AlfworldPicture"]
 
 _STATES = ("isclean", "ishot", "iscool", "issliced", "istoggled")
 _BELOW = 46
+_PLAN = 2 * 1.32 * SMALL  # height of two lines
 
 
 class AlfworldPicture(Picture[Truth, Alfworld]):
@@ -35,9 +36,10 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
         places = sorted(house.place, key=lambda each: _order(house.name[each]))
         columns = 2 if len(places) <= 16 else 3
         rows = -(-len(places) // columns)
-        plans = wrap(f"next: {' · '.join(sight.plan)}", SMALL, canvas.width - 28)[:2] if sight.plan else ()
+        plan = f"next: {' · '.join(sight.plan)}" if sight.plan else ""
+        planned = min(height_of(plan, SMALL, canvas.width - 28), _PLAN) if plan else 0
         top = 20 * min(len(task), 2) + 16
-        floor = canvas.height - _BELOW - 18 * len(plans)
+        floor = canvas.height - _BELOW - planned
         width, step = (canvas.width - 28 + 6) / columns, min((floor - top) / rows, 46)
         here = _location(truth.facts)
         for i, place in enumerate(places):
@@ -62,8 +64,8 @@ class AlfworldPicture(Picture[Truth, Alfworld]):
                 size = next(sizes, 9.0)
                 colour = theme.purple if held else theme.muted
                 canvas.text((x + 6, y + step * 0.64), listed(names, size, most), size, colour, most=most)
-        for i, plan in enumerate(plans):
-            canvas.text((14, floor + 8 + 16 * i), plan, SMALL, theme.green)
+        if plan:
+            canvas.paragraph((14, floor + 2), plan, canvas.width - 28, _PLAN, SMALL, theme.green)
         carried = [_called(each, truth.facts, house) for each in _held(truth.facts)]
         canvas.line([(14, canvas.height - 38), (canvas.width - 14, canvas.height - 38)], theme.faint)
         label = canvas.text((14, canvas.height - 18), "in hand", SMALL, theme.muted)

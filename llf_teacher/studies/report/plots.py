@@ -33,6 +33,7 @@ NARROW = 4.1
 """Width for a phone, where letters then are as large as those of a wide figure."""
 _BODY = 10.5  # points: the size of the page's body in a figure of its width
 _SMALL = round(_BODY * LENGTHS["small"])
+_OTHERS: dict[str, Any] = {"color": SHADES["muted"].light, "alpha": 0.5, "linewidth": 1, "zorder": 1}
 _LINE = 1.25  # height of a line of labels, in sizes of the font
 _ASIDE = 14.0  # points from the end of a line to its label
 STYLE: dict[str, Any] = {
@@ -305,7 +306,7 @@ def _curves(ax: Axes, bands: Mapping[str, Band], styles: Mapping[str, tuple[str,
     groups: list[list[str]] = []
     for name in bands:
         if name not in styles:
-            ax.plot(np.concatenate([[0.0], bands[name].mean]), color=SHADES["rule"].light, linewidth=1, zorder=1)
+            ax.plot(np.concatenate([[0.0], bands[name].mean]), **_OTHERS)
             continue
         alike = (group for group in groups if np.allclose(bands[group[0]].mean, bands[name].mean))
         if (group := next(alike, None)) is not None:
@@ -321,7 +322,7 @@ def _curves(ax: Axes, bands: Mapping[str, Band], styles: Mapping[str, tuple[str,
         every = max(2, len(turns) // 3)
         first = 1 + list(styles).index(group[0]) * every // len(styles)  # so that markers of lines do not overlap
         ax.plot(turns, mean, color=color, marker=marker, markevery=(first, every), clip_on=False, zorder=3)
-        whole = len(group) == len(bands) > 1
+        whole = len(bands) > 1 and all(np.allclose(mean[1:], each.mean) for each in bands.values())
         label = "all teachers alike" if whole else ", ".join(group)
         labels.append(name_end(ax, label, (turns[-1], mean[-1]), color))
     return labels
@@ -343,7 +344,9 @@ def name_end(ax: Axes, text: str, end: tuple[float, float], color: str) -> Annot
 
 def separate(figure: Figure, labels: Sequence[Annotation]) -> None:
     """Move labels up or down so that none of a panel lies on another; of equal ends the first label is uppermost."""
-    figure.draw_without_rendering()
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
+        figure.set_layout_engine("none")  # it is laid out, and need not be once more
     for ax in figure.axes:
         mine = sorted((each for each in reversed(labels) if each.axes is ax), key=lambda each: each.xy[1])
         room = ax.bbox.height / figure.dpi * 72
@@ -384,7 +387,7 @@ def profile_plot(profiles: Mapping[str, tuple[Sequence[float], Band]], width: fl
     ax = figure.subplots()
     names = list(profiles)[:MOST]
     for scores, band in list(profiles.values())[MOST:]:
-        ax.plot(scores, band.mean, color=SHADES["rule"].light, linewidth=1, zorder=1)
+        ax.plot(scores, band.mean, **_OTHERS)
     labels = []
     for name, color, marker in zip(names, SERIES, MARKERS, strict=False):
         scores, band = profiles[name]
