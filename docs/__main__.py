@@ -42,6 +42,8 @@ GROUPS = {
         "docs/environments": ("docs/metaworld", "docs/catalogue", "docs/pictures"),
         "docs/how-claims-are-checked": ("docs/claims-elsewhere", "docs/readings/README"),
         "docs/statistics": (),
+        "docs/promises": (),
+        "docs/for-reviewers": (),
         "docs/reference/README": ("docs/reference/*",),
         "CONTRIBUTING": ("CHANGELOG", "SECURITY", "docs/releasing", "changes/README"),
     },
