@@ -136,13 +136,13 @@ class Subject(ABC):
         """
         raise ValueError(f"the lesson {self.name!r} has no posterior; a family has one if it declares it")
 
-    def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int = 256) -> "Information":
+    def make_information(self, world: "World[Any, Any, Any]", seed: int, worlds: int | None = None) -> "Information":
         """What a student of an episode in such a world can know, and how much claims tell it.
 
         Args:
             world: the world of the episode, which does not change.
             seed: of the episode.
-            worlds: number of worlds by which a claim is measured.
+            worlds: number of worlds by which a claim is measured; None: `teachers.information.WORLDS`.
 
         Raises:
             ValueError: see `make_posterior` and `teachers.information.Information`.

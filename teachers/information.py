@@ -142,15 +142,20 @@ class Information:
         posterior: draws the worlds.
         oracle: of the family, with a lab of its own; it starts on drawn worlds, so that no teacher may use it.
         rng: draws the worlds, apart from all streams of the lesson.
-        worlds: number of worlds by which a claim is measured.
+        worlds: number of worlds by which a claim is measured; None: `WORLDS`.
 
     Raises:
         ValueError: `worlds` is not an integer of at least 1.
     """
 
     def __init__(
-        self, posterior: Posterior[Any], oracle: Oracle[Any, Any], rng: np.random.Generator, worlds: int = WORLDS
+        self,
+        posterior: Posterior[Any],
+        oracle: Oracle[Any, Any],
+        rng: np.random.Generator,
+        worlds: int | None = None,
     ) -> None:
+        worlds = WORLDS if worlds is None else worlds
         if not is_count(worlds):
             raise ValueError(f"worlds must be an integer of at least 1, got {worlds!r}")
         self._posterior, self._oracle, self._rng, self._worlds = posterior, oracle, rng, worlds
@@ -158,9 +163,7 @@ class Information:
         self._values = "values" in oracle.abilities()
         self._moments: list[Moment[Any]] = []
         self._turns: list[WorldTurn[Any]] = []
-        self._heard: list[
-            tuple[Claim, int, int]
-        ] = []  # with the turns that claims are about, and that they were heard in
+        self._heard: list[tuple[Claim, int, int]] = []  # each with the turn that it is about, and that of its hearing
         self._rewards: dict[int, int] = {}  # per turn whose reward was said, when it was
         self._known: dict[tuple[Claim, Moment[Any]], bool] = {}
         self._regrets: dict[Moment[Any], npt.NDArray[np.float64]] = {}

@@ -20,7 +20,7 @@ __all__ = ["CHECKS", "DRAWS", "HISTORIES", "THRESHOLD", "Ranks", "check_posterio
 
 Make = Callable[[], World[Any]]
 MakePosterior = Callable[[World[Any]], Posterior[Any]]
-HISTORIES = 800
+HISTORIES = 400
 """Number of histories by which a posterior is checked."""
 DRAWS = 19
 """Number of worlds that are drawn for each, so that there are 20 ranks."""

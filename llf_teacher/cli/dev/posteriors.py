@@ -43,7 +43,7 @@ def posteriors(
     if plot is not None:
         measured.plot(found, str(plot))
     output = Console()
-    output.width = max(output.width, 120)
+    output.width = max(output.width, 130)
     output.print(measured.table(found))
     if any(each.p < THRESHOLD for one in found for each in one.calibration.values()):
         raise typer.Exit(1)
