@@ -198,7 +198,7 @@ def test_play_the_teacher(tmp_path):
     result = llf(*command, cwd=tmp_path, text="fp\nhp, fp\nx\na\n" + "fp\n" * 20)
     assert result.returncode == 0
     assert "Say which kinds of r, hp, hn, fp, fn?" in result.stdout
-    assert re.search(r"^  fp Go (north|east|west|south) next\.$", result.stdout, re.MULTILINE)
+    assert re.search(r"^  fp advice: Go (north|east|west|south) next\.$", result.stdout, re.MULTILINE)
     assert "Direction" not in result.stdout
     assert "Type some of r, hp, hn, fp, fn, a for all of them, or nothing; ? explains them." in result.stdout
     assert re.search(r"Over after \d turns: solved, total reward 0\.\d+\.", result.stdout)

@@ -18,7 +18,7 @@ from pz_envs.lesson import Lesson
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
 from teachers.planning import Exact, PlanningError, Searched
 from teachers.planning.known.minigrid import _heuristic
-from teachers.planning.searched.claims import Ahead, Astray, Doomed, Nearer, Next, OutOfReach, Ruin, Safe, Way
+from teachers.planning.searched.claims import ActionsLeft, Astray, Doomed, Nearer, Next, OutOfReach, Ruin, Safe, Way
 from teachers.planning.searched.search import refuted, search
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.gym_world import GymWorld
@@ -187,7 +187,7 @@ def test_claims_with_another_number_or_action_do_not_hold(make):
                 continue
             assert claim.holds(moment, oracle.lab)
             changes = {name: getattr(claim, name) + 1 for name in ("before", "count", "turns") if hasattr(claim, name)}
-            if isinstance(claim, Next | Ahead | Nearer | Safe):
+            if isinstance(claim, Next | ActionsLeft | Nearer | Safe):
                 changes["left"] = claim.left + 1
             if isinstance(claim, Astray):
                 changes["left"] = claim.left + 9

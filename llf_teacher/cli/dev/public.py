@@ -15,20 +15,21 @@ MODULES = """
     llf_teacher llf_teacher.compat llf_teacher.episodes.record llf_teacher.gym llf_teacher.gym.vector
     llf_teacher.integrations.dspy llf_teacher.integrations.gepa llf_teacher.integrations.inspect
     llf_teacher.integrations.openenv llf_teacher.integrations.trace llf_teacher.integrations.trl
-    llf_teacher.integrations.verifiers llf_teacher.models.client llf_teacher.models.settings llf_teacher.models.testing
-    llf_teacher.people llf_teacher.registry llf_teacher.speakers.rewriter llf_teacher.students.parsing
-    llf_teacher.students.student llf_teacher.studies llf_teacher.studies.analysis.estimators
-    llf_teacher.studies.analysis.outcomes llf_teacher.studies.analysis.overall
-    llf_teacher.studies.analysis.pass_at_k llf_teacher.studies.analysis.time_to_success
+    llf_teacher.integrations.verifiers llf_teacher.models.client llf_teacher.models.settings
+    llf_teacher.models.testing llf_teacher.people llf_teacher.registry llf_teacher.speakers.rewriter
+    llf_teacher.students.parsing llf_teacher.students.scene llf_teacher.students.student llf_teacher.students.trait
+    llf_teacher.studies llf_teacher.studies.analysis.estimators llf_teacher.studies.analysis.outcomes
+    llf_teacher.studies.analysis.overall llf_teacher.studies.analysis.pass_at_k
+    llf_teacher.studies.analysis.time_to_success llf_teacher.studies.analysis.traits
     llf_teacher.studies.definition.study llf_teacher.studies.execution.limits llf_teacher.studies.execution.play
     llf_teacher.studies.execution.runner llf_teacher.studies.export llf_teacher.studies.store llf_teacher.testing
     pz_envs.assembly pz_envs.family pz_envs.learning pz_envs.lesson pz_envs.parallel_seats pz_envs.rewards
-    pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings pz_envs.student_view
-    pz_envs.teacher_view pz_envs.testing
-    teachers.atoms teachers.batches teachers.common teachers.compiled teachers.oracle teachers.personality
-    teachers.planning teachers.session teachers.spec teachers.teacher teachers.testing
-    worlds.batches worlds.pictures worlds.pictures.testing worlds.spaces worlds.testing worlds.world
-    worlds.wrapped.gym_world worlds.wrapped.old_gym
+    pz_envs.seatings.classroom pz_envs.seatings.panel pz_envs.seatings.tutoring pz_envs.settings
+    pz_envs.student_view pz_envs.teacher_view pz_envs.testing
+    teachers.atoms teachers.batches teachers.common teachers.compiled teachers.information teachers.oracle
+    teachers.personality teachers.planning teachers.session teachers.spec teachers.teacher teachers.testing
+    worlds.batches worlds.pictures worlds.pictures.testing worlds.posteriors worlds.posteriors.testing worlds.spaces
+    worlds.testing worlds.world worlds.wrapped.gym_world worlds.wrapped.old_gym
 """.split()  # noqa: SIM905 (words are easier to read than a list of literals)
 """The modules whose names do not go or change without a word in the changelog; documents import from others only
 what they show as an example of a family or a personality.

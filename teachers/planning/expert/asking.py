@@ -62,7 +62,7 @@ class Same:
         return self._policy
 
 
-class Scene:
+class Watched:
     """An environment of its own, and the expert that watches it from its reset on.
 
     Args:

@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from teachers.planning.expert.asking import ExpertError, Policy, Scene
+from teachers.planning.expert.asking import ExpertError, Policy, Watched
 from teachers.planning.expert.draws import reseed
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.position import Episode, same, still
@@ -48,7 +48,7 @@ class Guide:
         self._make, self.rollouts, self.horizon = make, rollouts, horizon
         self.tolerance, self._margin, self.others = tolerance, margin, others
         self._env: _Env | None = None
-        self._scenes: dict[tuple[Episode, int], Scene] = {}
+        self._scenes: dict[tuple[Episode, int], Watched] = {}
         self._earned: dict[tuple[Episode, int, bool], dict[tuple[Any, int], float]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -146,7 +146,7 @@ class Guide:
     def _differences(self, truth: Position, lab: GymWorld, one: Any, other: Any, anew: bool) -> Iterator[float]:
         """What is earned after one action less what is earned after another, pair by pair."""
         known = _remembered(self._earned, (truth.episode, truth.turn, anew), dict)
-        fresh: Callable[[], Scene] | None = None
+        fresh: Callable[[], Watched] | None = None
         for number in range(self.rollouts):
             for action in (one, other):
                 if (action, number) not in known:
@@ -155,7 +155,7 @@ class Guide:
                     known[action, number] = self._earn(fresh(), action, seed)
             yield known[one, number] - known[other, number]
 
-    def _earn(self, scene: Scene, action: Any, seed: tuple[int, ...]) -> float:
+    def _earn(self, scene: Watched, action: Any, seed: tuple[int, ...]) -> float:
         reseed(scene.env, *seed)
         earned, over = scene.step(action)
         for _ in range(self.horizon - 1):
@@ -165,16 +165,16 @@ class Guide:
             earned += reward
         return earned
 
-    def _source(self, truth: Position, lab: GymWorld, anew: bool) -> Callable[[], Scene]:
+    def _source(self, truth: Position, lab: GymWorld, anew: bool) -> Callable[[], Watched]:
         """Gives scenes of a state, of which one is used at a time: copies, or replays where copies are not faithful."""
         if truth.episode.anchor is None:
             return partial(self._replayed, truth, lab)
         if anew:
             return self._replayed(truth, lab).copy
-        here: Scene = _remembered(self._scenes, (truth.episode, truth.turn), partial(self._arrived, truth, lab))
+        here: Watched = _remembered(self._scenes, (truth.episode, truth.turn), partial(self._arrived, truth, lab))
         return here.copy
 
-    def _arrived(self, truth: Position, lab: GymWorld) -> Scene:
+    def _arrived(self, truth: Position, lab: GymWorld) -> Watched:
         """The scene of a state, from that of the state before if it is there."""
         before = self._scenes.get((truth.episode, truth.turn - 1))
         if before is None:
@@ -183,7 +183,7 @@ class Guide:
         scene.step(truth.episode.actions[truth.turn - 1])
         return scene
 
-    def _replayed(self, truth: Position, lab: GymWorld) -> Scene:
+    def _replayed(self, truth: Position, lab: GymWorld) -> Watched:
         """The scene of a state, from a reset and the actions since."""
         episode = truth.episode
         if self._env is None:
@@ -194,7 +194,7 @@ class Guide:
             if episode.anchor is None:
                 raise ExpertError("the episode cannot be replayed: reset gave another observation")
             env, observation, info = copy.deepcopy(episode.anchor), episode.observation, {}
-        scene = Scene.begin(env, self._make, observation, info)
+        scene = Watched.begin(env, self._make, observation, info)
         for action, paid in zip(truth.actions, episode.rewards, strict=False):
             if not same(scene.step(action)[0], paid):
                 raise ExpertError("the episode cannot be replayed: an action earned something else")

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 
-from teachers.planning.expert.asking import ExpertError, Policy, Scene
+from teachers.planning.expert.asking import ExpertError, Policy, Watched
 from teachers.planning.expert.draws import reseed
 from teachers.planning.planner import PlanningError
 from worlds.actions import canonical
@@ -74,7 +74,7 @@ def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, unti
     """An episode with a seed of its own for its draws after the reset."""
     observation, info = env.reset(seed=seed)
     try:
-        scene = Scene.begin(env, make, observation, info)
+        scene = Watched.begin(env, make, observation, info)
     except ExpertError as error:
         raise PlanningError(f"{error} (after reset(seed={seed}))") from error
     reseed(env, seed, draws)

@@ -91,11 +91,11 @@ class Next(ActionClaim[Position, GymWorld]):
 
     def coarser(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:
         """The number of actions, and the same with the action."""
-        return Ahead(left=self.left), self
+        return ActionsLeft(left=self.left), self
 
 
 @claim
-class Ahead(Claim[Position, GymWorld]):
+class ActionsLeft(Claim[Position, GymWorld]):
     """True if the teacher's plan, which solves the task, has `left` actions."""
 
     kind = FP
