@@ -40,6 +40,8 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
     """Whether it, or one of its claims, ever reads a truth."""
     max_importance: ClassVar[float] = 1.0
     """The upper bound of `importance`."""
+    tier: ClassVar[str] = ""
+    """How much a planner has found out, such as `exact` (see `teachers.planning`); empty for an oracle without one."""
 
     def __init__(self, scratch: Callable[[], WorldT]) -> None:
         self._scratch = scratch

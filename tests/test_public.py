@@ -13,7 +13,7 @@ from llf_teacher.cli.dev.public import MODULES, changes_since, public_names, rea
 ROOT = Path(__file__).parents[1]
 LIST, CHANGELOG = ROOT / "tests" / "public.txt", ROOT / "CHANGELOG.md"
 RELEASE, LISTED = read_list(LIST)
-EXAMPLES = ("worlds.gridworld", "teachers.oracles.", "teachers.personalities.")
+EXAMPLES = ("worlds.gridworld", "teachers.oracles.", "teachers.personalities.", "llf_teacher.students.traits.")
 """What documents also import: a family and personalities, as the examples that they are."""
 
 
