@@ -69,8 +69,16 @@ ROWS = (
     PlannedCase("gym:CliffWalking"),
     PlannedCase("gym:Blackjack-v1", episodes=2000),
     PlannedCase("gym:MiniGrid-DoorKey-5x5-v0", turns=500, episodes=50),
+    PlannedCase("gym:MiniGrid-MultiRoom-N4-S5-v0", {"oracle": "searched"}, turns=100, episodes=20),
+    PlannedCase("gym:MountainCar-v0", turns=50, episodes=10),
+    PlannedCase("gym:CartPole-v1", turns=100, episodes=20),
+    PlannedCase("gym:Acrobot-v1", turns=100, episodes=20),
+    PlannedCase("gym:BabyAI-GoToLocal-v0", turns=50, episodes=30),
+    PlannedCase("gym:LunarLander-v3", turns=10, episodes=10),
+    PlannedCase("gym:highway_env:highway-fast-v0", turns=3, episodes=10),
+    PlannedCase("gym:worlds.wrapped.coin_collector:make", turns=10, episodes=10),
 )
-"""The environments of the table; each is a line."""
+"""The environments of the table; each is a line. Where a turn is slow, fewer of them are played."""
 
 
 def update(text: str, rows: list[dict[str, str]]) -> str:
@@ -188,10 +196,10 @@ def _steps(env: Any, sample: Callable[[np.random.Generator], Any], count: int) -
 
 
 def _played(lesson: RegisteredLesson, student: str, episodes: int) -> tuple[float, float]:
-    """The share of episodes that succeed, and the mean return."""
+    """The share of episodes that succeed, and the mean return, where the teacher gives nothing but advice."""
     player = parse_student(student)
     solved, earned = 0, 0.0
-    with closing(StudentEnv(lesson, text=player.text)) as env:
+    with closing(StudentEnv(lesson, text=player.text, feedback_type="fp")) as env:
         policy = player.seat(env.family, env.session.world)
         for seed in range(episodes):
             success = False

@@ -47,7 +47,7 @@ class Planned:
     objective: str = ""
     """What values are of, for people; lessons have it in the info of a reset."""
     size: str = ""
-    """How much was planned, for people: so many states or nodes."""
+    """How much is planned, for people: so many states, steps of a search, or roll-outs with their greatest length."""
     refused: Mapping[str, str] = field(default_factory=dict)
     """Why higher tiers do not serve, by their names."""
 

@@ -5,9 +5,9 @@ import re
 import pytest
 from commands import llf
 
-from llf_teacher.theme.turns import KIND_NAMES
 from pz_envs.family import own_families
 from teachers.atoms import KINDS
+from teachers.words import KIND_MEANINGS
 
 GRID = "llf-gridworld-v0"
 COLOUR = re.compile(r"\x1b\[[0-9;]*3[0-9][0-9;]*m")
@@ -117,7 +117,7 @@ def test_kinds_are_explained_to_both_seats():
     for seat, answers in (("student", "?\nquit\n"), ("teacher", "what\n?\nall\nquit\n")):
         out = play(GRID, "--seed", "7", "--seat", seat, text=answers)
         for kind in KINDS:
-            assert re.search(rf"^{kind:2} {KIND_NAMES[kind]}$", out, re.MULTILINE)
+            assert re.search(rf"^{kind:2} {re.escape(KIND_MEANINGS[kind])}$", out, re.MULTILINE)
         assert ("or nothing; ? explains them." in out) == (seat == "teacher")
 
 

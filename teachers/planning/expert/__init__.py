@@ -97,6 +97,7 @@ class Expert(Planner):
         return Planned(
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",
+            size=f"{guide.rollouts} × {guide.horizon} actions",
             oracle=CertainExpertOracle if certain else ExpertOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
             look=None,

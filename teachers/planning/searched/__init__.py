@@ -125,6 +125,7 @@ class Searched(Planner):
         return Planned(
             tier="searched",
             why=self._why(task, world),
+            size=f"at most {self.nodes:,} steps",
             oracle=LastingOracle if lasts else QuietOracle if silent else SearchingOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
             look=state,
