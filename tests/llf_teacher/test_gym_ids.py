@@ -239,7 +239,7 @@ def test_studies_have_them_with_options():
 @pytest.mark.parametrize(
     ("changes", "match"),
     [
-        ({"ids": [CART], "options": {CART: {"oracle": "exact"}}}, f"ids: {CART}: .*real numbers"),
+        ({"ids": [CART], "options": {CART: {"oracle": "exact"}}}, f'options."{CART}": .*real numbers'),
         ({"options": {"gym:Frozen*": {"map_name": "9x9"}}}, "cannot be made with map_name='9x9'"),
         ({"options": {"gym:Frozen*": {"maps": 1}}}, "unknown option 'maps'"),
         ({"instruction_types": ["c"]}, f"{LAKE} cannot have 'c'"),
