@@ -513,3 +513,25 @@ def test_an_environment_that_was_drawn_is_still_taught():
         env.reset(seed=seed)
         assert env.session.world.env.render().ndim == 3
         assert {atom.kind for atom in env.step(0)[-1]["atoms"]} >= {HP, FP}
+
+
+class Shutting(Maze):
+    """A maze whose goal can be entered in the first ten steps only; the counter looks like one of time."""
+
+    def step(self, action):
+        observation, reward, over, *rest = super().step(action)
+        late = action != 4 and self.steps > 10
+        return (observation, 0.0, False, *rest) if late else (observation, reward, over, *rest)
+
+
+def test_what_was_found_in_another_turn_is_no_news():
+    env = llf_teacher.teach(Shutting, oracle="searched", max_turns=30)
+    for seed in range(5):
+        _, info = env.reset(seed=seed)
+        early = [type(atom.claim).__name__ for atom in info["atoms"]]
+        assert "Next" in early
+        while env.session.world.env.unwrapped.place == (0, 0) or env.session.moment.turn < 9:
+            *_, info = env.step(env.session.moment.turn % 2 * 2)
+        for turn in range(4):
+            *_, info = env.step(turn % 2 * 2)
+        assert not {"Next", "Nearer"} & {type(atom.claim).__name__ for atom in info["atoms"]}

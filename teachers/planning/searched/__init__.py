@@ -113,6 +113,7 @@ class Searched(Planner):
             choices=self._choices(world),
             every=isinstance(world.action_space, spaces.Discrete) and self.choices is None,
             state=state,
+            timeless=self.state is not None or own.state is not None,
             heuristic=self.heuristic or own.heuristic,
             admissible=self.admissible if self.heuristic else own.admissible,
             lasts=lasts,

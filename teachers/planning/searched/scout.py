@@ -91,7 +91,8 @@ class Scout:
             if lab.advance(truth.episode.actions[truth.turn - 1])[2]:
                 return SearchResult(None, math.inf, 0)
         key = self.task.state(lab.env), self.task.aim(room)
-        for known in (key, (*key, room)):
+        timed = (*key, room)
+        for known in (key, timed):
             if known in self._found:
                 return self._found[known]
         try:
@@ -101,7 +102,7 @@ class Scout:
         except PlanningError as error:
             warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
             found = SearchResult(None, 0.0, 0)
-        return self._kept(self._found, (*key, room) if found.cut else key, found)
+        return self._kept(self._found, timed if found.cut or not self.task.timeless else key, found)
 
     @staticmethod
     def _kept(store: dict[Hashable, _Value], key: Hashable, value: _Value) -> _Value:

@@ -53,6 +53,8 @@ class SearchTask:
     """Whether these are all; if not, it is not proven that nothing does."""
     state: State
     """The key of a state: all that decides what happens but time."""
+    timeless: bool
+    """Whether somebody who knows the environment has said so; else what is found counts for this turn alone."""
     heuristic: Heuristic | None
     admissible: bool
     """Whether the heuristic guesses too much nowhere."""
