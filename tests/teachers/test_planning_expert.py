@@ -17,7 +17,7 @@ from minigrid.utils.baby_ai_bot import BabyAIBot
 import llf_teacher
 from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
-from teachers.atoms import FN, FP, HN, HP, KINDS, Label, Moment
+from teachers.atoms import FN, FP, HN, HP, KINDS, Label, Moment, R
 from teachers.oracle import RefusalError
 from teachers.planning import TIERS, Expert, PlanningError
 from teachers.planning.expert import ExpertWarning, guide
@@ -449,3 +449,35 @@ def test_a_lesson_says_what_it_rests_on():
     assert "nothing was found to be left to chance" in TOYS["line"]().planned.why
     assert {each.kind for each in (Ahead, Followed)} == {HP}
     assert {Behind.kind, Costs.kind} == {HN, FN}
+
+
+class Short(gymnasium.Env):
+    """An environment whose steps lack a part."""
+
+    observation_space, action_space = spaces.Discrete(2), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        return 0, {}
+
+    def step(self, action):
+        return 0, float("nan"), False, False
+
+
+class Nothing(Short):
+    """One whose rewards are no numbers."""
+
+    def step(self, action):
+        return *super().step(action), {}
+
+
+@pytest.mark.parametrize("oracle", ["auto", "exact", "searched", Expert(lambda observation, info: 1)])
+def test_what_cannot_be_stepped_is_refused(oracle):
+    with pytest.raises(PlanningError, match=r"cannot be reset and stepped as Gymnasium demands.*check_env"):
+        llf_teacher.teach(Short, oracle=oracle)
+
+
+def test_rewards_that_are_no_numbers_are_not_compared():
+    env = llf_teacher.teach(Nothing, oracle=Expert(lambda observation, info: 1), max_turns=5)
+    env.reset(seed=0)
+    assert {atom.kind for atom in env.step(0)[-1]["atoms"]} == {FP, R}

@@ -35,7 +35,7 @@ from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import table_of
 from teachers.planning.exact.worths import Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from teachers.planning.transitions import Transitions
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
@@ -79,6 +79,7 @@ class Exact(Planner):
 
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Find all transitions, and compute what every action is worth."""
+        check_steps(env)
         listed = known(env)
         own = listed or Known()
         try:

@@ -28,7 +28,7 @@ from teachers.planning.expert.claims import (
 from teachers.planning.expert.guide import Guide
 from teachers.planning.expert.trial import try_out
 from teachers.planning.known import Known, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _Env = gymnasium.Env[Any, Any]
@@ -74,6 +74,7 @@ class Expert(Planner):
 
     def plan(self, env: _Env, turns: int, success: Callable[..., Any] | None = None) -> Planned:
         """Try the expert, and find out whether anything is left to chance."""
+        check_steps(env)
         listed = known(env)
         own = listed or Known()
         make = own.expert if self.policy is None else Same(policy_of(self.policy))
@@ -97,7 +98,7 @@ class Expert(Planner):
         return Planned(
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",
-            size=f"{guide.rollouts} × {guide.horizon} actions",
+            size=f"{guide.rollouts} of {guide.horizon} actions",
             oracle=CertainExpertOracle if certain else ExpertOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
             look=None,
