@@ -11,19 +11,21 @@ from dataclasses import replace
 from functools import cache, cached_property, partial
 from importlib import metadata
 from types import ModuleType
-from typing import Any
+from typing import Any, Unpack
 
 import gymnasium
 from gymnasium.envs.registration import EnvSpec, load_env_creator
 
 from pz_envs.learning import StateValues
 from pz_envs.lesson import Lesson, least, limits_of
-from pz_envs.settings import FIELDS, Settings
+from pz_envs.settings import FIELDS, Settings, TeacherKeywords
 from pz_envs.subject import GYM, Subject
 from teachers.oracle import Oracle
+from teachers.personality import Personality
 from teachers.phrasebook import Phrasebook
 from teachers.planning import Planner
 from teachers.spec import unknown
+from teachers.teacher import Teacher
 from teachers.voice import Voice
 from worlds.world import World
 from worlds.wrapped.gym_world import GymWorld, same
@@ -139,6 +141,14 @@ class Registered(Subject):
         """That of the default options."""
         return self._lesson({}).phrasebook(voice)
 
+    def make_teacher(
+        self, world: World[Any, Any, Any], personality: str | Personality = "oracle", **wording: Unpack[TeacherKeywords]
+    ) -> Teacher:
+        """A teacher who knows what was planned for this world."""
+        model = getattr(world, "model", None)
+        planned = (each for each in self._lessons.values() if each.planned is not None and each.planned.model is model)
+        return (next(planned, None) or self._lesson({})).make_teacher(world, personality, **wording)
+
     def make(self, options: Mapping[str, Any], render_mode: str | None = None) -> gymnasium.Env[Any, Any]:
         """The environment.
 
@@ -185,7 +195,7 @@ class RegisteredLesson(Lesson):
 
     def __init__(self, registered: Registered, given: Mapping[str, Any], turns: int, drawn: bool) -> None:
         self.registered, self.given = registered, {**given}
-        self._arguments = registered, self.given, turns, drawn
+        self._arguments = registered, self.given, turns, drawn  # as `Registered._lesson` takes them
         oracle = given.get("oracle", "auto")
         if not isinstance(oracle, Planner | str):
             raise ValueError(
@@ -200,7 +210,10 @@ class RegisteredLesson(Lesson):
         self.summary = registered.summary
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), self._arguments
+        return Registered._lesson, self._arguments  # another process plans only once, too
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "RegisteredLesson":
+        return self
 
     def options(self) -> tuple[str, ...]:
         """The names of the options."""

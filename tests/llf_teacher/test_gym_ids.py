@@ -123,6 +123,14 @@ def test_copies_go_on_alike():
         assert results[0] == results[1]
     subject = entry(LAKE).family
     assert pickle.loads(pickle.dumps(subject)) is subject
+    assert pickle.loads(pickle.dumps(env.family)) is copy.deepcopy(env.family) is env.family
+
+
+def test_the_teacher_of_a_world_knows_its_options():
+    subject = entry(LAKE).family
+    for slippery, types in ((True, ("b", "p")), (False, ("b", "p", "c"))):
+        world = subject.make_world(is_slippery=slippery)
+        assert subject.make_teacher(world).oracle.instruction_types == types
 
 
 @pytest.mark.parametrize(
