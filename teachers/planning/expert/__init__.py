@@ -99,6 +99,7 @@ class Expert(Planner):
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",
             size=f"{guide.rollouts} of {guide.horizon} actions",
+            objective=f"the sum of rewards, compared over at most {guide.horizon:,} actions",
             oracle=CertainExpertOracle if certain else ExpertOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
             look=None,

@@ -126,6 +126,7 @@ class Searched(Planner):
             tier="searched",
             why=self._why(task, world),
             size=f"at most {self.nodes:,} steps",
+            objective=f"{scout.goal} within {turns:,} actions",
             oracle=LastingOracle if lasts else QuietOracle if silent else SearchingOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
             look=state,
