@@ -7,6 +7,7 @@ import re
 import sqlite3
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import typer
@@ -53,11 +54,10 @@ def test_a_name_between_colons_stays_as_it_is(tmp_path):
     """Rich would show `:ferry:` as a picture of a ferry."""
     (tmp_path / "ferry.py").write_text("", encoding="utf-8")
     assert "gym:ferry:Fery" in llf("teach", "ferry:Fery", cwd=tmp_path).stderr
-    (tmp_path / "robot.py").write_text("def f(prompt: str) -> str:\n    return 'north'\n", encoding="utf-8")
-    study = STUDY.replace("obedient", "chat:robot:f")
-    (tmp_path / "study.toml").write_text(study, encoding="utf-8")
-    played = llf("study", "study.toml", "--workers", "1", cwd=tmp_path, COLUMNS="160")
-    assert "│ chat:robot:f │" in played.stdout + played.stderr
+    for path in Path(llf_teacher.__file__).parent.rglob("*.py"):
+        if "dev" not in path.parts:
+            for call in re.findall(r"\bConsole\(.*", path.read_text(encoding="utf-8")):
+                assert call.startswith("Console(emoji=False"), path
 
 
 def test_a_list_that_nobody_reads_to_its_end(tmp_path):
