@@ -17,7 +17,7 @@ from llf_teacher import __version__
 from llf_teacher.escaping import escape_control_chars
 from teachers.spec import unknown
 
-errors = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
+errors = Console(emoji=False, stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 
 class Commands(TyperGroup):

@@ -81,7 +81,7 @@ def audit(
         ids = [id for id in registry.ids() if not registry.entry(id).family.missing()]
     chosen = _matching(ids, registry.ids(), lambda id: registry.entry(id).id)
     specs = _matching(teacher or ["oracle"], PERSONALITIES.names, lambda spec: str(parse_personality(spec)))
-    console = Console(stderr=True)
+    console = Console(emoji=False, stderr=True)
     jobs = []
     left_out: dict[str, dict[str, None]] = {}
     unmeasured: dict[str, None] = {}
@@ -208,7 +208,7 @@ def _print_families(found: list["Audit"]) -> None:
             _share_elsewhere(oracles),
             *(_share_false([each for each in audits if each.teacher == liar]) for liar in liars),
         )
-    Console(width=200).print(table)
+    Console(emoji=False, width=200).print(table)
 
 
 def _print_claims(found: list["Audit"]) -> None:
@@ -234,7 +234,7 @@ def _print_claims(found: list["Audit"]) -> None:
         gain = gains[family, name]
         said = [f"{gain.claims:,}", *_gains(gain, gain.claims)] if measured else []
         table.add_row(escape(family), name, *shares, *said, places.commonplace or "NO REASON" * places.empty)
-    Console(width=200).print(table)
+    Console(emoji=False, width=200).print(table)
 
 
 _WIDE = 110  # characters
@@ -275,7 +275,7 @@ def _print(found: list["Audit"]) -> None:
     from teachers.atoms import KINDS
 
     measured = any(each.measured for each in found)
-    console = Console(highlight=False)
+    console = Console(emoji=False, highlight=False)
     if measured:
         console.width = max(console.width, _WIDE)
     columns = [

@@ -36,7 +36,7 @@ def list_(
     from teachers.personality import PERSONALITIES
     from teachers.spec import unknown
 
-    console = Console(highlight=False)
+    console = Console(emoji=False, highlight=False)
     if pattern.startswith(GYM):
         _show_registered(console, pattern)
         return

@@ -98,7 +98,7 @@ def play(
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
     if bits and seat == "student":
         raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
-    console = Console(highlight=False)
+    console = Console(emoji=False, highlight=False)
     try:
         lesson = _lesson(
             id,

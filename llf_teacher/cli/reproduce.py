@@ -39,7 +39,7 @@ def reproduce(
     rows = some_rows(only or ())
     for name in [name for name, row in rows.items() if row.missing()]:
         errors.print(f"left out: the row {name} {rows.pop(name).missing()}")
-    with Progress(console=Console(stderr=True)) as progress:
+    with Progress(console=Console(emoji=False, stderr=True)) as progress:
         bars = {name: progress.add_task(name, total=None) for name in rows}
         values = play(
             rows, store, quick, lambda name, done, total: progress.update(bars[name], completed=done, total=total)

@@ -153,7 +153,7 @@ def report(
 
     with load(store) as results, Store(store, read_only=True) as opened:
         write_report(opened, results.played_study if file is None else load_study(file), report)
-    Console(stderr=True, markup=False).print(f"Report: {report.resolve()}")
+    Console(emoji=False, stderr=True, markup=False).print(f"Report: {report.resolve()}")
 
 
 def check(file: Annotated[Path, typer.Argument(help="Store of a study.", exists=True, dir_okay=False)]) -> None:
@@ -188,7 +188,7 @@ def migrate(
     """Copy the episodes of an earlier release's store into a store of this release."""
     from llf_teacher.studies.store import migration
 
-    with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
+    with Progress(console=Console(emoji=False, stderr=True, markup=False), transient=True) as progress:
         task = progress.add_task("episodes", total=None)
         number = migration.migrate(old, new, lambda done, total: progress.update(task, completed=done, total=total))
     typer.echo(f"{number} episodes, stored in {new}.")
@@ -295,7 +295,7 @@ def merge(
     """Merge the stores of a study's shards."""
     from llf_teacher.studies.store import merging
 
-    with Progress(console=Console(stderr=True, markup=False), transient=True) as progress:
+    with Progress(console=Console(emoji=False, stderr=True, markup=False), transient=True) as progress:
         task = progress.add_task("episodes", total=None)
         number = merging.merge(into, parts, lambda done, total: progress.update(task, completed=done, total=total))
     typer.echo(f"{number} episodes, stored in {into}.")
@@ -345,7 +345,7 @@ def _play_and_report(
     from llf_teacher.studies.report import write_report
     from llf_teacher.studies.store import Store
 
-    console = Console(stderr=True, markup=False)
+    console = Console(emoji=False, stderr=True, markup=False)
     status = 0
     with Store(path) as store:
         try:
@@ -390,7 +390,8 @@ def _print_findings(console: Console, data: "Data") -> None:
         estimate, tested = each.score.estimate, data.test is not None
         shown = "" if estimate.why else f"[{estimate.low:.2f}, {estimate.high:.2f}]"
         names = (escape_control_chars(data.called(name)) for name in each.compared[:2])
-        table.add_row(*names, f"{each.mean:.2f}", shown, f"{each.score.p:.3f}" if tested else "", f"{estimate.n}")
+        p = "< 0.001" if each.score.p < 0.001 else f"{each.score.p:.3f}"
+        table.add_row(*names, f"{each.mean:.2f}", shown, p if tested else "", f"{estimate.n}")
     if ranked:
         console.print(table)
     if len(ranked) > _SHOWN:

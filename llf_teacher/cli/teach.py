@@ -45,7 +45,7 @@ def teach(
             "package.module:name of a class or a function that makes an environment"
         )
     subject = registered(environment if environment.startswith(GYM) else f"{GYM}{environment}")
-    console = Console(highlight=False)
+    console = Console(emoji=False, highlight=False)
     broken = False
     for line in trial(subject, read_options(option), seed):
         style = {True: "green", False: "yellow", None: ""}[line.good]

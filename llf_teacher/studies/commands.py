@@ -61,7 +61,7 @@ def diff(
     from llf_teacher.studies.analysis.diff import compare
     from llf_teacher.studies.store import Store
 
-    console = Console(record=html is not None, markup=False, highlight=False, soft_wrap=True)
+    console = Console(emoji=False, record=html is not None, markup=False, highlight=False, soft_wrap=True)
     with Store(first, read_only=True) as one, Store(second, read_only=True) as other:
         _show(compare(one, other), (f"{first}", f"{second}"), console)
     if html is not None:

@@ -47,8 +47,10 @@ def facts(subject: Registered, **options: Any) -> Iterator[Line]:
         named = words_of(env) or getattr(known(env), "action_words", {})
     plan = next((plan for plan in found.values() if isinstance(plan, Planned)), None)
     for tier, said in found.items():
-        serves = isinstance(said, Planned)
-        yield Line(tier, f"{said.why}; {said.size}" if isinstance(said, Planned) else f"no: {said}", serves)
+        if not isinstance(said, Planned):
+            yield Line(tier, f"no: {said}", False)
+        else:
+            yield Line(tier, said.why if said.size in said.why else f"{said.why}; {said.size}", True)
     if plan is None:
         yield Line("rewards", f"with oracle={REWARDS!r} what was paid is said in words")
         return

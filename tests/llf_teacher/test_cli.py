@@ -7,6 +7,7 @@ import re
 import sqlite3
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import typer
@@ -47,6 +48,16 @@ def test_list_what_matches(tmp_path):
     result = llf("list", "misstake", cwd=tmp_path)
     assert (result.returncode, result.stdout) == (2, "")
     assert "unknown name 'misstake'; did you mean mistake" in result.stderr
+
+
+def test_a_name_between_colons_stays_as_it_is(tmp_path):
+    """Rich would show `:ferry:` as a picture of a ferry."""
+    (tmp_path / "ferry.py").write_text("", encoding="utf-8")
+    assert "gym:ferry:Fery" in llf("teach", "ferry:Fery", cwd=tmp_path).stderr
+    for path in Path(llf_teacher.__file__).parent.rglob("*.py"):
+        if "dev" not in path.parts:
+            for call in re.findall(r"\bConsole\(.*", path.read_text(encoding="utf-8")):
+                assert call.startswith("Console(emoji=False"), path
 
 
 def test_a_list_that_nobody_reads_to_its_end(tmp_path):
