@@ -177,6 +177,10 @@ def test_advice_arrives():
             lambda: gymnasium.wrappers.TransformReward(lake(), lambda reward: 2 * reward - 1),
             "does not say what happens",
         ),
+        (  # random play does not reach the goal
+            lambda: gymnasium.wrappers.TransformReward(lake(), lambda reward: -reward),
+            "does not say what happens: .* led to None for -1",
+        ),
         (lambda: gymnasium.make("MiniGrid-Dynamic-Obstacles-5x5-v0"), "chance decides what actions do"),
         (lambda: gymnasium.make("Pendulum-v1"), r"no table of transitions `P`; .* pass oracle=Exact\(state=f\)"),
     ],
