@@ -40,11 +40,11 @@ from teachers.planning.searched.claims import (
     steady,
     way,
 )
-from teachers.planning.searched.contents import contents_of
+from teachers.planning.searched.contents import Contents, contents_of
 from teachers.planning.searched.scout import KeptPlan, Scout
-from teachers.planning.searched.search import SearchResult, SearchTask, search
+from teachers.planning.searched.search import SearchResult, SearchTask, check_counts, search
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.snapshots import way_back
+from worlds.wrapped.snapshots import Copies, way_back
 
 _Env = gymnasium.Env[Any, Any]
 _SEEDS = 2  # of episodes in which something must be found
@@ -121,6 +121,9 @@ class Searched(Planner):
         )
         scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"))
         found = _tried(scout, world)
+        if isinstance(state, Contents) and state.counts and isinstance(back, Copies):
+            world.reset(seed=0)
+            check_counts(task, world, state.counts, turns)
         silent = not (task.measures or lasts or found.deadly)
         return Planned(
             tier="searched",
