@@ -1,5 +1,6 @@
 """The interface of planners, and what they find out about an environment."""
 
+import copy
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -67,3 +68,22 @@ class Planner(ABC):
         Raises:
             PlanningError: the environment is none that it can serve.
         """
+
+
+def check_steps(env: _Env) -> None:
+    """Take a step, to see whether the environment can do that.
+
+    Raises:
+        PlanningError: it cannot.
+    """
+    try:
+        space = copy.deepcopy(env.action_space)
+        space.seed(0)
+        env.reset(seed=0)
+        _, reward, terminated, _, _ = env.step(space.sample())
+        float(reward), bool(terminated)
+    except Exception as error:
+        raise PlanningError(
+            f"the environment cannot be reset and stepped as Gymnasium demands: {error!r}; try "
+            "gymnasium.utils.env_checker.check_env(env)"
+        ) from error

@@ -15,7 +15,7 @@ from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from pz_envs.settings import Settings
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
-from teachers.planning import Exact, PlanningError, progress, survey
+from teachers.planning import Exact, Expert, PlanningError, progress, survey
 from teachers.planning.exact.claims import Avoid, Dawdle, PoorlyChosen, Slower
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
@@ -446,3 +446,30 @@ def test_small_chances_are_found_out():
 def test_a_clock_of_its_own_is_a_part_of_the_state():
     """To wait pays."""
     assert advice(False, 0.0, 4) == [0]
+
+
+class Broken(Row):
+    """Cannot be stepped."""
+
+    def step(self, action):
+        raise RuntimeError("out of order")
+
+
+@pytest.mark.parametrize("oracle", ["auto", "exact", "searched", Expert(lambda observation, info: 0)])
+def test_an_environment_that_breaks_the_rules_is_refused_with_a_hint(oracle):
+    with pytest.raises(PlanningError, match=r"cannot be reset and stepped .*out of order.*\.check_env\(env\)"):
+        llf_teacher.teach(Broken(), oracle=oracle)
+
+
+class Odd(Row):
+    """Pays what is no number."""
+
+    def step(self, action):
+        observation, _, *rest = super().step(action)
+        return observation, float("nan" if action else 0), *rest
+
+
+def test_nothing_is_measured_where_rewards_are_no_numbers():
+    env = llf_teacher.teach(Odd(), oracle=Expert(lambda observation, info: 0), max_turns=9)
+    env.reset(seed=0)
+    assert not {HP, HN, FN} & {atom.kind for atom in env.step(1)[-1]["atoms"]}

@@ -35,7 +35,7 @@ from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import table_of
 from teachers.planning.exact.worths import Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from teachers.planning.transitions import Transitions
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
@@ -81,6 +81,7 @@ class Exact(Planner):
         """Find all transitions, and compute what every action is worth."""
         listed = known(env)
         own = listed or Known()
+        check_steps(env)
         try:
             transitions, look, source = table_of(env)
         except PlanningError as error:

@@ -28,7 +28,7 @@ from teachers.planning.expert.claims import (
 from teachers.planning.expert.guide import Guide
 from teachers.planning.expert.trial import try_out
 from teachers.planning.known import Known, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from worlds.wrapped.gym_world import GymWorld, Position
 
 _Env = gymnasium.Env[Any, Any]
@@ -82,6 +82,7 @@ class Expert(Planner):
                 "no expert is known; pass oracle=Expert(policy=f) of teachers.planning, where f(observation, info) "
                 "returns an action, or a model of Stable-Baselines3"
             )
+        check_steps(env)
         certain = try_out(env, make)
         guide = Guide(
             make,

@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Callable, Iterator
 from functools import partial
+from math import isfinite
 from statistics import median
 from typing import Any
 
@@ -112,6 +113,8 @@ class Guide:
         for each in self._differences(truth, lab, one, other, anew=False):
             found.append(each)
             sizes = [abs(each) for each in found]
+            if not all(map(isfinite, sizes)):  # rewards that are no numbers
+                return None
             if min(sizes) < self._margin or max(sizes) > _ALIKE * min(sizes) or min(found) < 0 < max(found):
                 return None
         return float(f"{median(found):.{_DIGITS}g}")

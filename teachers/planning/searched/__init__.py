@@ -1,6 +1,5 @@
 """The searched tier: ways to the goal that a search has found; about all else the teacher is silent."""
 
-import copy
 import itertools
 import math
 from collections.abc import Callable, Sequence, Set
@@ -18,7 +17,7 @@ from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.planning.exact.tables import state_number
 from teachers.planning.known import Heuristic, Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError
+from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from teachers.planning.searched.claims import (
     Astray,
     Considered,
@@ -94,7 +93,7 @@ class Searched(Planner):
         """Find a way back to states, and in an episode something to do."""
         entry = known(env)
         own = entry or Known()
-        _check_steps(env)
+        check_steps(env)
         back = way_back(env)
         if back is None:
             raise PlanningError(
@@ -164,21 +163,6 @@ class Searched(Planner):
 def lasted(observation: Any, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> bool:
     """Whether the episode went on until the time limit."""
     return truncated and not terminated
-
-
-def _check_steps(env: _Env) -> None:
-    """Take a step, to see whether the environment can do that."""
-    try:
-        space = copy.deepcopy(env.action_space)
-        space.seed(0)
-        env.reset(seed=0)
-        _, reward, terminated, _, _ = env.step(space.sample())
-        float(reward), bool(terminated)
-    except Exception as error:
-        raise PlanningError(
-            f"the environment cannot be reset and stepped as Gymnasium demands: {error!r}; try "
-            "gymnasium.utils.env_checker.check_env(env)"
-        ) from error
 
 
 def _state_of(env: _Env) -> State:
