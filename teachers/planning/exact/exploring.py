@@ -22,6 +22,7 @@ _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated, with other random numbers and from another way there
 _LUCK = 30  # other random numbers, with which a step that draws some is repeated
 _WALK = 200  # steps by which a stored table is tried
+_WAYS = 20  # to rewards, by which it is tried, too
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
@@ -42,7 +43,7 @@ def explored(
 
 
 def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], limit: int, found: Transitions) -> bool:
-    """Whether a random walk gives what a stored table says."""
+    """Whether a random walk, and ways to rewards, give what a stored table says."""
     rng, count = np.random.default_rng(0), action_count(env)
     there, now = copy.deepcopy(env), turn
     for _ in range(_WALK):
@@ -56,7 +57,43 @@ def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], l
         now += 1
         if transition.state is None or share(now) <= 0:
             there, now = copy.deepcopy(env), turn
-    return key in found
+    return key in found and all(
+        _goes(env, state, turn, share, limit, found, way) for way in islice(_ways_to_rewards(found, state(env)), _WAYS)
+    )
+
+
+def _goes(
+    env: _Env,
+    state: State,
+    turn: int,
+    share: Callable[[int], float],
+    limit: int,
+    found: Transitions,
+    way: tuple[int, ...],
+) -> bool:
+    """Whether actions give what a stored table says."""
+    there = copy.deepcopy(env)
+    for now, action in enumerate(way, turn):
+        if share(now) <= 0:
+            break
+        before = state(there)
+        if not _same(_step(there, action, state, share(now), now + 1 < limit)[0], found[before][action][0]):
+            return False
+    return True
+
+
+def _ways_to_rewards(found: Transitions, start: Hashable) -> Iterator[tuple[int, ...]]:
+    """The shortest ways to rewards of a stored table, breadth first: a walk at random seldom sees any."""
+    queue: deque[tuple[Hashable, tuple[int, ...]]] = deque([(start, ())])
+    seen = {start}
+    while queue:
+        here, way = queue.popleft()
+        for action, (transition,) in enumerate(found[here]):
+            if transition.reward:
+                yield (*way, action)
+            if transition.state is not None and transition.state not in seen:
+                seen.add(transition.state)
+                queue.append((transition.state, (*way, action)))
 
 
 def explore(
