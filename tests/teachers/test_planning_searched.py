@@ -568,3 +568,19 @@ def test_a_limit_of_its_own_is_no_part_of_what_is_known_of_a_state():
     assert any(isinstance(claim, Next) for claim in late[3])
     assert not any(isinstance(claim, Next) for claim in late[5])
     assert any(isinstance(claim, Next) for claim in early[0])
+
+
+class Held(Corridor):
+    """Cannot be copied."""
+
+    def reset(self, *, seed=None, options=None):
+        self.lock = threading.Lock()
+        return super().reset(seed=seed, options=options)
+
+
+def test_where_the_count_of_steps_cannot_be_tried_it_is_a_part_of_the_state():
+    env = llf_teacher.teach(lambda: Held(12), oracle="searched", max_turns=20)
+    env.reset(seed=0)
+    said = [atom.claim for action in (1, 1, 1, 1) for atom in env.step(action)[-1]["atoms"]]
+    assert any(isinstance(claim, Nearer | Astray | Next) for claim in said)
+    assert not any(isinstance(claim, OutOfReach) for claim in said)

@@ -43,7 +43,7 @@ from teachers.planning.searched.contents import Contents, contents_of
 from teachers.planning.searched.scout import KeptPlan, Scout
 from teachers.planning.searched.search import SearchResult, SearchTask, check_counts, search
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.snapshots import Copies, way_back
+from worlds.wrapped.snapshots import Copies, Replays, way_back
 
 _Env = gymnasium.Env[Any, Any]
 _SEEDS = 2  # of episodes in which something must be found
@@ -101,6 +101,8 @@ class Searched(Planner):
                 "get_state() and set_state(state), or let reset(seed=...) seed all that it draws"
             )
         state = self.state or own.state or _state_of(env)
+        if isinstance(state, Contents) and isinstance(back, Replays):
+            state = state.whole()  # what the count of steps decides cannot be tried
         _check_hashable(state, env)
         if success is not None or (self.lasts is not None and own.lasts is None):
             own = replace(own, heuristic=None, lasts=None, success=None, goal="")  # this is another task

@@ -28,6 +28,10 @@ class Contents:
     counts: tuple[str, ...] = ()
     """Of those that count steps, which are left out."""
 
+    def whole(self) -> "Contents":
+        """The same with what counts steps."""
+        return Contents(tuple(sorted({*self.names, *self.counts})))
+
     def __call__(self, env: _Env) -> bytes:
         """Read the attributes."""
         parts = [vars(env.unwrapped).get(name) for name in self.names]
