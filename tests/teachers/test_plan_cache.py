@@ -149,3 +149,13 @@ def test_what_may_change_has_no_key():
     assert cache.key_of(Doubled(env)) == ""
     assert cache.key_of(gymnasium.wrappers.TransformReward(env, lambda reward: 2 * reward)) == ""
     assert cache.key_of(Mine()) == ""
+
+
+def test_another_reward_of_the_goal_is_noticed(folder, explorations):
+    """Which a walk at random does not meet."""
+    name = "MiniGrid-DoorKey-5x5-v0"
+    Exact().plan(gymnasium.make(name), 100)
+    changed = gymnasium.make(name)
+    changed.unwrapped._reward = lambda: -1.0
+    Exact().plan(changed, 100)
+    assert len(explorations) == 2

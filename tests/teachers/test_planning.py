@@ -15,7 +15,7 @@ from llf_teacher.tools.audit import audit
 from pz_envs.lesson import Lesson
 from pz_envs.settings import Settings
 from teachers.atoms import FN, FP, HN, HP, Label, Moment
-from teachers.planning import Exact, PlanningError, progress, survey
+from teachers.planning import Exact, Expert, PlanningError, progress, survey
 from teachers.planning.exact.claims import Avoid, Dawdle, PoorlyChosen, Slower
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.position import Position
@@ -176,6 +176,10 @@ def test_advice_arrives():
         (
             lambda: gymnasium.wrappers.TransformReward(lake(), lambda reward: 2 * reward - 1),
             "does not say what happens",
+        ),
+        (  # random play does not reach the goal
+            lambda: gymnasium.wrappers.TransformReward(lake(), lambda reward: -reward),
+            "does not say what happens: .* led to None for -1",
         ),
         (lambda: gymnasium.make("MiniGrid-Dynamic-Obstacles-5x5-v0"), "chance decides what actions do"),
         (lambda: gymnasium.make("Pendulum-v1"), r"no table of transitions `P`; .* pass oracle=Exact\(state=f\)"),
@@ -400,3 +404,72 @@ def test_texts_that_are_no_actions_use_up_turns():
     fading = llf_teacher.teach(gymnasium.make("MiniGrid-Empty-5x5-v0"), oracle="auto", text=True)
     fading.reset(seed=1)
     assert not {atom.kind for atom in fading.step("hm")[-1]["atoms"]} & {FP, FN}
+
+
+class Row(gymnasium.Env):
+    """Cells in a row, with a cliff at 2 that truncates the episode, or chance, or a clock that decides."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(10), gymnasium.spaces.Discrete(2)
+
+    def __init__(self, cliff=False, slip=0.0, late=0):
+        self.cliff, self.slip, self.late = cliff, slip, late
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell, self.clock = 0, 0
+        return 4, {}
+
+    def step(self, action):
+        self.clock = min(self.clock + 1, self.late)
+        stays = self.late or (self.slip and self.np_random.random() < self.slip)
+        self.cell = self.cell if stays else self.cell + 2 * int(action) - 1
+        over = self.cell in (-4, 4) or (self.late > 0 and action == 1)
+        paid = float(self.clock == self.late) if self.late else 2.0 * (self.cell == 4) + (self.cell == -4)
+        return self.cell + 4, paid * over, over, self.cliff and self.cell == 2, {}
+
+
+def advice(*given):
+    atoms = llf_teacher.teach(Row(*given), oracle="exact", max_turns=20).reset(seed=0)[1]["atoms"]
+    return [atom.claim.action for atom in atoms if atom.kind is FP]
+
+
+def test_a_state_that_truncates_the_episode_leads_nowhere():
+    assert advice() == [1]
+    assert advice(True) == [0]
+
+
+def test_small_chances_are_found_out():
+    with pytest.raises(PlanningError, match="chance decides what actions do"):
+        advice(False, 0.005)
+
+
+def test_a_clock_of_its_own_is_a_part_of_the_state():
+    """To wait pays."""
+    assert advice(False, 0.0, 4) == [0]
+
+
+class Broken(Row):
+    """Cannot be stepped."""
+
+    def step(self, action):
+        raise RuntimeError("out of order")
+
+
+@pytest.mark.parametrize("oracle", ["auto", "exact", "searched", Expert(lambda observation, info: 0)])
+def test_an_environment_that_breaks_the_rules_is_refused_with_a_hint(oracle):
+    with pytest.raises(PlanningError, match=r"cannot be reset and stepped .*out of order.*\.check_env\(env\)"):
+        llf_teacher.teach(Broken(), oracle=oracle)
+
+
+class Odd(Row):
+    """Pays what is no number."""
+
+    def step(self, action):
+        observation, _, *rest = super().step(action)
+        return observation, float("nan" if action else 0), *rest
+
+
+def test_nothing_is_measured_where_rewards_are_no_numbers():
+    env = llf_teacher.teach(Odd(), oracle=Expert(lambda observation, info: 0), max_turns=9)
+    env.reset(seed=0)
+    assert not {HP, HN, FN} & {atom.kind for atom in env.step(1)[-1]["atoms"]}

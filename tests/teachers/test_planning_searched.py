@@ -515,23 +515,72 @@ def test_an_environment_that_was_drawn_is_still_taught():
         assert {atom.kind for atom in env.step(0)[-1]["atoms"]} >= {HP, FP}
 
 
-class Shutting(Maze):
-    """A maze whose goal can be entered in the first ten steps only; the counter looks like one of time."""
+class Corridor(gymnasium.Env):
+    """Cells from -3 to 6, both ends solve the task; a ledge before 4, a gate before 6, a cliff, and its own time."""
+
+    observation_space, action_space = spaces.Discrete(10), spaces.Discrete(2)
+
+    def __init__(self, gate=0, cliff=None, limit=100):
+        self.gate, self.cliff, self.limit = gate, cliff, limit
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.place, self.steps = 0, 0
+        return 3, {}
 
     def step(self, action):
-        observation, reward, over, *rest = super().step(action)
-        late = action != 4 and self.steps > 10
-        return (observation, 0.0, False, *rest) if late else (observation, reward, over, *rest)
+        self.steps += 1
+        after = self.place + 2 * int(action) - 1
+        closed = (self.place, after) == (4, 3) or (after == 6 and self.steps < self.gate)
+        self.place = self.place if closed else after
+        over = self.place in (-3, 6)
+        return (
+            self.place + 3,
+            float(over),
+            over,
+            not over and (self.place == self.cliff or self.steps >= self.limit),
+            {},
+        )
 
 
-def test_what_was_found_in_another_turn_is_no_news():
-    env = llf_teacher.teach(Shutting, oracle="searched", max_turns=30)
-    for seed in range(5):
-        _, info = env.reset(seed=seed)
-        early = [type(atom.claim).__name__ for atom in info["atoms"]]
-        assert "Next" in early
-        while env.session.world.env.unwrapped.place == (0, 0) or env.session.moment.turn < 9:
-            *_, info = env.step(env.session.moment.turn % 2 * 2)
-        for turn in range(4):
-            *_, info = env.step(turn % 2 * 2)
-        assert not {"Next", "Nearer"} & {type(atom.claim).__name__ for atom in info["atoms"]}
+def heard(actions, *given):
+    """The claims of each turn."""
+    env = llf_teacher.teach(Corridor(*given), oracle="searched", max_turns=20)
+    for episode in actions:
+        env.reset(seed=0)
+        yield [[atom.claim for atom in env.step(action)[-1]["atoms"]] for action in episode]
+
+
+def test_a_count_of_steps_that_decides_is_refused():
+    assert next(heard([[1]]))
+    with pytest.raises(PlanningError, match=r"the number of steps \(steps\) decides what action 1 does after 5"):
+        next(heard([[1]], 12))
+
+
+def test_no_step_that_truncates_the_episode_is_praised():
+    ((*_, last),) = heard([[1, 1, 1]], 0, 3)
+    assert not any(isinstance(claim, Nearer) for claim in last)
+
+
+def test_a_limit_of_its_own_is_no_part_of_what_is_known_of_a_state():
+    """In the same cell the time suffices early, and not late."""
+    late, early = heard([[1, 0, 1, 0, 1, 0], [0]], 0, None, 8)
+    assert any(isinstance(claim, Next) for claim in late[3])
+    assert not any(isinstance(claim, Next) for claim in late[5])
+    assert any(isinstance(claim, Next) for claim in early[0])
+
+
+class Held(Corridor):
+    """Cannot be copied."""
+
+    def reset(self, *, seed=None, options=None):
+        self.lock = threading.Lock()
+        return super().reset(seed=seed, options=options)
+
+
+def test_where_the_count_of_steps_cannot_be_tried_it_is_a_part_of_the_state():
+    env = llf_teacher.teach(lambda: Held(12), oracle="searched", max_turns=20)
+    env.reset(seed=0)
+    said = [atom.claim for action in (1, 1, 1, 1) for atom in env.step(action)[-1]["atoms"]]
+    assert any(isinstance(claim, Nearer | Astray | Next) for claim in said)
+    assert not any(isinstance(claim, OutOfReach) for claim in said)

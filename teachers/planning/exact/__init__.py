@@ -82,6 +82,7 @@ class Exact(Planner):
         check_steps(env)
         listed = known(env)
         own = listed or Known()
+        check_steps(env)
         try:
             transitions, look, source = table_of(env)
         except PlanningError as error:
@@ -129,7 +130,7 @@ class Exact(Planner):
         if fading is not None and self.gamma is not None:
             raise PlanningError("the environment pays less with time, which goes with no gamma; leave out gamma=...")
         search = partial(
-            _explore, explored if self.state is None else explore, state, fading, self.states, self.seconds
+            _explore, explored if self.state is None else explore, state, fading, turns, self.states, self.seconds
         )
         env.reset(seed=0)
         key = state(env)
@@ -153,12 +154,13 @@ def _explore(
     find: Callable[..., Transitions],
     state: State,
     fading: Callable[[int], float] | None,
+    limit: int,
     states: int,
     seconds: float,
     env: _Env,
     turn: int,
 ) -> Transitions:
-    return find(env, state, turn, fading or _whole, states=states, seconds=seconds)
+    return find(env, state, turn, fading or _whole, limit=limit, states=states, seconds=seconds)
 
 
 def _whole(turn: int) -> float:

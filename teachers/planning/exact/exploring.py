@@ -2,7 +2,9 @@
 
 import copy
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
+from itertools import count as count_up
+from itertools import islice
 from typing import Any
 
 import gymnasium
@@ -14,31 +16,34 @@ from teachers.planning.known import State
 from teachers.planning.planner import PlanningError
 from teachers.planning.progress import ProgressBar
 from teachers.planning.transitions import Transition, Transitions
+from worlds.wrapped.snapshots import draws, shake
 
 _Env = gymnasium.Env[Any, Any]
 _SAMPLED = 50  # states in which a step is repeated, with other random numbers and from another way there
+_LUCK = 30  # other random numbers, with which a step that draws some is repeated
 _WALK = 200  # steps by which a stored table is tried
+_WAYS = 20  # to rewards, by which it is tried, too
 _CLOSE = 1e-9  # rewards that differ by less are equal
 
 
 def explored(
-    env: _Env, state: State, turn: int, share: Callable[[int], float], *, states: int, seconds: float
+    env: _Env, state: State, turn: int, share: Callable[[int], float], *, limit: int, states: int, seconds: float
 ) -> Transitions:
     """The same as `explore`, once for all processes: what is found is stored, and tried before it is used again.
 
     To be used with functions of ours as `state`, which the key of a stored table covers.
     """
     start = state(env)
-    key = cache.key_of(env, start)
+    key = cache.key_of(env, start, limit)
     found = cache.load(key)
-    if found is None or len(found) > states or not _agrees(env, state, turn, share, found):
-        found = explore(env, state, turn, share, states=states, seconds=seconds)
+    if found is None or len(found) > states or not _agrees(env, state, turn, share, limit, found):
+        found = explore(env, state, turn, share, limit=limit, states=states, seconds=seconds)
         cache.save(key, found)
     return found
 
 
-def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], found: Transitions) -> bool:
-    """Whether a random walk gives what a stored table says."""
+def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], limit: int, found: Transitions) -> bool:
+    """Whether a random walk, and ways to rewards, give what a stored table says."""
     rng, count = np.random.default_rng(0), action_count(env)
     there, now = copy.deepcopy(env), turn
     for _ in range(_WALK):
@@ -46,13 +51,49 @@ def _agrees(env: _Env, state: State, turn: int, share: Callable[[int], float], f
         action = int(rng.integers(count))
         if len(row) != count or len(row[action]) != 1:
             return False
-        transition, _ = _step(there, action, state, share(now))
+        transition, _ = _step(there, action, state, share(now), now + 1 < limit)
         if not _same(transition, row[action][0]):
             return False
         now += 1
         if transition.state is None or share(now) <= 0:
             there, now = copy.deepcopy(env), turn
-    return key in found
+    return key in found and all(
+        _goes(env, state, turn, share, limit, found, way) for way in islice(_ways_to_rewards(found, state(env)), _WAYS)
+    )
+
+
+def _goes(
+    env: _Env,
+    state: State,
+    turn: int,
+    share: Callable[[int], float],
+    limit: int,
+    found: Transitions,
+    way: tuple[int, ...],
+) -> bool:
+    """Whether actions give what a stored table says."""
+    there = copy.deepcopy(env)
+    for now, action in enumerate(way, turn):
+        if share(now) <= 0:
+            break
+        before = state(there)
+        if not _same(_step(there, action, state, share(now), now + 1 < limit)[0], found[before][action][0]):
+            return False
+    return True
+
+
+def _ways_to_rewards(found: Transitions, start: Hashable) -> Iterator[tuple[int, ...]]:
+    """The shortest ways to rewards of a stored table, breadth first: a walk at random seldom sees any."""
+    queue: deque[tuple[Hashable, tuple[int, ...]]] = deque([(start, ())])
+    seen = {start}
+    while queue:
+        here, way = queue.popleft()
+        for action, (transition,) in enumerate(found[here]):
+            if transition.reward:
+                yield (*way, action)
+            if transition.state is not None and transition.state not in seen:
+                seen.add(transition.state)
+                queue.append((transition.state, (*way, action)))
 
 
 def explore(
@@ -61,6 +102,7 @@ def explore(
     turn: int,
     share: Callable[[int], float],
     *,
+    limit: int,
     states: int,
     seconds: float,
 ) -> Transitions:
@@ -71,32 +113,41 @@ def explore(
         state: reads the key of an environment's state.
         turn: number of actions before that state.
         share: what is paid of a reward after so many actions.
+        limit: number of actions after which time is over; an environment that truncates an episode before ends it.
         states, seconds: the most states, and the most time.
 
     Raises:
         PlanningError: a bound is reached, chance decides what happens, or states of the same key differ.
     """
     with ProgressBar("exploring", "states") as bar:
-        return _explore(env, state, turn, share, states, seconds, bar)
+        return _explore(env, state, turn, share, limit, states, seconds, bar)
 
 
 def _explore(
-    env: _Env, state: State, turn: int, share: Callable[[int], float], states: int, seconds: float, bar: ProgressBar
+    env: _Env,
+    state: State,
+    turn: int,
+    share: Callable[[int], float],
+    limit: int,
+    states: int,
+    seconds: float,
+    bar: ProgressBar,
 ) -> Transitions:
     count = action_count(env)
     found: dict[Hashable, list[list[Transition]]] = {}
     ended: set[Hashable] = set()
     queue = deque([(copy.deepcopy(env), state(env), turn)])
     seen = {queue[0][1]}
+    lucks = count_up()
     again: list[tuple[_Env, Hashable, int]] = []  # states that were reached by another way
     while queue:
         here, key, now = queue.popleft()
         rows = found[key] = []
         for action in range(count):
             there = copy.deepcopy(here)
-            transition, after = _step(there, action, state, share(now))
+            transition, after = _step(there, action, state, share(now), now + 1 < limit)
             if len(found) <= _SAMPLED:
-                _check_certain(here, action, state, share(now), transition)
+                _check_certain(here, action, state, share(now), now + 1 < limit, transition, lucks)
             rows.append([transition])
             if transition.state is None:
                 ended.add(after)
@@ -114,7 +165,7 @@ def _explore(
             )
     for there, key, now in again:
         for action in range(count):
-            transition, _ = _step(copy.deepcopy(there), action, state, share(now))
+            transition, _ = _step(copy.deepcopy(there), action, state, share(now), now + 1 < limit)
             if not _same(transition, found[key][action][0]):
                 raise PlanningError(
                     f"two states have the same key and differ: action {action} led to {transition} and to "
@@ -123,19 +174,29 @@ def _explore(
     return found | {key: [[] for _ in range(count)] for key in ended - found.keys()}
 
 
-def _step(env: _Env, action: int, state: State, share: float) -> tuple[Transition, Hashable]:
-    """Take an action: its transition with the reward before it fades, and the key of the state after it."""
-    _, reward, terminated, _, _ = env.step(action)
+def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tuple[Transition, Hashable]:
+    """Take an action: its transition with the reward before it fades, and the key of the state after it.
+
+    Where it is early, not time has truncated an episode but the state.
+    """
+    _, reward, terminated, truncated, _ = env.step(action)
     after = state(env)
-    return Transition(1.0, None if terminated else after, float(reward) / share), after
+    over = terminated or (truncated and early)
+    return Transition(1.0, None if over else after, float(reward) / share), after
 
 
-def _check_certain(env: _Env, action: int, state: State, share: float, transition: Transition) -> None:
-    """Take an action once more, with other random numbers."""
-    other = copy.deepcopy(env)
-    other.unwrapped.np_random = np.random.default_rng(action)
-    if not _same(_step(other, action, state, share)[0], transition):
-        raise PlanningError("chance decides what actions do, and there is no table that says how")
+def _check_certain(
+    env: _Env, action: int, state: State, share: float, early: bool, transition: Transition, lucks: Iterator[int]
+) -> None:
+    """Take an action once more, with other random numbers; where it draws any, often, for chances may be small."""
+    for luck in islice(lucks, _LUCK):
+        other = copy.deepcopy(env)
+        shake(other, luck)
+        before = draws(other)
+        if not _same(_step(other, action, state, share, early)[0], transition):
+            raise PlanningError("chance decides what actions do, and there is no table that says how")
+        if draws(other) == before:
+            return
 
 
 def _same(one: Transition, other: Transition) -> bool:

@@ -11,6 +11,7 @@ from teachers.planning.transitions import Transition, Transitions
 
 _Env = gymnasium.Env[Any, Any]
 _EPISODES, _STEPS = 20, 100  # of random play, by which a table is tried
+_TIMES = 6  # that an action is tried in each state, where chance decides what it does
 _SURE = 1e-9  # by which chances may miss 1
 
 
@@ -34,6 +35,7 @@ def table_of(env: _Env) -> tuple[Transitions, State, str]:
     else:
         transitions, state, source = _read(env), state_number, "the environment's table of transitions"
         _check_whole(transitions)
+        _try_all(env, transitions)
     _try_out(env, transitions, state)
     return transitions, state, source
 
@@ -81,20 +83,43 @@ def _check_whole(transitions: Transitions) -> None:
                 raise PlanningError(f"the chances of {where} do not add up to 1")
 
 
+def _try_all(env: _Env, transitions: Transitions) -> None:
+    """Set the environment to each state, and take each action: random play seldom sees a goal or a wrapper's bonus."""
+    bare: Any = env.unwrapped
+    env.reset(seed=0)
+    state_number(env)  # raises where none can be set
+    for state, row in transitions.items():
+        for action, each in enumerate(row):
+            if all(after is None and not reward for _, after, reward in each):
+                continue  # as after the end of an episode, where environments do what they like
+            for _ in range(1 if len(each) == 1 else _TIMES):
+                bare.s = state
+                _check_step(env, transitions, state_number, action)
+
+
 def _try_out(env: _Env, transitions: Transitions, state: State) -> None:
     """Play at random, to see whether all that happens is in the table."""
     env.action_space.seed(0)
     for seed in range(_EPISODES):
         env.reset(seed=seed)
         for _ in range(_STEPS):
-            before, action = state(env), int(env.action_space.sample())
-            _, reward, terminated, truncated, _ = env.step(action)
-            after = None if terminated else state(env)
-            rows = transitions.get(before)
-            if rows is None or not any((there, paid) == (after, reward) for _, there, paid in rows[action]):
-                raise PlanningError(
-                    f"the table of transitions does not say what happens: action {action} in state {before} led to "
-                    f"{after} for {reward}; the state has parts that the table lacks, or a wrapper changes the reward"
-                )
-            if terminated or truncated:
+            if _check_step(env, transitions, state, int(env.action_space.sample())):
                 break
+
+
+def _check_step(env: _Env, transitions: Transitions, state: State, action: int) -> bool:
+    """Take an action, and return whether the episode is over.
+
+    Raises:
+        PlanningError: what it did is not in the table.
+    """
+    before = state(env)
+    _, reward, terminated, truncated, _ = env.step(action)
+    after = None if terminated else state(env)
+    rows = transitions.get(before)
+    if rows is None or not any((there, paid) == (after, reward) for _, there, paid in rows[action]):
+        raise PlanningError(
+            f"the table of transitions does not say what happens: action {action} in state {before} led to "
+            f"{after} for {reward}; the state has parts that the table lacks, or a wrapper changes the reward"
+        )
+    return bool(terminated or truncated)

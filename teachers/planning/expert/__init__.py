@@ -83,6 +83,7 @@ class Expert(Planner):
                 "no expert is known; pass oracle=Expert(policy=f) of teachers.planning, where f(observation, info) "
                 "returns an action, or a model of Stable-Baselines3"
             )
+        check_steps(env)
         certain = try_out(env, make)
         guide = Guide(
             make,

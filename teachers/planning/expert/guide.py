@@ -1,9 +1,9 @@
 """What the expert tier knows of an environment: what the expert would do, and what roll-outs measure."""
 
 import copy
-import math
 from collections.abc import Callable, Iterator
 from functools import partial
+from math import isfinite
 from statistics import median
 from typing import Any
 
@@ -113,7 +113,7 @@ class Guide:
         for each in self._differences(truth, lab, one, other, anew=False):
             found.append(each)
             sizes = [abs(each) for each in found]
-            if not math.isfinite(each):  # of rewards that are no numbers
+            if not all(map(isfinite, sizes)):  # rewards that are no numbers
                 return None
             if min(sizes) < self._margin or max(sizes) > _ALIKE * min(sizes) or min(found) < 0 < max(found):
                 return None

@@ -39,11 +39,11 @@ from teachers.planning.searched.claims import (
     steady,
     way,
 )
-from teachers.planning.searched.contents import contents_of
+from teachers.planning.searched.contents import Contents, contents_of
 from teachers.planning.searched.scout import KeptPlan, Scout
-from teachers.planning.searched.search import SearchResult, SearchTask, search
+from teachers.planning.searched.search import SearchResult, SearchTask, check_counts, search
 from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.snapshots import way_back
+from worlds.wrapped.snapshots import Copies, Replays, way_back
 
 _Env = gymnasium.Env[Any, Any]
 _SEEDS = 2  # of episodes in which something must be found
@@ -101,6 +101,8 @@ class Searched(Planner):
                 "get_state() and set_state(state), or let reset(seed=...) seed all that it draws"
             )
         state = self.state or own.state or _state_of(env)
+        if isinstance(state, Contents) and isinstance(back, Replays):
+            state = state.whole()  # what the count of steps decides cannot be tried
         _check_hashable(state, env)
         if success is not None or (self.lasts is not None and own.lasts is None):
             own = replace(own, heuristic=None, lasts=None, success=None, goal="")  # this is another task
@@ -112,7 +114,6 @@ class Searched(Planner):
             choices=self._choices(world),
             every=isinstance(world.action_space, spaces.Discrete) and self.choices is None,
             state=state,
-            timeless=self.state is not None or own.state is not None,
             heuristic=self.heuristic or own.heuristic,
             admissible=self.admissible if self.heuristic else own.admissible,
             lasts=lasts,
@@ -121,6 +122,9 @@ class Searched(Planner):
         )
         scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"))
         found = _tried(scout, world)
+        if isinstance(state, Contents) and state.counts and isinstance(back, Copies):
+            world.reset(seed=0)
+            check_counts(task, world, state.counts, turns)
         silent = not (task.measures or lasts or found.deadly)
         return Planned(
             tier="searched",

@@ -135,7 +135,7 @@ class Nearer(_Step):
 
     def good(self, moment: Moment[Position], lab: GymWorld) -> bool:
         """Play the plan after the step."""
-        done = moment.success if self.left == 0 else follows(self.left, moment.after, moment, lab)
+        done = moment.success if self.left == 0 else not moment.over and follows(self.left, moment.after, moment, lab)
         return self.left < self.before and done
 
     def counterparts(self, moment: Moment[Position], lab: GymWorld) -> Sequence[Claim]:

@@ -25,6 +25,12 @@ class Contents:
 
     names: tuple[str, ...]
     """Of the attributes."""
+    counts: tuple[str, ...] = ()
+    """Of those that count steps, which are left out."""
+
+    def whole(self) -> "Contents":
+        """The same with what counts steps."""
+        return Contents(tuple(sorted({*self.names, *self.counts})))
 
     def __call__(self, env: _Env) -> bytes:
         """Read the attributes."""
@@ -53,7 +59,8 @@ def contents_of(env: _Env) -> Contents:
         if terminated or truncated:
             env.reset(seed=0)
     parts = {name: part for name, part in vars(env.unwrapped).items() if name not in counts}
-    return Contents(tuple(sorted(name for name, part in parts.items() if name != _SEED and _writable(part))))
+    names = sorted(name for name, part in parts.items() if name != _SEED and _writable(part))
+    return Contents(tuple(names), tuple(sorted(counts)))
 
 
 def _writable(part: Any) -> bool:

@@ -88,13 +88,12 @@ class Scout:
             lab.restore(truth)
         else:  # by its last action, to see whether that has ended the episode
             lab.restore(Position(None, truth.turn - 1, truth.episode))
-            if lab.advance(truth.episode.actions[truth.turn - 1])[2]:
-                return SearchResult(None, math.inf, 0)
-        key = self.task.state(lab.env), self.task.aim(room)
-        timed = (*key, room)
-        for known in (key, timed):
-            if known in self._found:
-                return self._found[known]
+            _, _, terminated, truncated, _ = lab.advance(truth.episode.actions[truth.turn - 1])
+            if terminated or truncated:
+                return SearchResult(None, math.inf if terminated else 0.0, 0)
+        key = self.task.state(lab.env), room  # an environment may have a time limit of its own
+        if key in self._found:
+            return self._found[key]
         try:
             found = search(self.task, lab, room)
             if found.actions is not None and not reaches(self.task, lab, truth, found.actions, room, _LUCK):
@@ -102,7 +101,7 @@ class Scout:
         except PlanningError as error:
             warnings.warn(f"the teacher has no plan in this state: {error}", stacklevel=2)
             found = SearchResult(None, 0.0, 0)
-        return self._kept(self._found, timed if found.cut or not self.task.timeless else key, found)
+        return self._kept(self._found, key, found)
 
     @staticmethod
     def _kept(store: dict[Hashable, _Value], key: Hashable, value: _Value) -> _Value:

@@ -1,7 +1,9 @@
 """Best-first search from a state of an environment, with bounds, and what it proves."""
 
+import copy
 import math
 import time
+from collections import deque
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
@@ -16,6 +18,7 @@ from worlds.wrapped.snapshots import Stepped, WayBack, shake
 
 _Env = gymnasium.Env[Any, Any]
 _TRIED = 50  # states that were reached again, in which a trial takes the actions again
+_COUNTED = 2000  # steps, which a trial takes as if later, too
 _LUCK = 1, 2, 3, 4  # the seeds of other random numbers
 _ROUNDING = 1e-9
 
@@ -31,8 +34,6 @@ class SearchResult(NamedTuple):
     """Steps of the environment that it took."""
     lucky: bool = False
     """Whether it met actions whose results are drawn, which it left out, so that nothing else is proven."""
-    cut: bool = False
-    """Whether it would have gone on without the time limit."""
     deadly: bool = False
     """Whether a trial saw an action that ends an episode in vain."""
 
@@ -53,8 +54,6 @@ class SearchTask:
     """Whether these are all; if not, it is not proven that nothing does."""
     state: State
     """The key of a state: all that decides what happens but time."""
-    timeless: bool
-    """Whether somebody who knows the environment has said so; else what is found counts for this turn alone."""
     heuristic: Heuristic | None
     admissible: bool
     """Whether the heuristic guesses too much nowhere."""
@@ -160,7 +159,7 @@ def _search(task: SearchTask, lab: GymWorld, room: int, watch: "_Watch | None") 
     best: _Node | None = None
 
     def found(least: float) -> SearchResult:
-        return SearchResult(best and best.actions(), least, taken, lucky, cut)
+        return SearchResult(best and best.actions(), least, taken, lucky)
 
     while heap:
         rank, _, _, node = heappop(heap)
@@ -241,6 +240,38 @@ class _Watch:
                         f"two states have the same key and differ in what follows action {action}; give state=..., a "
                         "function of the environment that tells them apart"
                     )
+
+
+def check_counts(task: SearchTask, lab: GymWorld, counts: Sequence[str], room: int) -> None:
+    """See whether what counts steps, and is no part of the key, decides what happens; layer by layer, within a bound.
+
+    Args:
+        task: what is searched for; states are copies.
+        lab: the scratch world, where an episode begins.
+        counts: the attributes that count.
+        room: the number of actions until the time limit.
+
+    Raises:
+        PlanningError: it does.
+    """
+    queue, seen, taken = deque([(task.way.begin(lab), 0)]), {task.key(lab.env, 0)}, 0
+    while queue and taken < _COUNTED:
+        saved, depth = queue.popleft()
+        late = copy.deepcopy(saved)
+        for name in counts:
+            setattr(late.unwrapped, name, getattr(late.unwrapped, name) + room - depth - 1)
+        for action in task.choices:
+            now, later = (task.way.step(lab, each, action) for each in (saved, late))
+            taken += 1
+            key, other = task.key(now.env, depth + 1), task.key(later.env, depth + 1)
+            if not later.truncated and (key, now.terminated, now.solved) != (other, later.terminated, later.solved):
+                raise PlanningError(
+                    f"the number of steps ({', '.join(counts)}) decides what action {action} does after {depth}; give "
+                    "state=..., a function of the environment that returns all that decides what happens"
+                )
+            if key not in seen and depth + 1 < room and not task.over(now, depth + 1, room):
+                seen.add(key)
+                queue.append((now.saved, depth + 1))
 
 
 def reaches(
