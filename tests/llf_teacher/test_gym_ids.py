@@ -70,7 +70,8 @@ class Failing(Corridor):
     def __init__(self):
         raise OSError("no disk")
 
-gymnasium.register("Own/Corridor-v0", Corridor, max_episode_steps=9)
+if "Own/Corridor-v0" not in gymnasium.registry:  # the module may be imported anew in one process
+    gymnasium.register("Own/Corridor-v0", Corridor, max_episode_steps=9)
 number = 3
 '''
 
