@@ -74,9 +74,7 @@ ROWS = (
     PlannedCase("gym:CartPole-v1", turns=50, episodes=10),
     PlannedCase("gym:Acrobot-v1", turns=50, episodes=20),
     PlannedCase("gym:BabyAI-GoToLocal-v0", turns=50, episodes=30),
-    PlannedCase("gym:LunarLander-v3", turns=10, episodes=10),
-    PlannedCase("gym:highway_env:highway-fast-v0", turns=3, episodes=10),
-    PlannedCase("gym:worlds.wrapped.coin_collector:CoinCollector", turns=10, episodes=10),
+    PlannedCase("gym:LunarLander-v3", turns=5, episodes=3),
 )
 """The environments of the table; each is a line. Where a turn is slow, fewer of them are played."""
 
