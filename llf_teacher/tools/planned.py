@@ -73,7 +73,7 @@ ROWS = (
     PlannedCase("gym:MountainCar-v0", turns=20, episodes=5),
     PlannedCase("gym:CartPole-v1", turns=50, episodes=10),
     PlannedCase("gym:Acrobot-v1", turns=50, episodes=20),
-    PlannedCase("gym:BabyAI-GoToLocal-v0", turns=50, episodes=30),
+    PlannedCase("gym:BabyAI-GoToLocal-v0", {"oracle": "expert"}, turns=20, episodes=20),
     PlannedCase("gym:LunarLander-v3", turns=5, episodes=3),
 )
 """The environments of the table; each is a line. Where a turn is slow, fewer of them are played."""

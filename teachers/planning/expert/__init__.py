@@ -107,6 +107,7 @@ class Expert(Planner):
             model=guide,
             action_words=words if _fit(words, env.action_space) else {},
             describe=own.describe,
+            success=success or own.success,
             privileged=None if listed is None else listed.hides,
         )
 

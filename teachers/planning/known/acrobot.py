@@ -30,6 +30,15 @@ def _describe(observation: Any) -> str:
     return f"{listed}. Theta 1 is the angle of the first link, 0 downwards; theta 2 is that of the second to the first."
 
 
+def _success(observation: Any, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> bool:
+    """Whether the free end has swung above the line, which ends an episode before its time."""
+    return terminated
+
+
 KNOWN = Known(
-    action_words={"torque -1": 0, "no torque": 1, "torque +1": 2}, describe=_describe, expert=_expert, horizon=200
+    success=_success,
+    action_words={"torque -1": 0, "no torque": 1, "torque +1": 2},
+    describe=_describe,
+    expert=_expert,
+    horizon=200,
 )
