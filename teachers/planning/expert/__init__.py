@@ -99,7 +99,7 @@ class Expert(Planner):
         return Planned(
             tier="expert",
             why=f"an expert {whose}, and roll-outs of at most {guide.horizon} actions ({chance})",
-            size=f"{guide.rollouts} of {guide.horizon} actions",
+            size=f"{guide.rollouts} roll-out{'s' * (guide.rollouts != 1)} of {guide.horizon} actions",
             objective=f"the sum of rewards, compared over at most {guide.horizon:,} actions",
             oracle=CertainExpertOracle if certain else ExpertOracle,
             phrases=Path(__file__).with_name("phrases.toml"),
