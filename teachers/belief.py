@@ -13,13 +13,15 @@ import numpy.typing as npt
 
 from teachers.atoms import Atom, Moment
 from teachers.common import Reward
-from teachers.information import TRIES, Information, World
+from teachers.information import Information, World
 from teachers.oracle import Oracle
 from teachers.spec import check_range
 from worlds.posteriors import NoWorldError, Posterior
 
-__all__ = ["Belief", "Sealed"]
+__all__ = ["DRAWS", "Belief", "Sealed"]
 
+DRAWS = 8
+"""Draws for each of the worlds that are asked for, at most."""
 _ENOUGH = 0.25  # of the worlds have to count, as many equal weights would, or more are drawn
 
 
@@ -39,7 +41,7 @@ class Belief(Information):
 
     A world has the weight (1 - trust) ** n, where n claims do not hold in it and the fewest that do not hold in any
     drawn world are not counted. So a claim that holds in none of them changes nothing. Before it is ignored, more
-    worlds are drawn, up to `TRIES` for each of `worlds`; so are they where only few of them count. In worlds of
+    worlds are drawn, up to `DRAWS` for each of `worlds`; so are they where only few of them count. In worlds of
     chance, where hardly any two rewards are equal, a reward that is said is taken for that of the turn, at any trust
     above 0, unless no world pays it.
 
@@ -128,6 +130,7 @@ class Belief(Information):
         """Draw worlds, and weigh them."""
         while True:
             self._begin()
+            self._left = DRAWS * self._worlds
             try:
                 self._draw()
                 break
