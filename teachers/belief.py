@@ -5,6 +5,7 @@ and a world in which it does not hold counts less. Nothing else is believed: nei
 ground of a claim.
 """
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -150,7 +151,8 @@ class Belief(Information):
                 draw = next(self._draws)
                 world = known.get(id(draw)) or known.setdefault(id(draw), World(draw, self._moments))
                 self._pool.append(world)
-                false.append(self._false(world))
+                # With full trust, a world in which more is false than in another does not count.
+                false.append(self._false(world, min(false) if false and self._trust == 1 else math.inf))
             self._left -= self._worlds
             conflicts = np.array(false) - min(false)
             self._weights = np.power(1 - self._trust, conflicts.astype(float))
@@ -159,8 +161,14 @@ class Belief(Information):
                 break
         self._conflicts = min(false)
 
-    def _false(self, world: World) -> int:
-        """Number of claims that do not hold in a world."""
+    def _false(self, world: World, limit: float = math.inf) -> int:
+        """Number of claims that do not hold in a world; of more than `limit`, as many as are found."""
         if world.false is None:
-            world.false = sum(not self._is_true(claim, about, world) for claim, about, _ in self._heard)
+            world.false = 0
+            for i, (claim, about, _) in enumerate(self._heard):
+                if not self._is_true(claim, about, world):
+                    world.false += 1
+                    if world.false > limit:
+                        self._heard.insert(0, self._heard.pop(i))  # of the next world it is asked first
+                        break
         return world.false
