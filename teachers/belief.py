@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from teachers.atoms import Atom, Moment
 from teachers.common import Reward
-from teachers.information import Information, World
+from teachers.information import DrawnWorld, Information
 from teachers.oracle import Oracle
 from teachers.spec import check_range
 from worlds.posteriors import NoWorldError, Posterior
@@ -112,7 +112,7 @@ class Belief(Information):
                 self._heard.append((claim, about, now))
         self._weigh()
 
-    def weight(self, world: World) -> float:
+    def weight(self, world: DrawnWorld) -> float:
         """The weight of a world beside those that were drawn."""
         fewest = min(self._conflicts, false := self._false(world))
         return float((1 - self._trust) ** (false - fewest))
@@ -144,12 +144,12 @@ class Belief(Information):
 
     def _draw(self) -> None:
         """Draw until enough worlds count and some world agrees with all claims that were not ignored before."""
-        known: dict[int, World] = {}  # the same draw is the same world
+        known: dict[int, DrawnWorld] = {}  # the same draw is the same world
         false: list[int] = []
         while self._left:
             for _ in range(self._worlds):
                 draw = next(self._draws)
-                world = known.get(id(draw)) or known.setdefault(id(draw), World(draw, self._moments))
+                world = known.get(id(draw)) or known.setdefault(id(draw), DrawnWorld(draw, self._moments))
                 self._pool.append(world)
                 # With full trust, a world in which more is false than in another does not count.
                 false.append(self._false(world, min(false) if false and self._trust == 1 else math.inf))
@@ -161,7 +161,7 @@ class Belief(Information):
                 break
         self._conflicts = min(false)
 
-    def _false(self, world: World, limit: float = math.inf) -> int:
+    def _false(self, world: DrawnWorld, limit: float = math.inf) -> int:
         """Number of claims that do not hold in a world; of more than `limit`, as many as are found."""
         if world.false is None:
             world.false = 0

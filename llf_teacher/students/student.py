@@ -103,7 +103,7 @@ class Policy(ABC, Generic[S_co]):
         Policies that keep their own actions override it.
         """
 
-    def follow(self, past: "Policy[Any]") -> None:
+    def succeed(self, past: "Policy[Any]") -> None:
         """Take over from a policy of the same student, which has forgotten what it could, what cannot be forgotten.
 
         By default nothing.

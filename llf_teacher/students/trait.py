@@ -131,7 +131,7 @@ class _Policy(Policy["Traited"]):
             # A new value, since an agent of the user's own belongs to its value.
             past, self.inner = self.inner, dataclasses.replace(self.spec.student).seat(self.family, self.world)
             self.inner.reset(self.rng)
-            self.inner.follow(past)
+            self.inner.succeed(past)
             self._since = self._turn
         return forgets
 

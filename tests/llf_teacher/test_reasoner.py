@@ -11,7 +11,7 @@ from llf_teacher.studies import Study
 from teachers.atoms import Atom, Moment
 from teachers.belief import DRAWS, Belief
 from teachers.common import Reward
-from teachers.information import World
+from teachers.information import DrawnWorld
 from teachers.oracles.bandits import Among, Avoid, Pull
 from worlds.world import WorldTurn
 
@@ -87,7 +87,7 @@ def test_the_true_world_keeps_its_weight_with_an_honest_teacher(id):
         for turn in play_turns(env, policy, seed):
             moment = turn.moment
             if turns:  # the policy has weighed all up to this turn, which it has yet to see
-                truth = World(tuple(turns), moments)
+                truth = DrawnWorld(tuple(turns), moments)
                 assert policy.belief.weight(truth) == 1
             action = moment.action if moment.turn else None
             turns.append(WorldTurn(action, moment.reward, moment.after, moment.success))
@@ -152,7 +152,7 @@ def test_the_weight_of_a_world_falls_with_each_claim_that_does_not_hold():
     told(belief, Pull(action=best), Avoid(action=others[0]))
     for means, expected in ((best, 1), (others[1], 0.25), (others[0], 0.25**2)):
         truth = world.problem.truth(np.ones(10), np.eye(10)[means])
-        assert belief.weight(World((WorldTurn(None, 0.0, truth),), belief._moments)) == pytest.approx(expected)
+        assert belief.weight(DrawnWorld((WorldTurn(None, 0.0, truth),), belief._moments)) == pytest.approx(expected)
 
 
 def test_without_trust_nothing_is_heard():

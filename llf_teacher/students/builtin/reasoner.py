@@ -34,7 +34,7 @@ class _Policy(Policy["Reasoner"]):
         oracle = self.family.oracle_class()(self.world.scratch)
         self.belief = Belief(self._posterior, oracle, self.rng, self.spec.worlds, self.spec.trust)
 
-    def follow(self, past: Policy[Any]) -> None:
+    def succeed(self, past: Policy[Any]) -> None:
         """Take over what was seen, without what was said: where it is depends on where it has been."""
         assert isinstance(past, _Policy)  # noqa: S101  # of the same student
         self.belief = past.belief
