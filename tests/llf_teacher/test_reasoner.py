@@ -99,7 +99,7 @@ def test_it_acts_alike_in_worlds_that_it_cannot_distinguish(id):
     """The truth is another draw of the posterior; it sees and hears the same, false or true."""
     differs = 0
     for seed in range(4):
-        env = StudentEnv(id, max_turns=6, **MAP[id])
+        env = StudentEnv(id, max_turns=6, feedback_type="m", **MAP[id])  # some rewards are said
         policy = parse_student("reasoner(worlds=16)").seat(env.family, env.session.world)
         shown = [
             (turn.moment, turn.atoms, env.student_view.observe(), env.student_view.info_for(policy))

@@ -66,7 +66,7 @@ class Reasoner(Student):
     worlds: Annotated[int, Range(1, 100_000)] = 256
     """Number of worlds that are drawn in a turn; more where few of them count."""
     trust: Share = 1.0
-    """Probability that a claim tells anything, 0 to 1."""
+    """By how much less than 1 a world counts for each claim that is false in it, 0 to 1; 0: it hears nothing."""
     reads = "atoms"
     draws_worlds = True
     policy = _Policy
