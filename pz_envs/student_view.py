@@ -12,6 +12,7 @@ from pz_envs.numbers import Field, Numbers
 from pz_envs.settings import Settings
 from pz_envs.text_mode import failure
 from teachers.atoms import Moment
+from teachers.belief import Sealed
 from teachers.session import LONGEST, Session
 from worlds.pictures import Text
 from worlds.pictures.canvas import Frame
@@ -151,7 +152,8 @@ def info_for(policy: Any, info: dict[str, Any], turns_left: int, moment: Moment[
 
     It is the seat's info with `turns_left`. What else it has depends on the policy's `reads`, by default "atoms": for
     "nothing", "reward" and "words" it has no `atoms`; for "reward" and "atoms and reward" it has the last turn's
-    `reward`; for "truth" it has the privileged `moment`.
+    `reward`; for "truth" it has the privileged `moment`. If the policy `draws_worlds`, it has the moment `sealed`, from
+    which `teachers.belief.Belief` draws the worlds that agree with what the student saw.
 
     Args:
         policy: the policy.
@@ -167,4 +169,6 @@ def info_for(policy: Any, info: dict[str, Any], turns_left: int, moment: Moment[
         info["reward"] = moment.reward
     elif reads == "truth":
         info["moment"] = moment
+    if getattr(policy, "draws_worlds", False):
+        info["sealed"] = Sealed(moment)
     return info

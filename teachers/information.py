@@ -118,13 +118,15 @@ class Gain(NamedTuple):
         return self.saved / self.valued_bits if self.valued_bits else None
 
 
-class _World:
+class DrawnWorld:
     """A world that was drawn."""
 
     def __init__(self, draw: Draw[Any], moments: Sequence[Moment[Any]]) -> None:
         self.draw, self._moments = draw, moments
         self.regrets: npt.NDArray[np.float64] | None = None
         """What each action loses now, shape (actions,); None as long as it is not computed."""
+        self.false: int | None = None
+        """Number of claims that do not hold in it; None as long as they are not counted."""
 
     def moment(self, turn: int) -> Moment[Any]:
         """The moment of a turn, as it is in this world."""
@@ -169,7 +171,7 @@ class Information:
         self._regrets: dict[Moment[Any], npt.NDArray[np.float64]] = {}
         self._draws: Iterator[Draw[Any]] = iter(())
         self._left = 0  # draws of this turn
-        self._pool: list[_World] = []
+        self._pool: list[DrawnWorld] = []
         self._why = ""  # there are no worlds
 
     def see(self, moment: Moment[Any]) -> None:
@@ -218,7 +220,7 @@ class Information:
             self._pool = after
         return bits
 
-    def _measure(self, claim: Claim, about: int) -> tuple[Bits, list[_World]]:
+    def _measure(self, claim: Claim, about: int) -> tuple[Bits, list[DrawnWorld]]:
         """How much a claim says, and the worlds in which it is true."""
         self._fill()
         if not self._pool:
@@ -237,7 +239,7 @@ class Information:
         try:
             while len(self._pool) < self._worlds and self._left:
                 self._left -= 1
-                world = _World(next(self._draws), self._moments)
+                world = DrawnWorld(next(self._draws), self._moments)
                 if self._agrees(world):
                     self._pool.append(world)
         except NoWorldError as error:
@@ -245,7 +247,7 @@ class Information:
         if not self._pool and not self._why:
             self._why = f"what was heard is true in none of {TRIES * self._worlds:,} drawn worlds"
 
-    def _agrees(self, world: _World) -> bool:
+    def _agrees(self, world: DrawnWorld) -> bool:
         """Whether all that was heard is true in a world; what is not is asked of the next world first."""
         for i, (claim, about, _) in enumerate(self._heard):
             if not self._is_true(claim, about, world):
@@ -253,7 +255,7 @@ class Information:
                 return False
         return True
 
-    def _is_true(self, claim: Claim, about: int, world: _World) -> bool:
+    def _is_true(self, claim: Claim, about: int, world: DrawnWorld) -> bool:
         """Whether a claim is true in a world, as it is said."""
         moment = world.moment(about)
         found = self._known.get((claim, moment)) if self._keeps else None
@@ -265,7 +267,7 @@ class Information:
                 self._known[claim, moment] = found
         return found
 
-    def _saved(self, before: Sequence[_World], after: Sequence[_World]) -> float | None:
+    def _saved(self, before: Sequence[DrawnWorld], after: Sequence[DrawnWorld]) -> float | None:
         """See `Bits.saved`."""
         if not (self._values and after) or self._moments[-1].over:
             return None
@@ -273,12 +275,12 @@ class Information:
         now = self._mean_regrets(after)
         return float(now[best] - now.min())
 
-    def _mean_regrets(self, worlds: Sequence[_World]) -> npt.NDArray[np.float64]:
+    def _mean_regrets(self, worlds: Sequence[DrawnWorld]) -> npt.NDArray[np.float64]:
         """The mean of what each action loses, shape (actions,)."""
         means: npt.NDArray[np.float64] = np.mean([self._regrets_in(world) for world in worlds], axis=0)
         return means
 
-    def _regrets_in(self, world: _World) -> npt.NDArray[np.float64]:
+    def _regrets_in(self, world: DrawnWorld) -> npt.NDArray[np.float64]:
         if world.regrets is None:
             moment = world.moment(len(self._moments) - 1)
             world.regrets = self._regrets.get(moment) if self._keeps else None

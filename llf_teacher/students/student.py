@@ -54,7 +54,7 @@ class Policy(ABC, Generic[S_co]):
 
     def __init__(self, spec: S_co, family: Subject, world: World[Any]) -> None:
         self.spec, self.family, self.world = spec, family, world
-        self.reads = spec.reads
+        self.reads, self.draws_worlds = spec.reads, spec.draws_worlds
 
     def __repr__(self) -> str:
         return f"<policy of {self.spec} in {self.family.name}>"
@@ -103,6 +103,12 @@ class Policy(ABC, Generic[S_co]):
         Policies that keep their own actions override it.
         """
 
+    def succeed(self, past: "Policy[Any]") -> None:
+        """Take over from a policy of the same student, which has forgotten what it could, what cannot be forgotten.
+
+        By default nothing.
+        """
+
     def record(self) -> ModelReply:
         """The answer and the cost of the last action, of a student that asks a model; empty of other students."""
         return {}
@@ -136,6 +142,11 @@ class Student(Spec, ABC):
     @abstractmethod
     def reads(self) -> str:
         """The information that it learns from, one of `READS`; reports show it."""
+
+    @property
+    def draws_worlds(self) -> bool:
+        """Whether it draws worlds that it cannot distinguish from its own; it can in families with a posterior only."""
+        return False
 
     @property
     def text(self) -> bool:

@@ -129,8 +129,9 @@ class _Policy(Policy["Traited"]):
         asked = [trait.forgets(scene) for trait, scene in self._parts() if self._turn]  # each may draw
         if forgets := any(asked):
             # A new value, since an agent of the user's own belongs to its value.
-            self.inner = dataclasses.replace(self.spec.student).seat(self.family, self.world)
+            past, self.inner = self.inner, dataclasses.replace(self.spec.student).seat(self.family, self.world)
             self.inner.reset(self.rng)
+            self.inner.succeed(past)
             self._since = self._turn
         return forgets
 
@@ -219,6 +220,11 @@ class Traited(Student):
     def reads(self) -> str:
         """What the student reads."""
         return self.student.reads
+
+    @property
+    def draws_worlds(self) -> bool:
+        """Whether the student does."""
+        return self.student.draws_worlds
 
     @property
     def text(self) -> bool:

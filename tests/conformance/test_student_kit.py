@@ -12,13 +12,15 @@ from llf_teacher.students.student import Policy, Student
 
 GRID, POEM, BOOTH = "llf-gridworld-v0", "llf-poem-Haiku-v0", "llf-optimization-Booth-v0"
 ELSEWHERE = {"line_search": POEM, "nelder_mead": BOOTH, "random_search": BOOTH, "run_and_tumble": BOOTH}
+ELSEWHERE |= {"reasoner": "llf-bandits-BanditTwoArmedHighLowFixed-v0"}
 ELSEWHERE |= {"ucb": "llf-bandits-BanditTwoArmedHighLowFixed-v0"}
+SMALL = {"reasoner": "reasoner(worlds=4)"}  # for speed
 NEEDY = {"dqn", "llm"}  # torch, a model
 
 
 @pytest.mark.parametrize("name", sorted({*STUDENTS.names} - NEEDY))
 def test_students_that_ship_pass(name):
-    kit.check_student(ELSEWHERE.get(name, GRID), name)
+    kit.check_student(ELSEWHERE.get(name, GRID), SMALL.get(name, name))
 
 
 class Walker(Policy):

@@ -15,6 +15,7 @@ import llf_teacher
 from llf_teacher.episodes.record import EpisodeSpec
 from llf_teacher.registry import PREFIX, entry, types_of
 from llf_teacher.speakers.parsing import needed_of
+from llf_teacher.students.student import Student
 from llf_teacher.studies.definition.custom_specs import parse_teacher, student_spec, teacher_spec
 from llf_teacher.studies.definition.design import BASELINE, SUBSETS, Transfer, check_interim_analyses, check_transfer
 from llf_teacher.studies.definition.names import check_names, short_names
@@ -144,6 +145,7 @@ class Study:
                         f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle lacks what it needs; "
                         "see docs/personalities.md, or leave it out there by `fewer`"
                     )
+            problems += self._unseated(subjects)
         if problems:
             raise ValueError("; ".join(dict.fromkeys(problems)))
 
@@ -188,6 +190,20 @@ class Study:
             except ValueError as error:
                 problems.append(f"ids: {id}: {error}")
         return subjects
+
+    def _unseated(self, subjects: Mapping[str, Subject]) -> Iterator[str]:
+        """Why students that draw worlds cannot play in some environment."""
+        for id, subject in subjects.items():
+            for spec in dict.fromkeys((*self.grid(id).students, *self.tests(id).students)):
+                student = student_of(spec)
+                if isinstance(student, Student) and student.draws_worlds:
+                    try:
+                        student.seat(subject, subject.make_world(**entry(id).options | self.world_options(id)))
+                    except ValueError as error:
+                        needs = subject.posterior_needs.items()
+                        lines = "".join(f"\n{name} = {json.dumps(value)}" for name, value in needs)
+                        given = f"; in the study's file:\n[options.{json.dumps(id)}]{lines}" if lines else ""
+                        yield f"students: {id}: {error}{given}"
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
         """`fewer` in canonical form; `problems` gets what is wrong with it."""
