@@ -485,6 +485,18 @@ def hedge(claim: Claim[Any], p: float) -> Claim[Any]:
     return Probably(claim=unhedged(claim), p=p)
 
 
+def bend(claim: Claim[Any], factor: float) -> Claim[Any]:
+    """A hedged claim with its log-odds multiplied by a factor above 0; any other claim as it is.
+
+    A hedge stays one: its probability is again rounded to whole per cent, from 51 to 99.
+    """
+    bare = claim.claim if isinstance(claim, Late) else claim
+    if not isinstance(bare, HedgedClaim):
+        return claim
+    yes, no = bare.p**factor, (1 - bare.p) ** factor
+    return hedge(claim, min(max(yes / (yes + no), 0.51), 0.99))
+
+
 def sign_of(reward: float) -> str:
     """Whether a reward is `positive`, `negative` or `zero`."""
     return "positive" if reward > 0 else "negative" if reward < 0 else "zero"

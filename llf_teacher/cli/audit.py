@@ -319,6 +319,7 @@ def _print(found: list["Audit"]) -> None:
     for student, number in claims.items():
         table.add_row(f"{number}", f"{wrong[student]}", escape(student))
     console.print("[bold]students[/]", table, sep="\n")
+    _print_hedges(console, [each for each in found if each.hedges.sentences])
     console.print(
         "\nColumns: claims by kind; share of claims that hold, with those of instructions; claims of the oracle that "
         "were withheld; words of feedback in a turn; leaks; pairs of claims that contradict each other."
@@ -343,6 +344,26 @@ def _print(found: list["Audit"]) -> None:
             lost, new = (", ".join(names) or "nothing" for names in (change.vanished, change.appeared))
             console.print(f"  {change.before}\n  {change.after}\n  vanished: {lost}; appeared: {new}", markup=False)
     console.print(f"\n{summary(found)}", markup=False)
+
+
+def _print_hedges(console: Console, found: list["Audit"]) -> None:
+    """Print how often the hedged claims of each teacher hold, by the probability with which they were said."""
+    if not found:
+        return
+    table = Table(box=None, padding=(0, 1, 0, 0))
+    for column in ("hedges", "sentences", "said", "hold", "Brier score", "calibration error", "p", ""):
+        table.add_column(column, justify="left" if column in ("hedges", "") else "right")
+    for each in found:
+        all_ = each.hedges
+        table.add_row(
+            escape(f"{each.id}, {each.teacher}"),
+            *(f"{all_.sentences}", "", "", f"{all_.brier:.3f}", f"{all_.error:.3f}", f"{all_.p_value:.2g}"),
+            all_.verdict,
+        )
+        for group in all_.bins:
+            span = f"  {group.low:.0%} to {group.low + 0.09:.0%}"
+            table.add_row(span, f"{group.sentences}", f"{group.said:.1%}", f"{group.held:.1%}")
+    console.print(table)
 
 
 def summary(found: list["Audit"]) -> str:
