@@ -348,22 +348,18 @@ def _print(found: list["Audit"]) -> None:
 
 def _print_hedges(console: Console, found: list["Audit"]) -> None:
     """Print how often the hedged claims of each teacher hold, by the probability with which they were said."""
-    if not found:
-        return
-    table = Table(box=None, padding=(0, 1, 0, 0))
-    for column in ("hedges", "sentences", "said", "hold", "Brier score", "calibration error", "p", ""):
-        table.add_column(column, justify="left" if column in ("hedges", "") else "right")
     for each in found:
-        all_ = each.hedges
-        table.add_row(
-            escape(f"{each.id}, {each.teacher}"),
-            *(f"{all_.sentences}", "", "", f"{all_.brier:.3f}", f"{all_.error:.3f}", f"{all_.p_value:.2g}"),
-            all_.verdict,
+        hedges = each.hedges
+        table = Table("said", "sentences", "mean", "hold", box=None, padding=(0, 2, 0, 0))
+        for group in hedges.bins:
+            numbers = f"{group.sentences:,}", f"{group.said:.1%}", f"{group.held:.1%}"
+            table.add_row(f"{group.low:.0%} to {group.low + 0.09:.0%}", *numbers)
+        console.print(f"[bold]hedges of {escape(each.teacher)} in {escape(each.id)}[/]", table, sep="\n")
+        console.print(
+            f"{hedges.sentences:,} sentences in {len(hedges.scores)} episodes: Brier score {hedges.brier:.3f}, "
+            f"expected calibration error {hedges.error:.3f}; {hedges.verdict} (p = {hedges.p_value:.2g})",
+            markup=False,
         )
-        for group in all_.bins:
-            span = f"  {group.low:.0%} to {group.low + 0.09:.0%}"
-            table.add_row(span, f"{group.sentences}", f"{group.said:.1%}", f"{group.held:.1%}")
-    console.print(table)
 
 
 def summary(found: list["Audit"]) -> str:

@@ -6,6 +6,7 @@ from hedging import hedging
 from shelf import FAMILIES, pairs
 
 import llf_teacher
+from llf_teacher.cli.audit import _print as print_audits
 from llf_teacher.cli.audit import summary
 from llf_teacher.registry import PREFIX
 from llf_teacher.students.parsing import parse_student
@@ -263,7 +264,7 @@ def test_bits_are_measured_where_they_are_wanted():
     ("bends", "verdict"),
     [("timid(by=1)", "calibrated"), ("overconfident(by=3)", "overconfident"), ("timid(by=3)", "timid")],
 )
-def test_the_hedges_of_an_audit_are_judged_together(bends, verdict):
+def test_the_hedges_of_an_audit_are_judged_together(bends, verdict, capsys):
     found = audit(GRID, hedging() | parse_personality(bends), turns=600, students=["random"], instruction_types=["b"])
     assert found.hedges.verdict == verdict
     feedback = {label for kind, label in found.claims if kind is not None}
@@ -272,3 +273,11 @@ def test_the_hedges_of_an_audit_are_judged_together(bends, verdict):
     assert found.held == 1.0  # the instruction; hedges are neither true nor false
     assert {each.what for each in found.examples} == {"contradiction"}  # each is drawn for itself
     assert found.as_dict()["hedges"]["verdict"] == verdict
+    print_audits([found])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert (
+        f"{found.hedges.sentences:,} sentences in {found.episodes} episodes: Brier score {found.hedges.brier:.3f}"
+        in shown
+    )
+    for each in found.hedges.bins:
+        assert f"{each.sentences:,} {each.said:.1%} {each.held:.1%}" in shown
