@@ -5,12 +5,26 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, R
-from teachers.common import Chance, Example, Late, Paid, PartlyRight, Right, Trap, Wrong, sign_of
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, HedgedClaim, Moment, R
+from teachers.common import (
+    Better,
+    BetterTurn,
+    Chance,
+    Example,
+    Late,
+    Paid,
+    PartlyRight,
+    Right,
+    Trap,
+    WorseTurn,
+    Wrong,
+    sign_of,
+)
 from teachers.fingerprint import Fingerprints
 from teachers.oracle import Oracle
 
 HINDSIGHT = frozenset((HP, HN))
+_EQUAL = 1e-9  # values that differ by less differ by rounding
 
 
 def first_of(kinds: Set[FeedbackType], claims: Sequence[Claim[Any]]) -> int | None:
@@ -179,18 +193,18 @@ class View:
         """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
 
         If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
-        hold, or is a placebo, is returned as it is, because it implies nothing.
+        hold, is hedged or a placebo, is returned as it is, because it implies nothing.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo:
+        if bare.placebo or isinstance(bare, HedgedClaim):
             return claim
         rungs = bare.coarser(moment, self._oracle.lab) or (self._dim(bare),)
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
-        """A claim without its numbers and names. A claim that does not hold, or is a placebo, is returned as it is."""
+        """A claim without its numbers and names. One that does not hold, is hedged or a placebo, is left as it is."""
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo or not self.holds(claim):
+        if bare.placebo or isinstance(bare, HedgedClaim) or not self.holds(claim):
             return claim
         if claim.kind is R:
             return _like(claim, Paid(sign=sign_of(moment.reward)))
@@ -221,6 +235,25 @@ class View:
             actions.append(action)
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
+
+    def better(self, this: Any, that: Any) -> Better | None:
+        """The claim that one action is better now than another; None if there is no hindsight on such an action."""
+        this, that = map(self._oracle.lab.legal, (this, that))
+        found = self._oracle.judge(self._oracle.try_out(self.moment, this)._replace(over=True), HINDSIGHT)
+        return Better.on(found[0], this=this, that=that) if found else None
+
+    def better_turn(self, ago: int) -> BetterTurn | WorseTurn | None:
+        """The claim that this turn was better or worse than one so many turns ago.
+
+        None if they lost as much, and without hindsight on both.
+        """
+        both = self.moment, self._moments[-1 - ago]
+        verdicts = [next(iter(self._hindsight_on(each)), None) for each in both]
+        if None in verdicts:
+            return None
+        lost, earlier = map(self._oracle.regret, both)
+        cls = BetterTurn if lost < earlier else WorseTurn
+        return cls.on((both[1], *verdicts), ago=ago) if abs(lost - earlier) > _EQUAL else None
 
     def _dim(self, ground: Claim[Any]) -> Claim[Any]:
         return (Chance if ground.kind is FP else Trap).on(ground)
