@@ -5,7 +5,7 @@ import inspect
 import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, TypeGuard, Unpack
 
@@ -153,12 +153,15 @@ class Subject(ABC):
         oracle = self.make_teacher(world).oracle
         return Information(self.make_posterior(world), oracle, Seeds(seed).stream("information"), worlds)
 
-    def serves(self, personality: "str | Personality") -> bool:
-        """Whether the oracle has all abilities that a personality needs."""
+    def serves(self, personality: "str | Personality", **options: Any) -> bool:
+        """Whether there is all that a personality needs, in a world with these options."""
+        from teachers.oracle import POSTERIOR
         from teachers.personality import parse_personality
 
         make = self.oracle_class()
         able = make.abilities() if _is_oracle(make) else make(self.make_world().scratch).abilities()
+        if self.posterior and self.posterior_needs.items() <= options.items():
+            able |= {POSTERIOR}
         return parse_personality(personality).needs <= able
 
     def make_teacher(
@@ -168,11 +171,26 @@ class Subject(ABC):
         **wording: Unpack[TeacherKeywords],
     ) -> "Teacher":
         """A teacher for such a world; arguments and errors as in `teachers.teacher.Teacher`."""
+        from teachers.oracle import POSTERIOR
+        from teachers.personality import parse_personality
         from teachers.teacher import Teacher
 
         settings: dict[str, Any] = {**wording}
         phrasebook = self.phrasebook(settings.pop("voice", "plain"))
+        personality = parse_personality(personality)
+        if POSTERIOR in personality.needs:
+            settings["inform"] = self._inform(world, f"the personality {personality}")
         return Teacher(self.oracle_class()(world.scratch), phrasebook, personality, **settings)
+
+    def _inform(self, world: "World[Any, Any, Any]", needed_by: str) -> "Callable[[Any], Information]":
+        """Makes information about a student in such a world, given a random stream."""
+        from teachers.information import Information
+
+        try:
+            posterior = self.make_posterior(world)
+        except ValueError as error:
+            raise ValueError(f"{needed_by} needs a posterior: {error}; elsewhere use another, such as oracle") from None
+        return partial(Information, posterior, self.oracle_class()(world.scratch))
 
     @_shown
     def raw_env(self, *, seating: str = TUTORING, settings: Settings | None = None, **keywords: Any) -> "SeatsEnv":

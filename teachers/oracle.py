@@ -12,7 +12,9 @@ from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, Tr
 from teachers.common import Reward
 
 ALL_KINDS = frozenset(KINDS)
-ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints")
+POSTERIOR = "posterior"
+"""What a student cannot know can be drawn: no ability of the oracle itself, but of its family."""
+ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints", POSTERIOR)
 """Abilities that an oracle may have and a personality may need; see `Oracle.abilities`."""
 
 _reward = fast_constructor(Reward)
@@ -114,6 +116,10 @@ class Oracle(ABC, Generic[TruthT, WorldT]):
         if not moment.over:
             self._advice(claims, moment, kinds)
         return tuple(claims)
+
+    def clues(self, truth: TruthT) -> tuple[Claim, ...]:
+        """True claims, from little to much."""
+        return ()
 
     @abstractmethod
     def _basics(self, truth: TruthT) -> tuple[Claim, ...]:

@@ -5,10 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, R
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, Moment, R
 from teachers.common import Chance, Example, Late, Paid, PartlyRight, Right, Trap, Wrong, sign_of
 from teachers.fingerprint import Fingerprints
+from teachers.information import Bits
 from teachers.oracle import Oracle
+from teachers.witness import Note, Witness
 
 HINDSIGHT = frozenset((HP, HN))
 
@@ -24,7 +26,12 @@ class View:
     All methods treat a late claim as a claim about its own turn.
     """
 
-    def __init__(self, oracle: Oracle, words: Callable[[Claim[Any]], float]) -> None:
+    def __init__(
+        self,
+        oracle: Oracle,
+        words: Callable[[Claim[Any]], float],
+        witness: Callable[[Sequence[Note]], Witness] | None = None,
+    ) -> None:
         self._oracle = oracle
         self._moments: list[Moment[Any]] = []
         self._fingerprints = Fingerprints()
@@ -34,16 +41,24 @@ class View:
         self.asked = False
         """Whether this is the answer to a student's question, which is advice only."""
         self._words = words
+        self._notes: list[Note] = []
+        self._witness = None if witness is None else witness(self._notes)
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Go on to the next moment and its wanted kinds."""
         self._moments.append(moment)
+        if self._witness is not None:
+            self._notes.append(moment)
         self.kinds = kinds
         self.asked = False
 
     def ask(self) -> None:
         """Note that the student has asked for advice on the moment, after its feedback was said."""
         self.asked = True
+
+    def hear(self, atoms: Sequence[Atom]) -> None:
+        """Note what the student has heard of the moment."""
+        self._notes.append(tuple(atoms))
 
     @property
     def moment(self) -> Moment[Any]:
@@ -130,6 +145,18 @@ class View:
     def action_fingerprint(self, action: Any) -> int:
         """A number that is equal for equal actions."""
         return self._fingerprints.of(action)
+
+    # What a student can know.
+
+    def weigh(self, claim: Claim[Any]) -> Bits:
+        """How much a claim would say to the student, given all that it saw and heard, this moment included."""
+        assert self._witness is not None  # noqa: S101  # of a personality that needs a posterior
+        return self._witness.weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
+
+    def clues(self) -> list[Claim[Any]]:
+        """True claims of the wanted kinds that are not about an action, from little to much."""
+        clues = () if self.moment.over else self._oracle.clues(self.moment.after)
+        return [clue for clue in clues if clue.kind in self.kinds]
 
     # Operations on claims.
 

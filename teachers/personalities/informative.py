@@ -1,0 +1,19 @@
+"""informative(bits): says the one true claim that says nearest to so many bits to the student."""
+
+from typing import Annotated
+
+from teachers.oracle import POSTERIOR
+from teachers.personality import Claims, View, personality
+from teachers.spec import Range
+
+
+@personality(needs=(POSTERIOR,))
+def informative(claims: Claims, view: View, *, bits: Annotated[float, Range(0, 64)] = 1.0) -> Claims:
+    """Of the claims and the oracle's clues, says the one nearest to so many bits; of equal ones, the first.
+
+    Bits are measured by worlds that the student, which has seen and heard what it has, cannot tell apart. What it can
+    know already, it is not told.
+    """
+    weighed = [(view.weigh(claim).bits, claim) for claim in (*claims, *view.clues())]
+    known = [(abs(found - bits), claim) for found, claim in weighed if found]
+    return (min(known, key=lambda each: each[0])[1],) if known else ()

@@ -1,0 +1,55 @@
+"""A witness of an episode: information about a student that follows what the student sees and hears."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from teachers.atoms import Atom, Claim, Moment
+from teachers.information import Bits, Information
+
+__all__ = ["Note", "Witness"]
+
+Note = Moment[Any] | tuple[Atom, ...]
+"""A turn that a student has seen, or what it has heard of the last one."""
+
+
+class Witness:
+    """Lets information about a student follow an episode.
+
+    Args:
+        information: has seen nothing yet. It is another one than that by which an audit measures the same claims.
+        notes: of the episode, which are added to.
+    """
+
+    def __init__(self, information: Information, notes: Sequence[Note]) -> None:
+        self.information, self._notes = information, notes
+        self._noted = 0  # number of notes that are known
+        self._first = self._next = 0  # turns: an episode may be followed from a later one than its opening
+
+    def follow(self) -> None:
+        """See and hear what is new in the notes."""
+        for note in self._notes[self._noted :]:
+            if isinstance(note, Moment):
+                self.see(note)
+            else:
+                self.hear(note)
+        self._noted = len(self._notes)
+
+    def weigh(self, claim: Claim[Any], about_turn: int) -> Bits:
+        """How much a claim about a turn would say now."""
+        self.follow()
+        found = self.information.weigh(Atom(claim, "", about_turn - self._first))
+        self.information.rest()
+        return found
+
+    def see(self, moment: Moment[Any]) -> None:
+        """What has happened; after a turn that is missing, the episode is taken to begin."""
+        if moment.turn > self._next:
+            self._first = moment.turn
+            moment = Moment.opening(moment.after, moment.turn)
+        self._next = moment.turn + 1
+        self.information.see(moment._replace(turn=moment.turn - self._first))
+
+    def hear(self, atoms: Sequence[Atom]) -> None:
+        """What was said of turns that were seen."""
+        known = [atom._replace(about_turn=atom.about_turn - self._first) for atom in atoms]
+        self.information.hear([atom for atom in known if atom.about_turn >= 0])
