@@ -226,9 +226,11 @@ class EpisodeRenderer:
         if sentence.speaker:
             canvas.text((x + 6, middle), sentence.speaker, SMALL, theme.muted)
         if (verdict := VERDICTS.get(sentence.verdict)) is not None:
-            ink = theme.green if verdict.holds else theme.red
-            taken = canvas.text((canvas.width, middle), verdict.word, SMALL, ink, anchor="rm", bold=not verdict.holds)
-            canvas.mark((canvas.width - taken - 9, middle), verdict.holds, 4.5)
+            ink = {True: theme.green, False: theme.red, None: theme.muted}[verdict.holds]
+            bold = verdict.holds is False
+            taken = canvas.text((canvas.width, middle), verdict.word, SMALL, ink, anchor="rm", bold=bold)
+            if verdict.holds is not None:
+                canvas.mark((canvas.width - taken - 9, middle), verdict.holds, 4.5)
         ink = theme.ink if self.heard else theme.muted
         below = canvas.paragraph((0, y + size * _HEAD), sentence.text, canvas.width, room - size * _HEAD, size, ink)
         return below + size * 0.55

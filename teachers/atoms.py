@@ -48,6 +48,8 @@ class Label(StrEnum):
     """The claim holds, and has nothing to do with the task."""
     LATE = "late"
     """The claim holds of an earlier turn."""
+    HEDGED = "hedged"
+    """It says how probable a claim is: one such sentence is neither true nor false; see `HedgedClaim`."""
     UNCHECKED = "unchecked"
     """Text without a claim."""
 
@@ -277,8 +279,33 @@ def _warns_of(action: Any, claim: Claim) -> bool:
     return claim.kind is FN and isinstance(claim, ActionClaim) and bool(claim.action == action)
 
 
+class HedgedClaim(Claim[TruthT, WorldT]):
+    """Role of a claim that says how probable another claim is.
+
+    It `holds` if that claim does, which makes it neither true nor false: only many of them can be judged, by how many
+    hold of those that were called equally probable.
+    """
+
+    __slots__ = ()
+    claim: Claim[TruthT, WorldT]
+    """What is hedged; neither late nor hedged itself."""
+    p: float
+    """Its probability, above 0.5 and below 1."""
+
+
+def unhedged(claim: Claim) -> Claim:
+    """What a claim hedges; a flat claim as it is."""
+    return claim.claim if isinstance(claim, HedgedClaim) else claim
+
+
+def confidence(claim: Claim) -> float:
+    """The probability with which a claim is said: 1 for a flat one."""
+    return claim.p if isinstance(claim, HedgedClaim) else 1.0
+
+
 def action_of(claim: Claim) -> Any:
-    """The action that a claim is about; of a plan, its first; None if it is about none."""
+    """The action that a claim is about, also if it is hedged; of a plan, its first; None if it is about none."""
+    claim = unhedged(claim)
     if isinstance(claim, ActionClaim):
         return claim.action
     return claim.actions[0] if isinstance(claim, PlanClaim) else None
@@ -410,6 +437,8 @@ class Atom(NamedTuple):
 
     def label(self, moments: Sequence[Moment], lab: World[Any]) -> Label:
         """The result of checking the claim in `lab`, from the episode's moments up to the one in which it was said."""
+        if isinstance(self.claim, HedgedClaim):
+            return Label.HEDGED
         if not self.claim.holds(moments[self.about_turn], lab):
             return Label.DISTORTED
         if self.claim.placebo:

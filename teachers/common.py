@@ -15,6 +15,7 @@ from teachers.atoms import (
     Claim,
     FeedbackType,
     Grounded,
+    HedgedClaim,
     Moment,
     PlanClaim,
     R,
@@ -22,6 +23,7 @@ from teachers.atoms import (
     action_of,
     claim,
     opposed,
+    unhedged,
 )
 from worlds.world import World
 
@@ -418,6 +420,69 @@ class Late(Claim[Any]):
     def kind(self) -> FeedbackType | None:  # type: ignore[override]  # that of the claim
         """The kind of the claim that comes late."""
         return self.claim.kind
+
+
+@claim
+class Probably(HedgedClaim[Any]):
+    """Neither true nor false: it says that `claim` is true with the probability `p`.
+
+    The probability is rounded as it is said, to whole per cent from 51 to 99, since a hedge is never flat.
+
+    Raises:
+        ValueError: the probability is not above 0.5 and below 1, or the claim is late or hedged itself.
+    """
+
+    commonplace = "a hedge, which many sentences show to be right or wrong, and none alone"
+    claim: Claim[Any]
+    p: float
+
+    def __post_init__(self) -> None:
+        if not 0.5 < self.p < 1:
+            raise ValueError(f"p must be above 0.5 and below 1, got {self.p!r}; hedge what is more probable than not")
+        if isinstance(self.claim, HedgedClaim | Late):
+            raise ValueError(
+                f"a hedge needs a flat claim that is not late, got {self.claim!r}; "
+                "hedge the claim itself, by `hedge(claim, p)`, which keeps its turn"
+            )
+        object.__setattr__(self, "p", min(max(round(float(self.p), 2), 0.51), 0.99))
+
+    @property
+    def kind(self) -> FeedbackType | None:  # type: ignore[override]  # that of the claim
+        """The kind of what is hedged."""
+        return self.claim.kind
+
+    @property
+    def percent(self) -> int:
+        """The probability in per cent."""
+        return round(100 * self.p)
+
+    def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:
+        """Whether what is hedged holds, by which hedges are judged together."""
+        return self.claim.holds(moment, lab)
+
+    def means(self, moment: Moment[Any], oracle: Any) -> bool:
+        """Whether what is hedged is true by its fields."""
+        return self.claim.means(moment, oracle)
+
+    def excludes(self, other: Claim[Any]) -> bool:
+        """What it hedges excludes: of two such claims only one can be probable."""
+        other = unhedged(other)
+        return self.claim.excludes(other) or other.excludes(self.claim)
+
+    def counterparts(self, moment: Moment[Any], lab: World[Any]) -> Sequence[Claim[Any]]:
+        """Those of what it hedges, with the same probability."""
+        return tuple(Probably(claim=each, p=self.p) for each in self.claim.counterparts(moment, lab))
+
+
+def hedge(claim: Claim[Any], p: float) -> Claim[Any]:
+    """Say a claim with a probability in place of flatly, or with another one if it is hedged; what is late stays late.
+
+    Raises:
+        ValueError: the probability is not above 0.5 and below 1.
+    """
+    if isinstance(claim, Late):
+        return Late(claim=hedge(claim.claim, p), turn=claim.turn)
+    return Probably(claim=unhedged(claim), p=p)
 
 
 def sign_of(reward: float) -> str:

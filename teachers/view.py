@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, Moment, R
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
 from teachers.common import Chance, Example, Late, Paid, PartlyRight, Right, Trap, Wrong, sign_of
 from teachers.fingerprint import Fingerprints
 from teachers.information import Bits
@@ -202,18 +202,18 @@ class View:
         """A less specific claim that advice or a warning implies: level 0 is the vaguest, the last is the claim itself.
 
         If the claim has no coarser ones, level 0 says that there is something to do or to avoid. A claim that does not
-        hold, or is a placebo, is returned as it is, because it implies nothing.
+        hold, is hedged or a placebo, is returned as it is, because it implies nothing.
         """
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo:
+        if bare.placebo or isinstance(bare, HedgedClaim):
             return claim
         rungs = bare.coarser(moment, self._oracle.lab) or (self._dim(bare),)
         return _like(claim, rungs[level]) if level < len(rungs) and self.holds(claim) else claim
 
     def vague(self, claim: Claim[Any]) -> Claim[Any]:
-        """A claim without its numbers and names. A claim that does not hold, or is a placebo, is returned as it is."""
+        """A claim without its numbers and names. One that does not hold, is hedged or a placebo, is left as it is."""
         bare, moment = _bare(claim), self.moment_of(claim)
-        if bare.placebo or not self.holds(claim):
+        if bare.placebo or isinstance(bare, HedgedClaim) or not self.holds(claim):
             return claim
         if claim.kind is R:
             return _like(claim, Paid(sign=sign_of(moment.reward)))

@@ -42,17 +42,19 @@ _WHOLE = {"a": "all kinds", "n": "none", "m": "random kinds"}
 class VerdictWord(NamedTuple):
     """What the simulator says of a sentence."""
 
-    holds: bool
+    holds: bool | None
+    """None if it is neither true nor false."""
     word: str
 
     def __str__(self) -> str:
-        return f"{'✓' if self.holds else '✗'} {self.word}"
+        return f"{'✓' if self.holds else '✗' if self.holds is False else '~'} {self.word}"
 
 
 VERDICTS = {
     Label.TRUTHFUL: VerdictWord(True, "true"),
     Label.LATE: VerdictWord(True, "true, late"),
     Label.PLACEBO: VerdictWord(True, "true, beside the point"),
+    Label.HEDGED: VerdictWord(None, "hedged"),
     Label.DISTORTED: VerdictWord(False, "false"),
 }
 """The verdict on each label that has been checked."""

@@ -115,6 +115,7 @@ class EpisodeRow(NamedTuple):
     claims: int
     """Number of atoms with a kind of feedback; with `p` the instruction has some, too."""
     claims_held: int
+    """Number of these that hold; hedged ones are left out, as they are of `distorted`."""
     words: int
     """Number of words of feedback."""
     said_r: int
@@ -124,7 +125,7 @@ class EpisodeRow(NamedTuple):
     said_fp: int
     said_fn: int
     truthful: int
-    """Number of claims by label."""
+    """Number of claims by label; what is left of `claims` is hedged."""
     late: int
     placebo: int
     distorted: int
@@ -173,23 +174,30 @@ def claim_name(claim: Claim, family: str) -> str:
     return f"{home}.{type(claim).__name__}"
 
 
-def as_dict(atom: Atom, label: Label, family: str) -> dict[str, Any]:
+def as_dict(atom: Atom, label: Label, holds: bool, family: str) -> dict[str, Any]:
     """An atom as JSON values.
 
-    `claim` is as in `claim_name`; `action` is the action that it is about, the first one of a plan, null without one.
+    `claim` is as in `claim_name`; `action` is the action that it is about, the first one of a plan, null without one. A
+    hedged claim is a field with a claim and fields of its own; `holds` is then whether that one holds.
     """
-    claim = atom.claim
-    fields = {field.name: _plain(getattr(claim, field.name)) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
     return {
         "kind": _plain(atom.kind),
-        "claim": claim_name(claim, family),
-        "fields": fields,
-        "action": _plain(action_of(claim)),
+        **_as_data(atom.claim, family),
+        "action": _plain(action_of(atom.claim)),
         "text": str(atom.text),
         "about_turn": atom.about_turn,
-        "holds": label is not Label.DISTORTED,
+        "holds": holds,
         "label": label.value,
     }
+
+
+def _as_data(claim: Claim, family: str) -> dict[str, Any]:
+    """The name and the fields of a claim as JSON values."""
+    values = {field.name: getattr(claim, field.name) for field in dataclasses.fields(claim)}  # type: ignore[arg-type]
+    fields = {
+        name: _as_data(value, family) if isinstance(value, Claim) else _plain(value) for name, value in values.items()
+    }
+    return {"claim": claim_name(claim, family), "fields": fields}
 
 
 def _plain(value: Any) -> Any:
@@ -218,7 +226,7 @@ def summary(family: str, reads: str, rows: Sequence[TurnRow]) -> EpisodeRow:
         regret=math.fsum(row.regret for row in rows),
         parse_failures=sum(row.parse_failure is not None for row in rows),
         claims=len(said),
-        claims_held=sum(atom["holds"] for atom in said),
+        claims_held=sum(atom["holds"] and atom["label"] != Label.HEDGED for atom in said),
         words=sum(len(row.feedback.split()) for row in rows),
         **{f"said_{kind}": kinds[kind] for kind in KINDS},
         truthful=labels[Label.TRUTHFUL],

@@ -37,6 +37,12 @@ class Recorder:
         self._moments[turn.moment.turn :] = [turn.moment]
         return tuple((atom, atom.label(self._moments, self._lab)) for atom in turn.atoms)
 
+    def holds(self, atom: Atom, label: Label) -> bool:
+        """Whether a claim with its label holds; of a hedged one, whether what it hedges does."""
+        if label is Label.HEDGED:
+            return atom.claim.holds(self._moments[atom.about_turn], self._lab)
+        return label is not Label.DISTORTED
+
     def note(self, **answer: Any) -> TurnRow:
         """Note the session's last turn; `answer` has further columns, of what a model answered."""
         session = self._view.session
@@ -55,7 +61,7 @@ class Recorder:
             parse_failure=failed and failed.got,
             instruction=str(turn.instruction) or None,
             feedback=feedback,
-            atoms=[as_dict(atom, label, self.family) for atom, label in atoms],
+            atoms=[as_dict(atom, label, self.holds(atom, label), self.family) for atom, label in atoms],
             unchecked=unchecked(feedback, [atom.text for atom, _ in atoms]) or None,
             changes=len(getattr(self._speaker, "changes", ())) or None,
         )._replace(**answer)

@@ -19,13 +19,21 @@ def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, An
     for turn in turns:
         atoms = turn["atoms"]
         for atom in atoms:
-            fields = ", ".join(f"{name}={_plain(value)}" for name, value in atom["fields"].items())
-            atom["code"] = f"{atom['claim'].removeprefix(f'{family}.')}({fields})"
+            atom["code"] = _code(atom, family)
         text = " ".join(filter(None, (turn["instruction"], turn["feedback"])))
         turn["said"] = {kind: said for kind in (None, *KINDS) if (said := [a for a in atoms if a["kind"] == kind])}
         turn["spelled_out"] = text == " ".join(atom["text"] for atom in atoms)
         turn["did"] = turn["action_words"] or turn["action"]
     return turns
+
+
+def _code(claim: dict[str, Any], family: str) -> str:
+    """A claim with its fields, one of which may be a claim, too."""
+    fields = ", ".join(
+        f"{name}={_code(value, family) if isinstance(value, dict) else _plain(value)}"
+        for name, value in claim["fields"].items()
+    )
+    return f"{claim['claim'].removeprefix(f'{family}.')}({fields})"
 
 
 def _plain(value: Any) -> str:

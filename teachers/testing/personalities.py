@@ -9,7 +9,18 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable
 
-from teachers.atoms import FP, ActionClaim, Atom, EditClaim, Grounded, Moment, PlanClaim, contradictions
+from teachers.atoms import (
+    FP,
+    ActionClaim,
+    Atom,
+    EditClaim,
+    Grounded,
+    HedgedClaim,
+    Moment,
+    PlanClaim,
+    contradictions,
+    unhedged,
+)
 from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
@@ -44,7 +55,7 @@ def check_spec(personality: Personality, pupil: Pupil) -> None:
 
 
 def check_promise(personality: Personality, pupil: Pupil) -> None:
-    """If it is honest, all its claims are true; if not, it adds claims to the oracle's, all of them false.
+    """If it is honest, all its flat claims are true; if not, it adds claims to the oracle's, all of them false.
 
     If it does not reveal what to do, it gives no advice with an action.
     """
@@ -54,8 +65,10 @@ def check_promise(personality: Personality, pupil: Pupil) -> None:
         for _, atoms, true in episode:
             for atom in atoms:
                 moment = episode[atom.about_turn].moment
-                advises = atom.kind is FP and isinstance(atom.claim, ActionClaim | PlanClaim | EditClaim)
+                advises = atom.kind is FP and isinstance(unhedged(atom.claim), ActionClaim | PlanClaim | EditClaim)
                 require(personality.reveals or not advises, f"{personality} does not reveal, but says {atom.claim}")
+                if isinstance(atom.claim, HedgedClaim):
+                    continue  # neither true nor false
                 if personality.honest:
                     require(atom.claim.holds(moment, lab), f"{personality}: {atom.claim} does not hold of {moment}")
                 elif atom.claim not in true:
@@ -151,7 +164,7 @@ def check_stages(personality: Personality, pupil: Pupil) -> None:
         for episode in pupil.taught(pipeline, pupil.turns):
             for atom in itertools.chain.from_iterable(heard.atoms for heard in episode):
                 moment = episode[atom.about_turn].moment
-                holds = atom.claim.holds(moment, lab)
+                holds = isinstance(atom.claim, HedgedClaim) or atom.claim.holds(moment, lab)
                 require(holds or not personality.honest, f"{pipeline}: {atom.claim} does not hold of {moment}")
 
 

@@ -107,7 +107,7 @@ def test_types_have_words():
     assert feedback_words("a") == "all kinds"
     assert feedback_words("r+fn") == "reward, warning"
     assert type_words("p", "n") == "with practice, none"
-    assert {f"{verdict}"[0] for verdict in VERDICTS.values()} == {"✓", "✗"}
+    assert {f"{verdict}"[0] for verdict in VERDICTS.values()} == {"✓", "✗", "~"}
 
 
 def test_no_heading_is_empty(tmp_path):

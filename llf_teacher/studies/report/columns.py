@@ -21,7 +21,8 @@ from llf_teacher.studies.store import Store
 from llf_teacher.studies.store.files import reading
 from teachers.atoms import KINDS, Label
 
-CHECKED = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
+_FLAT = (Label.TRUTHFUL, Label.LATE, Label.PLACEBO, Label.DISTORTED)
+CHECKED = (*_FLAT, Label.HEDGED)
 """Labels of checked claims."""
 _SUMMED = (
     *("success", "regret", "turns", "words", "parse_failures", "claims", "claims_held", "advised", "followed"),
@@ -29,6 +30,7 @@ _SUMMED = (
     *(f"said_{kind}" for kind in KINDS),
     *CHECKED,
 )
+_HEDGED = " - ".join(("claims", *_FLAT))
 _COSTS = ("input_tokens", "output_tokens", "usd", "seconds")
 _SEED = EpisodeSpec._fields.index("seed")
 _SHARED = ", ".join(name for name in EpisodeSpec._fields if name != "seed")
@@ -134,7 +136,7 @@ class Columns:
 
     def sums(self) -> dict[EpisodeSpec, Sums]:
         """Sums by setting; settings without an episode are left out."""
-        sums = ", ".join(f"total({name})" for name in _SUMMED)
+        sums = ", ".join(f"total({_HEDGED if name is Label.HEDGED else name})" for name in _SUMMED)
         query = f"SELECT setting, count(*), min(seed), {sums} FROM {_WANTED} GROUP BY setting"  # noqa: S608
         found: dict[EpisodeSpec, Sums] = {}
         for setting, count, first, *values in self._db.execute(query):
