@@ -1,6 +1,6 @@
 """The teacher: an oracle, a personality and a voice."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,16 +8,13 @@ import numpy as np
 from teachers.atoms import FN, FP, SILENCE, Atom, Claim, FeedbackType, Moment, ParseFailure, Utterance
 from teachers.common import MayAsk, NotUnderstood
 from teachers.feedback import ALL, MIXED, draw_kinds, format_kinds, parse_kinds
-from teachers.information import Information
 from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, Pipeline, View, check_served, parse_personality, stages_of
 from teachers.phrasebook import Drawn, Draws, Paraphrase, Phrasebook, Rewriting, check_paraphrase
 from teachers.seeds import Seeds
 from teachers.voice import Change
-from teachers.witness import Note, Witness
+from teachers.witness import Grounds, abilities_of
 
-Inform = Callable[[np.random.Generator], Information]
-"""Makes information about a student, with an oracle and a lab of its own."""
 _RAISES = "instruction type {!r} is not supported; allowed: {}"
 
 
@@ -35,7 +32,7 @@ class Teacher:
         feedback_type: `a`, `n`, `m`, or kinds as `"r+hp"`, a set, a list or a tuple. It bounds what any
             personality may say: it is applied last.
         paraphrase: `"random"`, an integer or a callable `(templates, **slots) -> str`.
-        inform: makes information about the student, given a random stream, for personalities that need a posterior.
+        grounds: by which it finds out what the student can know, for personalities that need a posterior.
 
     Raises:
         ValueError: an argument is not supported, or the personality needs what the oracle does not give.
@@ -50,15 +47,15 @@ class Teacher:
         instruction_type: str = "b",
         feedback_type: str | Iterable[str] = "a",
         paraphrase: Paraphrase = "random",
-        inform: Inform | None = None,
+        grounds: Grounds | None = None,
     ) -> None:
         if not isinstance(oracle, Oracle):
             raise ValueError(f"oracle must be a teachers.oracle.Oracle, got {oracle!r}")
         self.oracle = oracle
         self.voice = voice
         self.personality = parse_personality(personality)
-        check_served(self.personality, oracle, (POSTERIOR,) if inform else ())
-        self._inform = inform
+        check_served(self.personality, oracle, abilities_of(grounds.posterior) if grounds else ())
+        self._grounds = grounds
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
@@ -132,7 +129,9 @@ class Teacher:
         self._mix_rng: np.random.Generator | None = None
         self._stage = None
         if not self.personality.transparent:
-            self._view = View(self.oracle, self.voice.words, self._witness if self.listens else None)
+            self._view = View(self.oracle, self.voice.words)
+            if self.listens:
+                self._view.ground(self._grounds, self._stream("choice"))
             # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
             self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
 
@@ -144,10 +143,6 @@ class Teacher:
     def hear(self, atoms: Sequence[Atom]) -> None:
         """Note all that the student has heard of the moment, also from others."""
         self._view.hear([atom for atom in atoms if atom.claim not in self._brief])
-
-    def _witness(self, notes: Sequence[Note]) -> Witness:
-        assert self._inform is not None  # noqa: S101  # or the personality would not be served
-        return Witness(self._inform(self._stream("choice")), notes)
 
     def _stream(self, name: str) -> np.random.Generator:
         """One of the episode's random streams from its beginning; made when it is needed, since that is slow."""

@@ -8,9 +8,9 @@ import numpy as np
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
 from teachers.common import Chance, Example, Late, Paid, PartlyRight, Right, Trap, Wrong, sign_of
 from teachers.fingerprint import Fingerprints
-from teachers.information import Bits
+from teachers.information import Bits, Information
 from teachers.oracle import Oracle
-from teachers.witness import Note, Witness
+from teachers.witness import Grounds, InformationT, Note, Witness
 
 HINDSIGHT = frozenset((HP, HN))
 
@@ -26,12 +26,7 @@ class View:
     All methods treat a late claim as a claim about its own turn.
     """
 
-    def __init__(
-        self,
-        oracle: Oracle,
-        words: Callable[[Claim[Any]], float],
-        witness: Callable[[Sequence[Note]], Witness] | None = None,
-    ) -> None:
+    def __init__(self, oracle: Oracle, words: Callable[[Claim[Any]], float]) -> None:
         self._oracle = oracle
         self._moments: list[Moment[Any]] = []
         self._fingerprints = Fingerprints()
@@ -41,13 +36,12 @@ class View:
         self.asked = False
         """Whether this is the answer to a student's question, which is advice only."""
         self._words = words
-        self._notes: list[Note] = []
-        self._witness = None if witness is None else witness(self._notes)
+        self._grounds: Grounds | None = None
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Go on to the next moment and its wanted kinds."""
         self._moments.append(moment)
-        if self._witness is not None:
+        if self._grounds is not None:
             self._notes.append(moment)
         self.kinds = kinds
         self.asked = False
@@ -148,9 +142,25 @@ class View:
 
     # What a student can know.
 
+    def ground(self, grounds: Grounds | None, rng: np.random.Generator) -> None:
+        """Find out what the student can know from now on.
+
+        Args:
+            grounds: by which it is found out.
+            rng: draws the worlds by which claims are weighed.
+        """
+        self._grounds, self._notes = grounds, list[Note]()
+        self._witness = self.witness(Information, rng)
+
+    def witness(
+        self, cls: Callable[..., InformationT], rng: np.random.Generator, **arguments: Any
+    ) -> Witness[InformationT]:
+        """A witness with information of a class, given its random stream and its arguments beside the grounds."""
+        assert self._grounds is not None  # noqa: S101  # or the personality would not be served
+        return Witness(cls(*self._grounds, rng, **arguments), self._notes)
+
     def weigh(self, claim: Claim[Any]) -> Bits:
         """How much a claim would say to the student, given all that it saw and heard, this moment included."""
-        assert self._witness is not None  # noqa: S101  # of a personality that needs a posterior
         return self._witness.weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
 
     def clues(self) -> list[Claim[Any]]:

@@ -1,18 +1,37 @@
 """A witness of an episode: information about a student that follows what the student sees and hears."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from teachers.atoms import Atom, Claim, Moment
 from teachers.information import Bits, Information
+from teachers.oracle import EXACT, POSTERIOR, Oracle
+from worlds.posteriors import Posterior
 
-__all__ = ["Note", "Witness"]
+__all__ = ["Grounds", "InformationT", "Note", "Witness", "abilities_of"]
 
 Note = Moment[Any] | tuple[Atom, ...]
 """A turn that a student has seen, or what it has heard of the last one."""
 
 
-class Witness:
+InformationT = TypeVar("InformationT", bound=Information)
+
+
+class Grounds(NamedTuple):
+    """By which it is found out what a student can know."""
+
+    posterior: Posterior[Any]
+    """Draws worlds."""
+    oracle: Oracle[Any, Any]
+    """Starts in these: another one than that of the teacher, with a lab of its own."""
+
+
+def abilities_of(posterior: Posterior[Any] | type[Posterior[Any]]) -> frozenset[str]:
+    """Those of `teachers.oracle.ABILITIES` that a posterior adds to an oracle's."""
+    return frozenset((POSTERIOR, EXACT) if posterior.exact else (POSTERIOR,))
+
+
+class Witness(Generic[InformationT]):
     """Lets information about a student follow an episode.
 
     Args:
@@ -20,7 +39,7 @@ class Witness:
         notes: of the episode, which are added to.
     """
 
-    def __init__(self, information: Information, notes: Sequence[Note]) -> None:
+    def __init__(self, information: InformationT, notes: Sequence[Note]) -> None:
         self.information, self._notes = information, notes
         self._noted = 0  # number of notes that are known
         self._first = self._next = 0  # turns: an episode may be followed from a later one than its opening
