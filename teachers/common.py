@@ -19,6 +19,7 @@ from teachers.atoms import (
     Moment,
     PlanClaim,
     R,
+    Scope,
     Verdict,
     action_of,
     claim,
@@ -363,6 +364,7 @@ class NotUnderstood(Claim[Any]):
     A notice of the environment, not feedback of the teacher: no personality and no feedback type withholds it.
     """
 
+    scope = Scope.ACTION
     got: str
     expected: str
     why: str
@@ -376,6 +378,7 @@ class NotUnderstood(Claim[Any]):
 class MayAsk(Claim[Any]):
     """True if the student may ask for advice in place of acting, once a turn, and pays `cost` for it."""
 
+    scope = Scope.STATE  # that is the only moment with the price
     cost: float
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:

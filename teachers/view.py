@@ -92,6 +92,10 @@ class View:
         """At most `n` actions of an optimal policy from here on."""
         return self._oracle.plan(self.moment.after, n)
 
+    def clues(self) -> tuple[Claim[Any], ...]:
+        """True claims that help and name no action, from little to much; none once the episode is over."""
+        return () if self.moment.over else self._oracle.clues(self.moment.after)
+
     def regret(self) -> float:
         """Value lost by the last action: 0 if it was optimal, ties included."""
         return self._oracle.regret(self.moment)
@@ -163,10 +167,10 @@ class View:
         """How much a claim would say to the student, given all that it saw and heard, this moment included."""
         return self._witness.weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
 
-    def clues(self) -> list[Claim[Any]]:
-        """True claims of the wanted kinds that are not about an action, from little to much."""
-        clues = () if self.moment.over else self._oracle.clues(self.moment.after)
-        return [clue for clue in clues if clue.kind in self.kinds]
+    def weigh_all(self, claims: Sequence[Claim[Any]]) -> list[tuple[Claim[Any], Bits]]:
+        """Some claims and the oracle's clues of the wanted kinds, each with how much it would say."""
+        clues = [clue for clue in self.clues() if clue.kind in self.kinds]
+        return [(claim, self.weigh(claim)) for claim in (*claims, *clues)]
 
     # Operations on claims.
 

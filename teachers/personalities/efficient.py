@@ -11,7 +11,7 @@ def efficient(claims: Claims, view: View) -> Claims:
     The worth is the regret that a claim saves in the next action of a student that reasons, in the mean of the worlds
     that it cannot tell apart. If no claim saves any, nothing is said.
     """
-    worth = [((view.weigh(claim).saved or 0) / view.words(claim), claim) for claim in (*claims, *view.clues())]
+    worth = [((found.saved or 0.0) / view.words(claim), claim) for claim, found in view.weigh_all(claims)]
     most = max(worth, key=lambda each: each[0], default=None)
     return (most[1],) if most and most[0] > _NEAR else ()
 

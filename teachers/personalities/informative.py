@@ -14,6 +14,5 @@ def informative(claims: Claims, view: View, *, bits: Annotated[float, Range(0, 6
     Bits are measured by worlds that the student, which has seen and heard what it has, cannot tell apart. What it can
     know already, it is not told.
     """
-    weighed = [(view.weigh(claim).bits, claim) for claim in (*claims, *view.clues())]
-    known = [(abs(found - bits), claim) for found, claim in weighed if found]
-    return (min(known, key=lambda each: each[0])[1],) if known else ()
+    off = [(abs(found.bits - bits), claim) for claim, found in view.weigh_all(claims) if found.bits]
+    return (min(off, key=lambda each: each[0])[1],) if off else ()

@@ -43,7 +43,7 @@ class Partial(Personality):
 
     @property
     def needs(self) -> frozenset[str]:
-        """A posterior; of a walk beside the student's turns it has to be exact, or hardly any world agrees with both."""
+        """A posterior; with a walk, too, it has to be exact, or hardly any world agrees with both."""
         return frozenset((POSTERIOR, EXACT) if self.sees == "walk" else (POSTERIOR,))
 
     def __post_init__(self) -> None:
