@@ -30,8 +30,8 @@ class PartialOracle(Information):
     The family's oracle is asked in every world that agrees with the evidence where the posterior can list them,
     elsewhere in so many worlds that are drawn from it. What the oracle says in more than half of them is said:
     flatly if it holds in all of them, else with the share in which it holds. So what is said flatly is true where
-    worlds are listed. Where they are drawn, what holds in all of n worlds is false with a mean probability of 1 / (n + 2), if all
-    shares are equally likely beforehand (Laplace's rule of succession).
+    worlds are listed. Where they are drawn, what holds in all of n worlds is false with a mean probability of
+    1 / (n + 2), if all shares are equally likely beforehand (Laplace's rule of succession).
 
     Args:
         posterior, oracle, worlds: as of `Information`.
