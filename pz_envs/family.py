@@ -193,6 +193,13 @@ class Family(Subject):
         """Options of a world that has a posterior, where by default it has none."""
         return self._posterior.needs if self.posterior else super().posterior_needs
 
+    @property
+    def posterior_abilities(self) -> frozenset[str]:  # type: ignore[override]  # of a base that has none
+        """What teachers can do by the posterior; see `teachers.oracle.ABILITIES`."""
+        from teachers.witness import abilities_of
+
+        return abilities_of(self._posterior) if self.posterior else frozenset()
+
     def make_posterior(self, world: "World[Any]") -> "Posterior[Any]":
         """What a student cannot know of such a world; errors as in `Subject.make_posterior`."""
         if not self.posterior:

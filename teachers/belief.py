@@ -143,7 +143,7 @@ class Belief(Information):
                     raise
                 self._rewards.popitem()  # the last that was said
                 self._refused += 1
-        self._draws = iter(())  # a policy can be copied, an unfinished iteration cannot
+        self.rest()
 
     def _draw(self) -> None:
         """Draw until enough worlds count and some world agrees with all claims that were not ignored before."""
@@ -151,7 +151,7 @@ class Belief(Information):
         false: list[int] = []
         while self._left:
             for _ in range(self._worlds):
-                draw = next(self._draws)
+                draw = self._next()
                 world = known.get(id(draw)) or known.setdefault(id(draw), DrawnWorld(draw, self._moments))
                 self._pool.append(world)
                 # With full trust, a world in which more is false than in another does not count.

@@ -199,7 +199,7 @@ class Information:
         self._rewards: dict[int, int] = {}  # per turn whose reward was said, when it was
         self._known: dict[tuple[Claim, Moment[Any]], bool] = {}
         self._regrets: dict[Moment[Any], npt.NDArray[np.float64]] = {}
-        self._draws: Iterator[Draw[Any]] = iter(())
+        self._draws: Iterator[Draw[Any]] | None = None
         self._left = 0  # draws of this turn
         self._pool: list[DrawnWorld] = []
         self._why = ""  # there are no worlds
@@ -236,6 +236,10 @@ class Information:
         self._fill()
         return tuple(world.draw for world in self._pool)
 
+    def rest(self) -> None:
+        """Give up the draws that have begun, so that it can be copied; others begin when they are needed."""
+        self._draws = None
+
     def _hear(self, atom: Atom) -> Bits:
         claim, about, now = atom.claim, atom.about_turn, self._moments[-1].turn
         bits, after = self._measure(claim, about)
@@ -271,15 +275,21 @@ class Information:
     def _begin(self) -> None:
         """Draw new worlds from now on."""
         self._pool, self._left, self._why = [], TRIES * self._worlds, ""
-        turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
-        self._draws = self._posterior.draws(turns, self._rng)
+        self.rest()
+
+    def _next(self) -> Draw[Any]:
+        """One more draw."""
+        if self._draws is None:
+            turns = tuple(turn._replace(reward_known=i in self._rewards) for i, turn in enumerate(self._turns))
+            self._draws = self._posterior.draws(turns, self._rng)
+        return next(self._draws)
 
     def _fill(self) -> None:
         """Draw until there are enough worlds that agree with what was heard, or all tries are used up."""
         try:
             while len(self._pool) < self._worlds and self._left:
                 self._left -= 1
-                world = DrawnWorld(next(self._draws), self._moments)
+                world = DrawnWorld(self._next(), self._moments)
                 if self._agrees(world):
                     self._pool.append(world)
         except NoWorldError as error:

@@ -12,7 +12,9 @@ from teachers.atoms import FP, HN, HP, KINDS, Claim, FeedbackType, Moment, R, Tr
 from teachers.common import Reward
 
 ALL_KINDS = frozenset(KINDS)
-ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints", "clues")
+POSTERIOR, EXACT = "posterior", "exact posterior"
+"""What a student cannot know can be drawn, without rejections if it is exact: abilities that a family adds."""
+ABILITIES = ("values", "importance", "plan", "regret", "hindsight", "advice", "hints", "clues", POSTERIOR, EXACT)
 """Abilities that an oracle may have and a personality may need; see `Oracle.abilities`."""
 
 _reward = fast_constructor(Reward)

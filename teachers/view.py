@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, HedgedClaim, Moment, R
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
 from teachers.common import (
     Better,
     BetterTurn,
@@ -21,7 +21,9 @@ from teachers.common import (
     sign_of,
 )
 from teachers.fingerprint import Fingerprints
+from teachers.information import Bits, Information
 from teachers.oracle import Oracle
+from teachers.witness import Grounds, InformationT, Note, Witness
 
 HINDSIGHT = frozenset((HP, HN))
 _EQUAL = 1e-9  # values that differ by less differ by rounding
@@ -48,16 +50,23 @@ class View:
         self.asked = False
         """Whether this is the answer to a student's question, which is advice only."""
         self._words = words
+        self._grounds: Grounds | None = None
 
     def see(self, moment: Moment[Any], kinds: frozenset[FeedbackType]) -> None:
         """Go on to the next moment and its wanted kinds."""
         self._moments.append(moment)
+        if self._grounds is not None:
+            self._notes.append(moment)
         self.kinds = kinds
         self.asked = False
 
     def ask(self) -> None:
         """Note that the student has asked for advice on the moment, after its feedback was said."""
         self.asked = True
+
+    def hear(self, atoms: Sequence[Atom]) -> None:
+        """Note what the student has heard of the moment."""
+        self._notes.append(tuple(atoms))
 
     @property
     def moment(self) -> Moment[Any]:
@@ -148,6 +157,34 @@ class View:
     def action_fingerprint(self, action: Any) -> int:
         """A number that is equal for equal actions."""
         return self._fingerprints.of(action)
+
+    # What a student can know.
+
+    def ground(self, grounds: Grounds | None, rng: np.random.Generator) -> None:
+        """Find out what the student can know from now on.
+
+        Args:
+            grounds: by which it is found out.
+            rng: draws the worlds by which claims are weighed.
+        """
+        self._grounds, self._notes = grounds, list[Note]()
+        self._witness = self.witness(Information, rng)
+
+    def witness(
+        self, cls: Callable[..., InformationT], rng: np.random.Generator, **arguments: Any
+    ) -> Witness[InformationT]:
+        """A witness with information of a class, given its random stream and its arguments beside the grounds."""
+        assert self._grounds is not None  # noqa: S101  # or the personality would not be served
+        return Witness(cls(*self._grounds, rng, **arguments), self._notes)
+
+    def weigh(self, claim: Claim[Any]) -> Bits:
+        """How much a claim would say to the student, given all that it saw and heard, this moment included."""
+        return self._witness.weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
+
+    def weigh_all(self, claims: Sequence[Claim[Any]]) -> list[tuple[Claim[Any], Bits]]:
+        """Some claims and the oracle's clues of the wanted kinds, each with how much it would say."""
+        clues = [clue for clue in self.clues() if clue.kind in self.kinds]
+        return [(claim, self.weigh(claim)) for claim in (*claims, *clues)]
 
     # Operations on claims.
 

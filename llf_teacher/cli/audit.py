@@ -89,7 +89,7 @@ def audit(
         family = registry.entry(id).family
         if bits and not family.posterior:
             unmeasured[family.name] = None
-        elif family.serves(spec):
+        elif family.serves(spec, **family.posterior_needs):
             jobs.append((id, spec, turns, feedback_type, voice, bits))
         else:
             left_out.setdefault(family.name, {})[spec] = None

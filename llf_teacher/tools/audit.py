@@ -35,7 +35,7 @@ from teachers.atoms import (
 )
 from teachers.calibration import Calibration
 from teachers.information import Gain
-from teachers.oracle import Oracle
+from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, parse_personality
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
@@ -206,7 +206,7 @@ def audit(
     teacher = parse_personality(teacher) if isinstance(teacher, str) else teacher
     name = str(teacher) if isinstance(teacher, Personality) else type(teacher).__name__
     family = id if isinstance(id, Subject) else entry(id).family
-    if worlds:
+    if worlds or POSTERIOR in getattr(teacher, "needs", ()):
         settings = {**family.posterior_needs, **settings}
     found = Audit(family.name if isinstance(id, Subject) else entry(id).id, name, getattr(teacher, "honest", True))
     places = Places(family.name, np.random.default_rng(0))

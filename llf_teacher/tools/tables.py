@@ -44,9 +44,18 @@ def matrix() -> str:
     families = _own_families()
     rows = []
     for name in PERSONALITIES.names:
-        served = ["yes" if family.serves(name) else "-" for family in families]
+        served = [_served(family, name) for family in families]
         rows.append((f"`{name}`", ", ".join(sorted(PERSONALITIES[name]().needs)), *served))
     return table(("personality", "needs", *(family.name for family in families)), rows)
+
+
+def _served(family: Family, personality: str) -> str:
+    """Whether a family serves a personality, or with which options of its worlds."""
+    if family.serves(personality):
+        return "yes"
+    needs = family.posterior_needs
+    given = ", ".join(f"{name}={value!r}" for name, value in needs.items())
+    return f"with `{given}`" if family.serves(personality, **needs) else "-"
 
 
 def _own_families() -> list[Family]:

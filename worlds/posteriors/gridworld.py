@@ -26,6 +26,12 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Move the treasure."""
+        truths = [truth for truth, _ in self.odds(turns)]
+        while True:
+            yield truths[rng.integers(len(truths))]
+
+    def odds(self, turns: Sequence[WorldTurn[Truth]]) -> list[tuple[Truth, float]]:
+        """Every place of the treasure."""
         start = turns[0].truth
         been = {turn.truth.room for turn in turns}
         layout, least = start.layout, self.lab.options["min_goal_dist"]
@@ -35,9 +41,7 @@ class GridworldPosterior(Posterior[Truth, Gridworld]):
         rooms = rooms or [room for room in far if room not in been]
         if not rooms:
             raise NoWorldError("the treasure is in none of the rooms where it may be")
-        truths = [start._replace(layout=layout._replace(treasure=room)) for room in rooms]
-        while True:
-            yield truths[rng.integers(len(truths))]
+        return [(start._replace(layout=layout._replace(treasure=room)), 1 / len(rooms)) for room in rooms]
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """Where the treasure is, and how far from the way that was gone."""

@@ -47,7 +47,14 @@ class MoviesPosterior(Posterior[Truth, Movies]):
     """The wish that was not said, and what it is about, given the request and the rewards that were said."""
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
-        """Draw a user by the probabilities of all who could have made the request.
+        """Draw a user by the probabilities of all who could have made the request."""
+        truths, shares = zip(*self.odds(turns), strict=True)
+        while True:
+            for i in rng.choice(len(truths), _BLOCK, p=shares).tolist():
+                yield truths[i]
+
+    def odds(self, turns: Sequence[WorldTurn[Truth]]) -> list[tuple[Truth, float]]:
+        """Every user who could have made the request.
 
         It neglects that a reset gives up after a thousand draws, at which the shipped catalogue never arrives.
         """
@@ -63,10 +70,7 @@ class MoviesPosterior(Posterior[Truth, Movies]):
                 odds.append(odds_of(profile) / len(wishes))
         if not sum(odds) > 0:
             raise NoWorldError("no user with this request pays these rewards")
-        shares = np.array(odds) / sum(odds)
-        while True:
-            for i in rng.choice(len(truths), _BLOCK, p=shares).tolist():
-                yield truths[i]
+        return list(zip(truths, (np.array(odds) / sum(odds)).tolist(), strict=True))
 
     def quantities(self, turns: Sequence[WorldTurn[Truth]]) -> dict[str, float]:
         """What the wish that was not said is about and how many titles meet all, and the rewards of the answers."""

@@ -33,6 +33,12 @@ from teachers.spec import is_count, unknown
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
+def _in_file(id: str, options: Mapping[str, Any]) -> str:
+    """The end of a message: how a study's file gives an environment these options."""
+    lines = "".join(f"\n{name} = {json.dumps(value)}" for name, value in options.items())
+    return f"; in the study's file:\n[options.{json.dumps(id)}]{lines}" if lines else ""
+
+
 class Grid(NamedTuple):
     """The lists that are crossed for an id."""
 
@@ -139,11 +145,15 @@ class Study:
             heard = {id: {*self.grid(id).teachers, *self.tests(id).teachers} for id in self.ids}
             for spec in self._specs("teachers"):
                 asked = {id: each for id, each in subjects.items() if spec in heard[id]}
-                served = {family.name: family.serves(needed_of(parse_teacher(spec))) for family in asked.values()}
-                if unable := [id for id, family in asked.items() if not served[family.name]]:
+                needed = needed_of(parse_teacher(spec))
+                served = {id: family.serves(needed, **self._all_options(id)) for id, family in asked.items()}
+                if unable := [id for id in asked if not served[id]]:
+                    given = {id: asked[id].posterior_needs for id in unable}
+                    mended = [id for id in unable if asked[id].serves(needed, **self._all_options(id) | given[id])]
                     problems.append(
                         f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle lacks what it needs; "
                         "see docs/personalities.md, or leave it out there by `fewer`"
+                        + "".join(_in_file(id, given[id]) for id in mended)
                     )
             problems += self._unseated(subjects)
         if problems:
@@ -179,12 +189,16 @@ class Study:
         given: dict[str, Any] = json.loads(options_of(self.options, id) or "{}")
         return {name: value for name, value in given.items() if name in entry(id).family.options()}
 
+    def _all_options(self, id: str) -> dict[str, Any]:
+        """The options of an environment's world."""
+        return {**entry(id).options, **self.world_options(id)}
+
     def _subjects(self, problems: list[str]) -> dict[str, Subject]:
         """What is taught in each environment; `problems` gets why it cannot be."""
         subjects = {}
         for id in self.ids:
             found = entry(id)
-            options = {**found.options, **self.world_options(id)}
+            options = self._all_options(id)
             try:
                 subjects[id] = found.family.for_lesson(Settings(max_turns=self.max_turns, options=options))
             except ValueError as error:
@@ -198,12 +212,9 @@ class Study:
                 student = student_of(spec)
                 if isinstance(student, Student) and student.draws_worlds:
                     try:
-                        student.seat(subject, subject.make_world(**entry(id).options | self.world_options(id)))
+                        student.seat(subject, subject.make_world(**self._all_options(id)))
                     except ValueError as error:
-                        needs = subject.posterior_needs.items()
-                        lines = "".join(f"\n{name} = {json.dumps(value)}" for name, value in needs)
-                        given = f"; in the study's file:\n[options.{json.dumps(id)}]{lines}" if lines else ""
-                        yield f"students: {id}: {error}{given}"
+                        yield f"students: {id}: {error}{_in_file(id, subject.posterior_needs)}"
 
     def _shortened(self, problems: list[str]) -> dict[str, dict[str, tuple[Any, ...]]]:
         """`fewer` in canonical form; `problems` gets what is wrong with it."""
@@ -256,7 +267,7 @@ class Study:
     def _of(self, id: str, instruction_type: str, grid: "Grid") -> Iterator[EpisodeSpec]:
         """The episodes of an environment."""
         family = entry(id).family
-        max_turns = family.turns(self.max_turns, **{**entry(id).options, **self.world_options(id)})
+        max_turns = family.turns(self.max_turns, **self._all_options(id))
         version, rules = self.versions[family.name]
         options = options_of(self.options, id)
         for sample, feedback_type, teacher, student, seed in itertools.product(
