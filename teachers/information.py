@@ -69,9 +69,20 @@ class Bits(NamedTuple):
         share = binomtest(self.held, self.worlds).proportion_ci(_LEVEL, "exact")
         return -math.log2(share.high) + 0.0, -math.log2(share.low) if share.low > 0 else math.inf
 
+    @property
+    def short(self) -> str:
+        """The text without the interval."""
+        return f"{self}".partition(" (")[0]
+
+    @property
+    def described(self) -> str:
+        """The text with what it saves, or why it is unknown."""
+        saved = "" if self.saved is None else f", saves {self.saved:.2g} of regret"
+        return f"{self}{saved}{f': {self.why}' if self.why else ''}"
+
     def __str__(self) -> str:
         if self.bits is None:
-            return "unknown"
+            return "bits unknown"
         low, high = self.interval
         return f"at least {low:.1f} bits" if self.at_least else f"{self.bits:.2f} bits ({low:.2f} to {high:.2f})"
 

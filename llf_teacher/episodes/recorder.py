@@ -1,12 +1,14 @@
 """The recorder of an episode: its turns as they are stored, with every claim checked against the simulator."""
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, summary, unchecked
 from llf_teacher.serialization import to_json
 from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
-from teachers.atoms import Atom, Label, Moment, ParseFailure
+from teachers.atoms import Atom, Claim, Label, Moment, ParseFailure
+from teachers.common import Late
 from teachers.session import Turn
 
 if TYPE_CHECKING:
@@ -32,19 +34,21 @@ class Recorder:
         self.rows: list[TurnRow] = []
         """What was noted."""
         self._information: Information | None = None
-        self._why = ""
+        self._briefed: Moment[Any] | None = None
+        self.why = ""
+        """Why it cannot be measured how much claims say; empty if it is, or is not asked for."""
 
     def measure(self, family: Subject, seed: int, worlds: int) -> None:
         """Measure from the next opening on how much each claim says, by so many worlds; 0: no more.
 
         Where that cannot be, the episode says why. It draws from a stream of its own, so that the lesson is the same.
         """
-        self._information, self._why = None, ""
+        self._information, self.why = None, ""
         if worlds:
             try:
                 self._information = family.make_information(self._view.session.world, seed, worlds)
             except ValueError as error:
-                self._why = f"{error}"
+                self.why = f"{error}"
 
     def forget(self, turns: int = 0) -> None:
         """Keep so many of the first turns."""
@@ -85,11 +89,30 @@ class Recorder:
         """How much each claim of feedback says, by its place among the atoms of the turn."""
         if self._information is None:
             return {}
-        self._information.see(turn.moment)
-        instruction = getattr(turn.instruction, "atoms", ())
-        found = enumerate(zip(turn.atoms, self._information.hear(turn.atoms), strict=True))
-        return {i: bits for i, (atom, bits) in found if atom.kind is not None and atom not in instruction}
+        instruction = self._follow(self._information)
+        said = [(i, atom) for i, atom in enumerate(turn.atoms) if atom not in instruction]
+        found = zip(said, self._information.hear([atom for _, atom in said]), strict=True)
+        return {i: bits for (i, atom), bits in found if atom.kind is not None}
+
+    def _follow(self, information: "Information") -> Sequence[Atom]:
+        """What the student has seen in the last turn, and the claims of its instruction, which it has heard."""
+        session = self._view.session
+        moment, instruction = session.moment, getattr(session.turn.instruction, "atoms", ())
+        information.see(moment)
+        if instruction and moment is not self._briefed:
+            information.hear(instruction)
+            self._briefed = moment
+        return instruction
+
+    def weigh(self, claims: Iterable[Claim[Any]]) -> "list[Bits]":
+        """How much each claim would say now; empty if it is not measured."""
+        if self._information is None:
+            return []
+        self._follow(self._information)
+        turn = self._view.session.moment.turn
+        atoms = (Atom(*((c.claim, "", c.turn) if isinstance(c, Late) else (c, "", turn))) for c in claims)
+        return list(map(self._information.weigh, atoms))
 
     def episode(self, reads: str) -> EpisodeRow:
         """The sums over the turns; `reads`: what the student learns from."""
-        return summary(self.family, reads, self.rows, measured=self._information is not None, why=self._why)
+        return summary(self.family, reads, self.rows, measured=self._information is not None, why=self.why)

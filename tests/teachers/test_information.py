@@ -187,7 +187,7 @@ def test_contradictions_leave_no_world_and_say_so():
     _, information, _ = opened("bandits", worlds=20, **GAUSSIAN)
     information._heard = [(Pull(action=0), 0, 0), (Avoid(action=0), 0, 0)]
     (bits,) = heard(information, Pull(action=1))
-    assert (bits.bits, bits.worlds, f"{bits}") == (None, 0, "unknown")
+    assert (bits.bits, bits.worlds, f"{bits}") == (None, 0, "bits unknown")
     assert bits.why == "what was heard is true in none of 800 drawn worlds"
     assert Gain.of("Pull it.", bits) == Gain(unknown=1)
 
