@@ -1,7 +1,7 @@
 """Frames of an episode: the picture of the world, and beside it the student's action and the teacher's words."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,6 +39,8 @@ class SpokenSentence(NamedTuple):
     kind: FeedbackType | None
     verdict: Label
     speaker: str = ""
+    remark: str = ""
+    """What else frames show beside its kind."""
 
 
 class EpisodeRenderer:
@@ -101,6 +103,10 @@ class EpisodeRenderer:
                 *self._checked(atoms[: len(atoms) - len(own)]),
                 SpokenSentence(words, None, Label.UNCHECKED),
             )
+
+    def remark(self, remarks: Mapping[str, str]) -> None:
+        """Set what frames show beside the last sentences, by their texts."""
+        self.sentences = tuple(each._replace(remark=remarks.get(each.text, "")) for each in self.sentences)
 
     def _checked(self, atoms: Sequence[Atom]) -> tuple[SpokenSentence, ...]:
         return tuple(SpokenSentence(atom.text, atom.kind, self._verdict(atom), atom.speaker) for atom in atoms)
@@ -223,8 +229,8 @@ class EpisodeRenderer:
         theme, middle = self.theme, y + size * 0.72
         colour = getattr(theme, KIND_COLOURS[sentence.kind]) if self.heard else theme.muted
         x = canvas.tag((0, middle), kind_word(sentence.kind, self.moments[-1].turn == 0), colour, SMALL - 1)
-        if sentence.speaker:
-            canvas.text((x + 6, middle), sentence.speaker, SMALL, theme.muted)
+        if beside := " ".join(filter(None, (sentence.speaker, sentence.remark))):
+            canvas.text((x + 6, middle), beside, SMALL, theme.muted)
         if (verdict := VERDICTS.get(sentence.verdict)) is not None:
             ink = {True: theme.green, False: theme.red, None: theme.muted}[verdict.holds]
             bold = verdict.holds is False

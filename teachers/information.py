@@ -25,12 +25,14 @@ from teachers.spec import is_count
 from worlds.posteriors import Draw, NoWorldError, Posterior
 from worlds.world import WorldTurn
 
-__all__ = ["TRIES", "WORLDS", "Bits", "Gain", "Information"]
+__all__ = ["LEAST", "TRIES", "WORLDS", "Bits", "Gain", "Information"]
 
 WORLDS = 256
 """Number of worlds by which a claim is measured."""
 TRIES = 40
 """Draws for each of them, at most: what was heard leaves only some of the worlds that were drawn."""
+LEAST = 30
+"""Number of worlds below which a claim is not measured, unless fewer are wanted."""
 _LEVEL = 0.95
 _GRID = 101  # shares of an interval, at which bits are computed
 
@@ -80,9 +82,20 @@ class Bits(NamedTuple):
             return float(found.min()), float(found.max())
         return -math.log2(share.high) + 0.0, -math.log2(share.low) if share.low > 0 else math.inf
 
+    @property
+    def short(self) -> str:
+        """The text without the interval."""
+        return f"{self}".partition(" (")[0]
+
+    @property
+    def described(self) -> str:
+        """The text with what it saves, or why it is unknown."""
+        saved = "" if self.saved is None else f", saves {self.saved:.2g} of regret"
+        return f"{self}{saved}{f': {self.why}' if self.why else ''}"
+
     def __str__(self) -> str:
         if self.bits is None:
-            return "unknown"
+            return "bits unknown"
         low, high = self.interval
         return f"at least {low:.1f} bits" if self.at_least else f"{self.bits:.2f} bits ({low:.2f} to {high:.2f})"
 
@@ -118,12 +131,12 @@ class Gain(NamedTuple):
     """Sum of the regret that they save."""
 
     @classmethod
-    def of(cls, atom: Atom, bits: Bits) -> "Gain":
-        """What one claim has said."""
+    def of(cls, text: str, bits: Bits) -> "Gain":
+        """What one claim has said in a text."""
         if bits.bits is None:
             return cls(unknown=1)
         valued = (0, 0.0, 0.0) if bits.saved is None else (1, bits.bits, bits.saved)
-        return cls(1, 0, bits.bits, int(bits.at_least), len(atom.text.split()), *valued)
+        return cls(1, 0, bits.bits, int(bits.at_least), len(text.split()), *valued)
 
     def __add__(self, other: "Gain") -> "Gain":  # type: ignore[override]  # no concatenation
         """Both together."""
@@ -202,7 +215,7 @@ class Information:
         self._draws: Iterator[Draw[Any]] | None = None
         self._left = 0  # draws of this turn
         self._pool: list[DrawnWorld] = []
-        self._why = ""  # there are no worlds
+        self._why = ""  # there are no more worlds
 
     def see(self, moment: Moment[Any]) -> None:
         """What has happened, the opening first; a turn that comes again takes the place of all from there on."""
@@ -257,9 +270,10 @@ class Information:
     def _measure(self, claim: Claim, about: int) -> tuple[Bits, list[DrawnWorld]]:
         """How much a claim says, and the worlds in which it is true."""
         self._fill()
-        if not self._pool:
-            return Bits(0, 0, why=self._why), []
         after = [world for world in self._pool if self._is_true(claim, about, world)]
+        if len(self._pool) < min(LEAST, self._worlds):
+            few = f"what was heard is true in {len(self._pool) or 'none'} of {TRIES * self._worlds:,} drawn worlds"
+            return Bits(0, 0, why=self._why or few), after
         if isinstance(claim, HedgedClaim):
             return self._measure_hedge(claim, after)
         return Bits(len(self._pool), len(after), self._saved(self._pool, after)), after
@@ -294,8 +308,6 @@ class Information:
                     self._pool.append(world)
         except NoWorldError as error:
             self._why, self._left = f"{error}", 0
-        if not self._pool and not self._why:
-            self._why = f"what was heard is true in none of {TRIES * self._worlds:,} drawn worlds"
 
     def _agrees(self, world: DrawnWorld) -> bool:
         """Whether all that was heard is true in a world; what is not is asked of the next world first.

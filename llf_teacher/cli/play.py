@@ -14,10 +14,8 @@ from rich.text import Text
 from llf_teacher.cli import complete_id, complete_student, complete_teacher, read_options, search_here
 from llf_teacher.escaping import escape_control_chars
 from pz_envs.seats import STUDENT, TEACHER
-from teachers.atoms import KINDS, Atom, ParseFailure
-from teachers.common import Late
+from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
-from teachers.session import BIT, within
 from teachers.spec import unknown
 from teachers.words import KIND_MEANINGS, KIND_WORDS
 
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
 
     from llf_teacher.episodes.live import LiveLesson
     from teachers.atoms import Claim
-    from teachers.information import Information
     from teachers.session import Offer, Session
 
 UNDO, HELP, QUIT = "undo", ("?", "help"), ("quit", "exit")
@@ -105,7 +102,7 @@ def play(
             seat,
             student,
             secrets.randbelow(2**31) if seed is None else seed,
-            bits > 0,
+            bits,
             read_options(option),
             teacher=teacher,
             instruction_type=instruction_type,
@@ -116,13 +113,15 @@ def play(
         if seat == "student":
             _learn(console, lesson)
         else:
-            _teach(console, lesson, bits)
+            if lesson.unmeasured:
+                raise ValueError(lesson.unmeasured)
+            _teach(console, lesson)
     except (EOFError, KeyboardInterrupt):
         console.print("\nYou left the episode.")
 
 
 def _lesson(
-    id: str, seat: str, student: str, seed: int, measured: bool, options: dict[str, Any], **settings: Any
+    id: str, seat: str, student: str, seed: int, worlds: int, options: dict[str, Any], **settings: Any
 ) -> "LiveLesson":
     """The lesson with a person in a seat."""
     from llf_teacher.episodes.live import LiveLesson
@@ -140,10 +139,10 @@ def _lesson(
         until_success=teaches,
         render_mode="ansi",
         privileged_info=teaches,
-        options={**found.options, **(found.family.posterior_needs if measured else {}), **options},
+        options={**found.options, **(found.family.posterior_needs if worlds else {}), **options},
         **settings,
     )
-    return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player)
+    return LiveLesson(found, lesson, seed, frozenset((TEACHER if teaches else STUDENT,)), player, worlds)
 
 
 def _learn(console: Console, lesson: "LiveLesson") -> None:
@@ -205,25 +204,17 @@ def _explain(console: Console, session: "Session") -> None:
     _put(console, Text(_COMMANDS, "dim"))
 
 
-def _teach(console: Console, lesson: "LiveLesson", worlds: int) -> None:
-    """An episode in the teacher's seat, which sees the truth, and by so many worlds how much it would say."""
+def _teach(console: Console, lesson: "LiveLesson") -> None:
+    """An episode in the teacher's seat, which sees the truth, and how much it would say if that is measured."""
     session, offer = lesson.session, lesson.teacher_view.offer
-    information = lesson.family.make_information(session.world, lesson.seed, worlds) if worlds else None
     _greet(console, lesson)
     _put(console, Text(escape_control_chars(session.instruction), "bold"))
     while not lesson.over:
         _show(console, lesson)
-        if information is not None:
-            information.see(session.moment)
-            if not session.moment.turn:
-                information.hear(getattr(session.instruction, "atoms", ()))
-        subset = _choose(console, offer, partial(_explain, console, session), information)
+        subset = _choose(console, lesson, partial(_explain, console, session))
         if subset is None:
             _take_back(console, lesson, TEACHER)
             continue
-        if information is not None:
-            said = [claim for claim in offer.claims() if claim.kind is None or subset & BIT[claim.kind]]
-            information.hear([_atom(claim, session.moment.turn) for claim in within(offer.purse.left, said)])
         lesson.move(TEACHER, subset)
         _put(console, Text(escape_control_chars(session.feedback), "green"))
     _sum_up(console, lesson, offer.purse.cost * offer.purse.spent)
@@ -304,21 +295,21 @@ def _sum_up(console: Console, lesson: "LiveLesson", costs: float) -> None:
     console.print(f"Over after {moment.turn} turns: {solved}, total reward {total:.4g}.")
 
 
-def _choose(
-    console: Console, offer: "Offer", explain: Callable[[], None], information: "Information | None"
-) -> int | None:
+def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None]) -> int | None:
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
+    offer = lesson.teacher_view.offer
     purse = offer.purse
     if not purse.left:
         spent = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
         return None if console.input(spent).strip().lower() == UNDO else 0
-    for claim in offer.claims():
-        if claim.kind is not None:
-            lead = Text("  ").append(f"{claim.kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[claim.kind])
-            said = Text(escape_control_chars(_worded(claim, offer)))
-            if information is not None:
-                said.append(f"  {information.weigh(_atom(claim, offer.moment.turn))}", "dim")
-            _put_beside(console, lead, said)
+    claims = [claim for claim in offer.claims() if claim.kind is not None]
+    bits = lesson.weigh(claims)
+    for i, claim in enumerate(claims):
+        lead = Text("  ").append(f"{claim.kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[claim.kind])
+        said = Text(escape_control_chars(_worded(claim, offer)))
+        if bits:
+            said.append(f"  {bits[i].described}", "dim")
+        _put_beside(console, lead, said)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
     while True:
@@ -336,11 +327,6 @@ def _choose(
             console.print(f"Type some of {', '.join(KINDS)}, a for all of them, or nothing; {HELP[0]} explains them.")
             continue
         return sum(1 << i for i, kind in enumerate(KINDS) if kind in kinds)
-
-
-def _atom(claim: "Claim[Any]", turn: int) -> Atom:
-    """A claim of a turn as it is heard, without words."""
-    return Atom(claim.claim, "", claim.turn) if isinstance(claim, Late) else Atom(claim, "", turn)
 
 
 def _worded(claim: "Claim[Any]", offer: "Offer") -> str:

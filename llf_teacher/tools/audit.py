@@ -296,7 +296,7 @@ def _watch(found: Audit, env: StudentEnv, student: Policy[Any], episode: _Episod
             for atom, bits in zip(turn.atoms, information.hear(turn.atoms), strict=True):
                 if atom.kind is not None and atom not in instruction:
                     name = claim_name(atom.claim, env.family.name)
-                    found.gains[name] = found.gains.get(name, Gain()) + Gain.of(atom, bits)
+                    found.gains[name] = found.gains.get(name, Gain()) + Gain.of(atom.text, bits)
         found.words += len(turn.feedback.split())
         if isinstance(teacher, Teacher):
             offered.update((claim, moment.turn) for claim in teacher.offered)

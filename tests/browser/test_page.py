@@ -65,6 +65,17 @@ def test_the_teachers_seat(address, visitor):
     visitor.shows("#end", "solved")
 
 
+def test_how_much_is_said(address, visitor):
+    visitor.begin(address, seat="teacher", bits=True, seed=7)
+    visitor.shows("#claims .bits", " bits")
+    visitor.all("#claims input")[1].click()
+    visitor.press("Say it")
+    visitor.shows("#turns > li:first-child .bits", " bits")
+    visitor.begin(address, seat="watch", id="llf-poem-Haiku-v0", bits=True, seed=7)
+    visitor.shows("#unmeasured", "'poem' has no posterior")
+    assert visitor.driver.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+
+
 def test_words_of_ones_own_are_text(address, visitor):
     visitor.begin(address, seat="teacher", own_words=True, seed=7, max_turns=2)
     visitor.shows("#suggestion", "It would say: You are in a house")

@@ -187,9 +187,21 @@ def test_contradictions_leave_no_world_and_say_so():
     _, information, _ = opened("bandits", worlds=20, **GAUSSIAN)
     information._heard = [(Pull(action=0), 0, 0), (Avoid(action=0), 0, 0)]
     (bits,) = heard(information, Pull(action=1))
-    assert (bits.bits, bits.worlds, f"{bits}") == (None, 0, "unknown")
+    assert (bits.bits, bits.worlds, f"{bits}") == (None, 0, "bits unknown")
     assert bits.why == "what was heard is true in none of 800 drawn worlds"
-    assert Gain.of(Atom(Pull(action=1), "Pull it.", 0), bits) == Gain(unknown=1)
+    assert Gain.of("Pull it.", bits) == Gain(unknown=1)
+
+
+def test_by_too_few_worlds_nothing_is_measured():
+    """One world in which all holds would say that each claim is known already."""
+    world, information, _ = opened("bandits", seed=5, worlds=100, **GAUSSIAN)
+    best = world.truth.best[0]
+    assert heard(information, Pull(action=best), Pull(action=best))[1].bits == 0
+    information._pool, information._left = information._pool[:3], 0
+    bits, again = heard(information, Avoid(action=(best + 1) % 10), Avoid(action=(best + 1) % 10))
+    assert (bits.bits, bits.worlds) == (None, 0)
+    assert bits.why == "what was heard is true in 3 of 4,000 drawn worlds"
+    assert again.bits is None
 
 
 def test_what_is_seen_and_impossible_says_why():
@@ -211,8 +223,8 @@ def test_success_is_not_seen():
 
 
 def test_gains_add_up():
-    one = Gain.of(Atom(Pull(action=1), "Pull arm 1 now.", 0), Bits(8, 2, 0.5))
-    other = Gain.of(Atom(Pull(action=1), "Pull it.", 0), Bits(8, 8))
+    one = Gain.of("Pull arm 1 now.", Bits(8, 2, 0.5))
+    other = Gain.of("Pull it.", Bits(8, 8))
     both = one + other
     assert both == Gain(2, 0, 2.0, 0, 6, 1, 2.0, 0.5)
     assert (both.bits_per_word, both.saved_per_bit) == (2 / 6, 0.25)

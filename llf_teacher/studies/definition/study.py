@@ -30,6 +30,8 @@ from teachers.feedback import format_kinds
 from teachers.seeds import TREE
 from teachers.spec import is_count, unknown
 
+DRAWS = 256
+"""Number of worlds by which claims are measured, where a study does not say it."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -101,6 +103,10 @@ class Study:
     `llf_teacher.studies.definition.design.Transfer`. Teachers and students that `fewer` leaves out of an environment
     are left out of its tests, too.
     """
+    bits: bool | int = False
+    """Whether it is measured how much each claim says, and which regret it saves, by 256 worlds, or by so many. The
+    lessons are the same. Families without a posterior say why it could not be measured.
+    """
     names: Mapping[str, str] = field(default_factory=dict)
     """Names of teachers and students in the report, by their specs. Without one, those that ask a model are called
     `llm(model)`, and others by their specs.
@@ -121,6 +127,8 @@ class Study:
             problems.append(f"max_turns must be an integer of at least 1, got {self.max_turns!r}")
         if not is_count(self.samples):
             problems.append(f"samples must be an integer of at least 1, got {self.samples!r}")
+        if not (isinstance(self.bits, bool) or is_count(self.bits)):
+            problems.append(f"bits must be true, false or a number of worlds, at least 1, got {self.bits!r}")
         set_(self, "fewer", self._shortened(problems))
         set_(self, "options", check_options(self.options, self.ids, problems))
         set_(self, "baseline", self._compared(problems))
@@ -168,6 +176,11 @@ class Study:
     def _specs(self, name: str) -> tuple[str, ...]:
         """All `teachers` or all `students`, those of tests included."""
         return tuple(dict.fromkeys((*getattr(self, name), *self.transfer.get(name, ()))))
+
+    @property
+    def draws(self) -> int:
+        """Number of worlds by which claims are measured; 0: they are not."""
+        return DRAWS if self.bits is True else int(self.bits)
 
     @property
     def _seeds(self) -> Sequence[int]:
@@ -274,7 +287,7 @@ class Study:
             range(self.samples), self.feedback_types, *grid
         ):
             spec = EpisodeSpec(id, teacher, student, instruction_type, feedback_type, max_turns, seed, version, rules)
-            yield spec._replace(sample=sample, options=options)
+            yield spec._replace(sample=sample, options=options, draws=self.draws)
         plan = self.tests(id)
         for taught, worlds, number, feedback_type, teacher, student, seed in itertools.product(
             plan.taught, plan.worlds, plan.lessons, plan.feedback_types, plan.teachers, plan.students, grid.seeds
@@ -407,7 +420,7 @@ def to_toml(study: Study) -> str:
     values = study.as_dict()
     patterns = {name: values.pop(name) for name in ("fewer", "options")}
     tables = {name: table for name in ("interim_analyses", "transfer", "names") if (table := values.pop(name))}
-    for name in ("transcripts", "primary"):
+    for name in ("transcripts", "primary", "bits"):
         values[name] = values[name] or None
     lines = _assignments(values)
     for name, table in tables.items():

@@ -32,6 +32,11 @@ _SUMMED = (
 )
 _HEDGED = " - ".join(("claims", *_FLAT))
 _COSTS = ("input_tokens", "output_tokens", "usd", "seconds")
+INFORMATION = (
+    *("turns", "measured", "unmeasured", "bits", "at_least", "measured_words", "valued_bits", "saved"),
+    *(f"bits_{kind}" for kind in KINDS),
+)
+"""Columns of how much teachers said."""
 _SEED = EpisodeSpec._fields.index("seed")
 _SHARED = ", ".join(name for name in EpisodeSpec._fields if name != "seed")
 
@@ -166,6 +171,18 @@ class Columns:
         rows = self._db.execute(f"SELECT setting, seed, first_success FROM {_WANTED}")  # noqa: S608 (names of ours)
         for setting, seed, first in rows:
             yield self._there[setting]._asdict() | {"seed": seed, "first_success": first}
+
+    def information(self) -> Iterator[tuple[EpisodeSpec, int, str, NDArray[np.float64]]]:
+        """The setting and the seed of each episode, why claims were not measured, and the columns of `INFORMATION`.
+
+        The columns are NaN if they were not measured.
+        """
+        rows = self._db.execute(
+            f"SELECT setting, seed, why, {', '.join(INFORMATION)} "  # noqa: S608 (names of ours)
+            f"FROM {_WANTED} JOIN setting USING (setting) ORDER BY setting"
+        )
+        for setting, seed, why, *values in rows:
+            yield self._there[setting], seed, why, np.array(values, float)
 
     def revisions(self) -> dict[int, Revision]:
         """How many episodes each revision has in the store, those of other definitions included."""
