@@ -256,12 +256,13 @@ class Information:
     def _hear(self, atom: Atom) -> Bits:
         claim, about, now = atom.claim, atom.about_turn, self._moments[-1].turn
         bits, after = self._measure(claim, about)
-        if isinstance(claim, Reward) and bits.worlds and claim.reward == self._moments[about].reward:
-            before = self._pool
+        said = isinstance(claim, Reward) and claim.reward == self._moments[about].reward
+        if said and bits.worlds and self._posterior.chancy:
+            best = self._best(self._pool)
             self._rewards[about] = now
             self._begin()  # of numbers that vary by chance, hardly two are equal
             self._fill()
-            return bits._replace(saved=self._saved(before, self._pool))
+            return bits._replace(saved=self._saved_by_others(best))
         if after or isinstance(claim, HedgedClaim):
             self._heard.append((claim, about, now))
             self._pool = after
@@ -340,11 +341,31 @@ class Information:
         self, before: Sequence[DrawnWorld], after: Sequence[DrawnWorld], weights: Sequence[float] | None = None
     ) -> float | None:
         """See `Bits.saved`; the weights are those of the worlds after, which are equal by default."""
-        if not (self._values and after) or self._moments[-1].over:
+        best = self._best(before)
+        if best is None or not after:
             return None
-        best = self._mean_regrets(before).argmin()
         now = self._mean_regrets(after, weights)
         return float(now[best] - now.min())
+
+    def _saved_by_others(self, best: int | None) -> float | None:
+        """See `Bits.saved`, where other worlds were drawn than those in which `best` was the best action.
+
+        One half of them chooses, the other half judges: an action judged by the worlds that chose it seems too good.
+        """
+        halves = self._pool[::2], self._pool[1::2]
+        if best is None or not all(halves):
+            return None
+        saved = 0.0
+        for chose, judges in (halves, halves[::-1]):
+            lost = self._mean_regrets(judges)
+            saved += float(lost[best] - lost[self._best(chose)]) / 2
+        return saved
+
+    def _best(self, worlds: Sequence[DrawnWorld]) -> int | None:
+        """The action that loses least in the mean; None without values."""
+        if not (self._values and worlds) or self._moments[-1].over:
+            return None
+        return int(self._mean_regrets(worlds).argmin())
 
     def _mean_regrets(
         self, worlds: Sequence[DrawnWorld], weights: Sequence[float] | None = None
