@@ -171,7 +171,7 @@ class MoviesOracle(Oracle[Truth, Movies]):
         begin = (7 * first + 31 * second) % max(1, len(others))  # each user gets others
         count = max(1, len(names) // _SOME - len(wish))
         some = {*wish, *(others[begin:] + others[:begin])[:count]}
-        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[-1:]]
+        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[1:]]  # that leaves several
         clues.append(About(attribute=unsaid))
         if len(some) < len(names):
             clues.append(WithinWishes(attribute=unsaid, wishes=tuple(name for name in names if name in some)))
