@@ -37,6 +37,24 @@ KINDS = tuple(FeedbackType)
 R, HP, HN, FP, FN = KINDS
 
 
+class Scope(StrEnum):
+    """How far a claim reaches."""
+
+    ACTION = "action"
+    """It is about one action."""
+    STATE = "state"
+    """It holds of a moment."""
+    WORLD = "world"
+    """It stays true for the whole episode."""
+    FAMILY = "family"
+    """It is true in every world of a town: of all worlds that share a law."""
+
+    @property
+    def lasts(self) -> bool:
+        """Whether what is true once stays true for the whole episode."""
+        return self in (Scope.WORLD, Scope.FAMILY)
+
+
 class Label(StrEnum):
     """The result of checking in the simulator what was said. Students never see it."""
 
@@ -119,6 +137,8 @@ def claim(cls: type[ClaimT]) -> type[ClaimT]:
         allowed = ", ".join(kind.name for kind in KINDS)
         raise TypeError(f"{path_of(cls)}.kind is {cls.kind!r}; allowed: {allowed} of teachers.atoms, and None")
     made = dataclass(frozen=True, slots=True, kw_only=True)(cls)
+    if "scope" not in vars(cls) and made.scope is Scope.STATE and cls.__name__[0] != "_":
+        made.scope = _SCOPES.get(made.kind, Scope.STATE)
     known = {each.name for each in fields(made)}  # type: ignore[arg-type]  # a dataclass
     for base in (each for each in cls.__mro__[1:] if issubclass(each, Claim) and each.__module__ != __name__):
         own = {name for name, kind in get_annotations(base).items() if "ClassVar" not in str(kind)}
@@ -127,6 +147,7 @@ def claim(cls: type[ClaimT]) -> type[ClaimT]:
     return made
 
 
+_SCOPES: dict[Any, Scope] = {None: Scope.WORLD, **dict.fromkeys((R, HP, HN), Scope.ACTION)}
 UNDECORATED = "lacks the decorator @claim; write @claim before the class, and import it from teachers.atoms"
 
 
@@ -182,6 +203,9 @@ class Claim(Generic[TruthT, WorldT]):
     """Whether it has nothing to do with the task, though it may be true."""
     commonplace: ClassVar[str] = ""
     """Why it is said, though it holds of nearly every action or moment; empty for claims that say something."""
+    scope: ClassVar[Scope] = Scope.STATE
+    """How far it reaches. A class that does not declare it has that of its base; if that is `STATE`, parts of an
+    instruction reach the world, and rewards and hindsight the action."""
     tried: ClassVar[bool] = False
     """Whether it is about an action that was tried before the episode, and not about one of the student's."""
 
@@ -247,6 +271,7 @@ class ActionClaim(Claim[TruthT, WorldT]):
     """
 
     __slots__ = ()
+    scope = Scope.ACTION
     action: Any
     """The action in the form that `World.step` takes, canonical."""
     action_slot: ClassVar[str] = "action"
@@ -261,6 +286,7 @@ class PlanClaim(Claim[TruthT, WorldT]):
     """Role of a claim that states actions to take in order, from now on or, in an instruction, from the start."""
 
     __slots__ = ()
+    scope = Scope.ACTION
     actions: tuple[Any, ...]
     """The actions in the form that `World.step` takes, canonical; at least one."""
     plan_slot: ClassVar[str] = "listing"
@@ -288,6 +314,7 @@ class EditClaim(Claim[TruthT, WorldT]):
     """Role of a claim that advises to replace one line of the student's last text, or to cut the text after a line."""
 
     __slots__ = ()
+    scope = Scope.ACTION
     line: int
     """The number of the line, counted from 1; at most one more than there are lines."""
     words: str
@@ -308,6 +335,7 @@ class Verdict(Claim[TruthT, WorldT]):
     """
 
     __slots__ = ()
+    scope = Scope.ACTION
     opposite: ClassVar[type["Verdict"]]
     """The class of the opposite verdict."""
 

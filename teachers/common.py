@@ -18,6 +18,7 @@ from teachers.atoms import (
     Moment,
     PlanClaim,
     R,
+    Scope,
     Verdict,
     action_of,
     claim,
@@ -361,6 +362,7 @@ class NotUnderstood(Claim[Any]):
     A notice of the environment, not feedback of the teacher: no personality and no feedback type withholds it.
     """
 
+    scope = Scope.ACTION
     got: str
     expected: str
     why: str
@@ -374,6 +376,7 @@ class NotUnderstood(Claim[Any]):
 class MayAsk(Claim[Any]):
     """True if the student may ask for advice in place of acting, once a turn, and pays `cost` for it."""
 
+    scope = Scope.STATE  # that is the only moment with the price
     cost: float
 
     def holds(self, moment: Moment[Any], lab: World[Any]) -> bool:

@@ -83,6 +83,10 @@ class View:
         """At most `n` actions of an optimal policy from here on."""
         return self._oracle.plan(self.moment.after, n)
 
+    def clues(self) -> tuple[Claim[Any], ...]:
+        """True claims that help and name no action, from little to much; none once the episode is over."""
+        return () if self.moment.over else self._oracle.clues(self.moment.after)
+
     def regret(self) -> float:
         """Value lost by the last action: 0 if it was optimal, ties included."""
         return self._oracle.regret(self.moment)

@@ -1,10 +1,12 @@
 """The bandits' oracle: it judges arms by what they pay on average."""
 
+import math
 from collections.abc import Sequence, Set
+from itertools import islice
 
 import numpy as np
 
-from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Verdict, claim, opposed
+from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Scope, Verdict, claim, opposed
 from teachers.oracle import Oracle
 from worlds.bandits import Bandit, Truth
 
@@ -157,6 +159,7 @@ class Among(Claim[Truth, Bandit]):
     """True if one of the arms from `low` to `high` is a best one."""
 
     kind = FP
+    scope = Scope.WORLD
     commonplace = "arms stay the same from episode to episode, so that it stays true"
     low: int
     high: int
@@ -187,6 +190,51 @@ class Avoid(ActionClaim[Truth, Bandit]):
         return tuple(Avoid(action=arm) for arm in range(lab.arms) if arm != self.action)
 
 
+@claim
+class OneOf(Claim[Truth, Bandit]):
+    """True if one of these arms is a best one."""
+
+    kind = FP
+    scope = Scope.WORLD
+    arms: tuple[int, ...]
+
+    @property
+    def listing(self) -> str:
+        """The arms in words, such as `1, 4 or 7`."""
+        *rest, last = self.arms
+        return f"{', '.join(map(str, rest))} or {last}" if rest else f"{last}"
+
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Pull them all and ask whether that was a success."""
+        return any(_succeeds(moment.after, arm, lab) for arm in self.arms if arm < lab.arms)
+
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
+        """As many of the other arms, if there are."""
+        others = tuple(islice((arm for arm in range(lab.arms) if arm not in self.arms), len(self.arms)))
+        return (OneOf(arms=others),) if len(others) == len(self.arms) else ()
+
+    def excludes(self, other: Claim) -> bool:
+        """None of these arms; where arms are tied, both may hold."""
+        return isinstance(other, OneOf) and not set(self.arms) & set(other.arms)
+
+
+@claim
+class NoMoreThan(Claim[Truth, Bandit]):
+    """True if no arm pays more than `most` on average."""
+
+    kind = FN
+    scope = Scope.WORLD
+    most: float
+
+    def holds(self, moment: Moment[Truth], lab: Bandit) -> bool:
+        """Multiply chance and payout of each arm."""
+        return max(_expected(moment.after, arm) for arm in range(lab.arms)) <= self.most
+
+    def counterparts(self, moment: Moment[Truth], lab: Bandit) -> Sequence[Claim]:
+        """Less."""
+        return tuple(NoMoreThan(most=round(self.most - less, 1)) for less in (0.1, 0.3, 0.5))
+
+
 def _among(low: int, size: int, arms: int) -> Among:
     low = min(low, arms - size)
     return Among(low=low, high=low + size - 1)
@@ -211,6 +259,8 @@ def _is_best(truth: Truth, arm: int) -> bool:
 
 
 _TRIES = 2
+_FEW = 3
+_STEPS = 20  # of what no arm exceeds, in each unit
 
 
 class BanditOracle(Oracle[Truth, Bandit]):
@@ -251,6 +301,15 @@ class BanditOracle(Oracle[Truth, Bandit]):
             claims.append(self._pull)
         if FN in kinds and self._avoid:
             claims.append(self._avoid[moment.turn % len(self._avoid)])
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """The better half of the arms, what no arm exceeds, and the best three arms."""
+        arms = len(truth.means)
+        ranked = sorted(range(arms), key=lambda arm: -truth.means[arm])
+        most = math.ceil(_STEPS * max(truth.means)) / _STEPS
+        better = [OneOf(arms=tuple(sorted(ranked[:size]))) for size in (arms // 2, _FEW) if 1 < size <= arms // 2]
+        told = self.lab.problem.fixed or (truth.spread == 0 and most >= 1)  # a student knows it without words
+        return (*better[:1], *(() if told else (NoMoreThan(most=most),)), *better[1:])
 
     def values(self, truth: Truth) -> tuple[float, ...]:
         """Expected reward per arm."""

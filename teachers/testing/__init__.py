@@ -3,6 +3,7 @@
 from teachers.testing.oracles import (
     CHECKS,
     check_claims,
+    check_clues,
     check_contradictions,
     check_determinism,
     check_distortion,
@@ -14,6 +15,7 @@ from teachers.testing.oracles import (
     check_oracle,
     check_plans,
     check_returns,
+    check_scope,
     check_values,
 )
 from teachers.testing.personalities import (
@@ -37,6 +39,7 @@ __all__ = [
     "Pupil",
     "Taught",
     "check_claims",
+    "check_clues",
     "check_contradictions",
     "check_copies",
     "check_determinism",
@@ -53,6 +56,7 @@ __all__ = [
     "check_plans",
     "check_promise",
     "check_returns",
+    "check_scope",
     "check_speaking_changes_nothing",
     "check_spec",
     "check_stages",

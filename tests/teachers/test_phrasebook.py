@@ -82,7 +82,7 @@ def real_claims(name):
         pupil = Pupil(lambda options=options: family.make_world(**options), family.make_teacher, family.max_turns, 60)
         lab = pupil.make_world()
         for oracle, moment in pupil.judged():
-            claims = oracle.judge(moment)
+            claims = oracle.judge(moment) + oracle.clues(moment.after)
             if moment.turn == 0:
                 for type_ in oracle.instruction_types:
                     claims += oracle.brief(moment.after, type_, np.random.default_rng(0))
