@@ -85,7 +85,8 @@ class Problem:
             normal = NormalDist()
             shares = (levels + [normal.cdf(payout) for payout in payouts.tolist()]) / LEVELS
             return chances, np.array([normal.inv_cdf(share) for share in shares.tolist()])
-        return tuple(each if (each == 1).all() else (levels + each) / LEVELS for each in (chances, payouts))
+        chances, payouts = (each if (each == 1).all() else (levels + each) / LEVELS for each in (chances, payouts))
+        return chances, payouts
 
 
 def _fixed(*chances: float) -> Problem:

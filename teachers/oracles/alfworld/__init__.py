@@ -13,11 +13,13 @@ from teachers.oracles.alfworld.claims import (
     Do,
     Done,
     Forward,
+    KeptIn,
     Listed,
     Nearer,
     Needless,
     NoNearer,
     NotForward,
+    NotKeptIn,
     Refused,
     Route,
     Task,
@@ -31,6 +33,7 @@ from teachers.oracles.alfworld.planning import Planner
 from teachers.oracles.alfworld.search import FAR, IDLE, verb_of
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING
+from worlds.alfworld.generated import keepers
 
 FORMS = (
     "look",
@@ -179,6 +182,15 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
             if gain is not None and gain <= 0:
                 return Avoid(action=command)
         return None
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """In a town, where the object of the task is not kept, and where it is; nothing of it for an explorer."""
+        thing, law = truth.game.target, dict(truth.game.law)
+        if not law or truth.won or self._explores:
+            return ()
+        rules = [KeptIn(thing=thing, place=place) for place in keepers()[thing]]
+        wrong = [NotKeptIn(thing=thing, place=each.place) for each in rules if each.fits(truth) is False]
+        return *wrong[:1], *(each for each in rules if each.place == law[thing] and each.fits(truth))
 
     def importance(self, truth: Truth) -> float:
         """Commands that the worst next command costs more than the best one."""

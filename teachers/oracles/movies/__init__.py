@@ -15,6 +15,8 @@ from teachers.oracles.movies.claims import (
     LISTED,
     AgeGroup,
     AllFit,
+    AlwaysSays,
+    AlwaysWants,
     Ambiguous,
     Answer,
     AttributeFits,
@@ -41,6 +43,7 @@ from teachers.oracles.movies.claims import (
 from worlds.movies import (
     AGE,
     AGE_NAMES,
+    ATTRIBUTES,
     MAX_LENGTH,
     MAX_TITLES,
     PERIOD_NAMES,
@@ -100,6 +103,14 @@ class MoviesOracle(Oracle[Truth, Movies]):
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         wishes = (Wish(attribute=attribute, wish=wish) for attribute, wish in wish_words(truth.profile))
         return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """In a town, something that is never left out of a request, and what always is."""
+        if truth.law is None:
+            return ()
+        attribute = truth.law.attribute
+        said = ATTRIBUTES[ATTRIBUTES.index(attribute) - 1]
+        return AlwaysSays(attribute=said), AlwaysWants(attribute=attribute, wish=truth.profile.words(attribute))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """Titles are judged one by one up to `max_items`; those behind are counted."""
