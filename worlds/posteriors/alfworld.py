@@ -105,6 +105,8 @@ class AlfworldPosterior(Posterior[Truth, Alfworld]):
                 "ALFWorld's official games have no posterior: how their houses were furnished is not known; pass "
                 "games='generated'"
             )
+        if lab.law:
+            self.tries *= 10  # type: ignore[misc]  # a law that is improbable may be the only one that agrees
 
     def openings(self, turns: Sequence[WorldTurn[Truth]], rng: np.random.Generator) -> Iterator[Truth]:
         """Draw the floor plan, and the objects of each type until they agree with what was found of that type.
