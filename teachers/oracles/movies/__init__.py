@@ -10,9 +10,10 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.oracle import Oracle
-from teachers.oracles.movies.checks import FOUND, found_words, wish_words
+from teachers.oracles.movies.checks import FOUND, NAMES, found_words, wish_words
 from teachers.oracles.movies.claims import (
     LISTED,
+    About,
     AgeGroup,
     AllFit,
     AlwaysSays,
@@ -25,6 +26,7 @@ from teachers.oracles.movies.claims import (
     AvoidTrait,
     Fits,
     Goal,
+    NotAbout,
     Nothing,
     NotInCatalogue,
     OthersFit,
@@ -39,6 +41,7 @@ from teachers.oracles.movies.claims import (
     TriedWell,
     Unrated,
     Wish,
+    WithinWishes,
 )
 from worlds.movies import (
     AGE,
@@ -60,6 +63,7 @@ from worlds.movies.catalogue import AGES, CERTIFICATES, PERIODS, Catalogue, Item
 
 _TRIES = 3
 _SHOWN = 3
+_SOME = 4  # one wish in so many is named, where there are many
 _ALL_FIT, _NOTHING, _GOAL, _RULES, _ANSWER = AllFit(), Nothing(), Goal(), Rules(), Answer(limit=MAX_TITLES)
 _AGE_GROUPS = tuple(AgeGroup(age=age, certificates=group) for age, group in zip(AGE_NAMES, AGES, strict=True))
 _fits, _attribute_fits = fast_constructor(Fits), fast_constructor(AttributeFits)
@@ -103,14 +107,6 @@ class MoviesOracle(Oracle[Truth, Movies]):
     def _solution(self, truth: Truth) -> tuple[Claim, ...]:
         wishes = (Wish(attribute=attribute, wish=wish) for attribute, wish in wish_words(truth.profile))
         return *wishes, *(Solution(action=action) for action in self.plan(truth, 1))
-
-    def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """In a town, something that is never left out of a request, and what always is."""
-        if truth.law is None:
-            return ()
-        attribute = truth.law.attribute
-        said = ATTRIBUTES[ATTRIBUTES.index(attribute) - 1]
-        return AlwaysSays(attribute=said), AlwaysWants(attribute=attribute, wish=truth.profile.words(attribute))
 
     def _hindsight(self, claims: list[Claim], moment: Moment[Truth], kinds: Set[FeedbackType]) -> None:
         """Titles are judged one by one up to `max_items`; those behind are counted."""
@@ -168,6 +164,27 @@ class MoviesOracle(Oracle[Truth, Movies]):
             if (label := items[i].label) not in used:
                 return label
         return items[self._fitting[0]].label
+
+    def clues(self, truth: Truth) -> tuple[Claim, ...]:
+        """What the wish that was not said is not about, what it is about, and some wishes with it among them.
+
+        At last, rules of a town.
+        """
+        profile, unsaid, (first, second), _, law = truth
+        silent = [each for each in NAMES if each not in profile.wishes and unsaid != TYPE]
+        names, wish = NAMES[unsaid], profile.words(unsaid).split(" or ")
+        others = [name for name in names if name not in wish]
+        begin = (7 * first + 31 * second) % max(1, len(others))  # each user gets others
+        count = max(1, len(names) // _SOME - len(wish))
+        some = {*wish, *(others[begin:] + others[:begin])[:count]}
+        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[1:]]  # that leaves several
+        clues.append(About(attribute=unsaid))
+        if len(some) < len(names):
+            clues.append(WithinWishes(attribute=unsaid, wishes=tuple(name for name in names if name in some)))
+        if law:
+            clues.append(AlwaysSays(attribute=ATTRIBUTES[ATTRIBUTES.index(unsaid) - 1]))
+            clues.append(AlwaysWants(attribute=unsaid, wish=profile.words(unsaid)))
+        return tuple(clues)
 
     def importance(self, truth: Truth) -> float:
         """The reward of a list that fits minus that of one in which nothing fits: always 1."""
