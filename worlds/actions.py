@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from worlds.spaces import describe_space
+
 __all__ = ["canonical", "format_value", "inward", "is_element", "native", "syntax"]
 
 
@@ -37,7 +39,7 @@ def syntax(space: spaces.Space[Any]) -> str:
     Raises:
         ValueError: actions of this space cannot be written as text.
     """
-    return f"an element of {space}"
+    return f"an element of {describe_space(space)}"
 
 
 def is_element(space: spaces.Space[Any], action: Any) -> bool:
