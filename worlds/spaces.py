@@ -1,7 +1,5 @@
-"""Prose, a space for natural language; and what is said of any space."""
+"""Prose: a space for natural language."""
 
-import contextlib
-import copy
 import multiprocessing
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -10,26 +8,9 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.vector.utils import create_shared_memory, iterate, read_from_shared_memory, write_to_shared_memory
 
-__all__ = ["Prose", "describe_space"]
+__all__ = ["Prose"]
 
 _PRINTABLE = "".join(map(chr, range(32, 127)))
-
-
-def describe_space(space: spaces.Space[Any]) -> str:
-    """A space as Gymnasium shows it; one whose own text has an address in memory by its name and an element."""
-    if isinstance(space, spaces.Dict):
-        return f"Dict({', '.join(f'{name!r}: {describe_space(part)}' for name, part in space.items())})"
-    if isinstance(space, spaces.Tuple):
-        return f"Tuple({', '.join(map(describe_space, space))})"
-    text = f"{space}"
-    if " at 0x" not in text:
-        return text
-    name = type(space).__name__
-    drawn = copy.deepcopy(space)  # the space's own stream of random numbers stays where it is
-    with contextlib.suppress(Exception):  # a space of the user's own may fail in any way
-        drawn.seed(0)
-        return f"{name}, such as {drawn.sample()!r}"
-    return name
 
 
 class _Words(spaces.Text):

@@ -21,7 +21,7 @@ from pz_envs.subject import Subject
 from teachers.planning import Planned, PlanningError, survey
 from teachers.planning.known import known, words_of
 from teachers.words import coded_words
-from worlds.spaces import describe_space
+from worlds.actions import describe_space
 from worlds.wrapped.gym_world import faithful
 
 __all__ = ["Line", "facts", "trial"]

@@ -2,7 +2,6 @@
 
 import copy
 import pickle
-import re
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ from gymnasium.vector.utils import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worlds.spaces import Prose, describe_space
+from worlds.spaces import Prose
 
 TEXTS = ["", "plain", "caf\u00e9 \u2014", "\U0001f525" * 3, "\x00\n\t", "\ud800 lone \udfff", "a" * 20, "0" * 20]
 any_text = st.text(st.characters(), max_size=20)
@@ -153,30 +152,3 @@ def test_texts_are_iterated_over_by_the_space_of_one_and_of_all():
     numbers = np.zeros((3, 1), np.float32)
     assert [item["words"] for item in iterate(single, {"words": texts, "number": numbers})] == list(texts)
     assert list(iterate(batch_space(Prose(20), 3), texts)) == list(texts)
-
-
-class Wishes(spaces.Space):
-    """Texts that a function makes: Gymnasium's own text of such a space has the function's address."""
-
-    def __repr__(self):
-        return f"Wishes({object()})"
-
-    def sample(self, mask=None, probability=None):
-        return f"wish {self.np_random.integers(9)}"
-
-
-class Secrets(Wishes):
-    def sample(self, mask=None, probability=None):
-        raise RuntimeError
-
-
-def test_a_space_is_described_without_addresses():
-    wishes = Wishes(seed=1)
-    drawn = Wishes(seed=1).sample()
-    both = spaces.Dict(a=spaces.Discrete(2), b=spaces.Tuple([wishes, Secrets(), spaces.Box(0, 1, (2,))]))
-    said = describe_space(both)
-    assert re.fullmatch(
-        r"Dict\('a': Discrete\(2\), 'b': Tuple\(Wishes, such as 'wish \d', Secrets, Box\(.*\)\)\)", said
-    )
-    assert describe_space(both) == said
-    assert wishes.sample() == drawn

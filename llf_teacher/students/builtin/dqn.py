@@ -14,7 +14,7 @@ from llf_teacher.students.learner import Learner, LearnerPolicy
 from llf_teacher.students.student import state_of
 from pz_envs.subject import Subject
 from teachers.spec import check_range
-from worlds.spaces import describe_space
+from worlds.actions import describe_space
 from worlds.world import World
 
 _BATCH = 32
