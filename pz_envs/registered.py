@@ -42,7 +42,7 @@ _EXTRAS = {"minigrid": "minigrid"}
 _OURS = ("llf-", "verbal-", "teacher/")
 _MAKES = ("max_episode_steps",)  # arguments of `gymnasium.make` that matter here
 _KEPT = 8  # lessons that are planned, of each id
-_VERSION = re.compile(r"-v(\d+)$")
+_VERSION = re.compile(r"-v\d+$")
 _NEAR, _LIKE = 3, 75.0  # ids that are suggested at most, and how alike in percent they are at least
 
 
@@ -309,7 +309,7 @@ def _nearest(name: str, ids: Iterable[str]) -> list[str]:
     """At most three ids that contain a name, or are spelled nearly like it; of several versions the newest."""
     got = _letters(name)
     newest: dict[str, str] = {}
-    for id in sorted(ids, key=lambda id: int(_VERSION.findall(id)[0]) if _VERSION.search(id) else 0):
+    for id in sorted(ids, key=lambda id: gymnasium.registry[id].version or 0):
         newest[_letters(id)] = id
 
     def likeness(letters: str) -> tuple[bool, float]:

@@ -72,8 +72,7 @@ def type_words(instruction_type: str, feedback_type: str) -> str:
 
 def coded_words(codes: Iterable[str]) -> str:
     """Instruction types, or kinds, in words with their codes: `basic (b), complete (c)`, `reward (r), praise (hp)`."""
-    words = {**INSTRUCTIONS, **KIND_WORDS}
-    return ", ".join(f"{words[code]} ({code})" for code in codes)
+    return ", ".join(f"{INSTRUCTIONS.get(code) or KIND_WORDS[FeedbackType(code)]} ({code})" for code in codes)
 
 
 def feedback_words(feedback_type: str) -> str:
