@@ -1,7 +1,7 @@
 """Frames of an episode: the picture of the world, and beside it the student's action and the teacher's words."""
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -245,8 +245,9 @@ def format_action(action: Any, world: World[Any]) -> str:
     """A student's action as text, by its name in a world that has names for its actions."""
     if isinstance(action, ParseFailure):
         return f"(not understood) {action.got}"
-    if (name := getattr(world, "names", {}).get(action)) is not None:
-        return str(name)
+    names = getattr(world, "names", None)
+    if isinstance(names, Mapping) and action in names:
+        return str(names[action])
     if isinstance(action, tuple) and all(isinstance(each, float) for each in action):
         return f"[{', '.join(f'{each:.3g}' for each in action)}]"
     return f"{action}"
