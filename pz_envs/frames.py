@@ -16,7 +16,7 @@ from worlds.pictures.canvas import Canvas, Frame, height_of
 from worlds.pictures.themes import LARGE, MEDIUM, SMALL, THEMES, Theme
 from worlds.world import World, WorldTurn
 
-__all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "tile_frames"]
+__all__ = ["HEIGHT", "VIEW", "WIDTH", "EpisodeRenderer", "SpokenSentence", "format_action", "tile_frames"]
 
 WIDTH, HEIGHT = 640, 480
 """Size of a frame, in pixels."""
@@ -148,7 +148,7 @@ class EpisodeRenderer:
         did = (
             ""
             if not moment.turn
-            else f"The student: {_format_action(moment.action)} (reward {moment.reward + 0.0:.4g})\n"
+            else f"The student: {format_action(moment.action, self.lab)} (reward {moment.reward + 0.0:.4g})\n"
         )
         return (status, "muted"), (did, "action"), *self.picture.text(self.sight(seen))
 
@@ -202,7 +202,8 @@ class EpisodeRenderer:
         if moment.turn:
             canvas.text((0, y), "The student", SMALL, theme.muted, anchor="lt")
             canvas.text((canvas.width, y), f"reward {moment.reward + 0.0:.4g}", SMALL, theme.muted, anchor="rt")
-            y = canvas.paragraph((0, y + 17), _format_action(moment.action), canvas.width, 44, MEDIUM) + _ROOM_BELOW
+            y = canvas.paragraph((0, y + 17), format_action(moment.action, self.lab), canvas.width, 44, MEDIUM)
+            y += _ROOM_BELOW
             canvas.line([(0, y), (canvas.width, y)], theme.faint)
             y += _ROOM_BELOW
         if self.sentences or self.heard:
@@ -248,10 +249,13 @@ def _theme(name: str) -> Theme:
     return THEMES[name]
 
 
-def _format_action(action: Any) -> str:
-    """The student's action as text."""
+def format_action(action: Any, world: World[Any]) -> str:
+    """A student's action as text, by its name in a world that has names for its actions."""
     if isinstance(action, ParseFailure):
         return f"(not understood) {action.got}"
+    names = getattr(world, "names", None)
+    if isinstance(names, Mapping) and action in names:
+        return str(names[action])
     if isinstance(action, tuple) and all(isinstance(each, float) for each in action):
         return f"[{', '.join(f'{each:.3g}' for each in action)}]"
     return f"{action}"

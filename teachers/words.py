@@ -1,5 +1,6 @@
 """The words that people read in place of codes: of kinds of feedback, of feedback and instruction types, of labels."""
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from teachers.atoms import KINDS, FeedbackType, Label
@@ -11,6 +12,7 @@ __all__ = [
     "KIND_WORDS",
     "VERDICTS",
     "VerdictWord",
+    "coded_words",
     "feedback_words",
     "kind_word",
     "type_words",
@@ -68,6 +70,11 @@ def kind_word(kind: FeedbackType | None, opening: bool = False) -> str:
 def type_words(instruction_type: str, feedback_type: str) -> str:
     """An instruction type and a feedback type in words: `basic, all kinds` for b and a."""
     return f"{INSTRUCTIONS[instruction_type]}, {feedback_words(feedback_type)}"
+
+
+def coded_words(codes: Iterable[str]) -> str:
+    """Instruction types, or kinds, in words with their codes: `basic (b), complete (c)`, `reward (r), praise (hp)`."""
+    return ", ".join(f"{INSTRUCTIONS.get(code) or KIND_WORDS[FeedbackType(code)]} ({code})" for code in codes)
 
 
 def feedback_words(feedback_type: str) -> str:

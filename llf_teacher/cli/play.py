@@ -17,6 +17,7 @@ from pz_envs.seats import STUDENT, TEACHER
 from teachers.atoms import KINDS, ParseFailure
 from teachers.feedback import parse_kinds
 from teachers.spec import unknown
+from teachers.terminal import Waiting
 from teachers.words import KIND_MEANINGS, KIND_WORDS
 
 if TYPE_CHECKING:
@@ -26,8 +27,12 @@ if TYPE_CHECKING:
     from teachers.atoms import Claim
     from teachers.session import Offer, Session
 
-UNDO, HELP, QUIT = "undo", ("?", "help"), ("quit", "exit")
-"""What a person types to take a turn back, to read the rules again, and to leave, if the world has no such action."""
+UNDO, HELP, QUIT = "undo", ("?", "help"), ("q", "quit", "exit")
+"""What a person types to take a turn back, to read the rules again, and to leave.
+
+To leave a world that has such an action, and in any line of a text of several lines, a colon stands before the word.
+"""
+_CERTAIN = ":"
 _COMMANDS = f"Type {UNDO} to take a turn back, {HELP[0]} for the rules, {QUIT[0]} or Ctrl-D to leave."
 _STYLES = {
     "here": "bold blue",
@@ -87,9 +92,9 @@ def play(
 ) -> None:
     """Play the student: read the feedback and type actions. Or play the teacher: choose the feedback.
 
-    `undo` takes a turn back, `?` or `help` shows the rules, `quit` or Ctrl-D leaves. What is no action, or not among
-    those that the world lists, costs no turn. An empty line ends a text of several lines and is ignored elsewhere. Set
-    NO_COLOR to switch colours off.
+    `undo` takes a turn back, `?` or `help` shows the rules; `q`, `quit`, `exit` or Ctrl-D leaves, and `:q` does where
+    `q` may be an answer. What is no action, or not among those that the world lists, costs no turn. An empty line ends
+    a text of several lines and is ignored elsewhere. Set NO_COLOR to switch colours off.
     """
     if seat not in ("student", "teacher"):
         raise ValueError(f"seat {seat!r} is unknown; allowed: student, teacher")
@@ -97,19 +102,20 @@ def play(
         raise ValueError("a student cannot see how much claims say; use --seat teacher, or leave out --bits")
     console = Console(emoji=False, highlight=False)
     try:
-        lesson = _lesson(
-            id,
-            seat,
-            student,
-            secrets.randbelow(2**31) if seed is None else seed,
-            bits,
-            read_options(option),
-            teacher=teacher,
-            instruction_type=instruction_type,
-            feedback_type=feedback_type,
-            max_turns=max_turns,
-            budget=budget if seat == "teacher" else None,
-        )
+        with Waiting(f"Preparing {id}"):
+            lesson = _lesson(
+                id,
+                seat,
+                student,
+                secrets.randbelow(2**31) if seed is None else seed,
+                bits,
+                read_options(option),
+                teacher=teacher,
+                instruction_type=instruction_type,
+                feedback_type=feedback_type,
+                max_turns=max_turns,
+                budget=budget if seat == "teacher" else None,
+            )
         if seat == "student":
             _learn(console, lesson)
         else:
@@ -171,19 +177,27 @@ def _answer(console: Console, lesson: "LiveLesson", prompt: str) -> str | None:
     session = lesson.session
     several_lines = session.world.several_lines
     text = _ask(console, prompt, several_lines)
-    words = text.strip().lower()
-    if not words or words == UNDO:
-        return words or None
-    if words in HELP:
+    command, certain = _command(text)
+    if command in ("", UNDO):
+        return command or None
+    if command in HELP:
         _explain(console, session)
         return None
     why = _refusal(session, text)
-    if words in QUIT and (why or several_lines):
+    if command in QUIT and (certain or why or several_lines):
         raise EOFError
     if why:
         _put(console, Text(escape_control_chars(f"No turn is lost: {why}.")))
         return None
     return text
+
+
+def _command(text: str) -> tuple[str, bool]:
+    """A text as a command would be written, and whether it can be nothing else, by the colon before it."""
+    words = text.strip().lower()
+    named = words.removeprefix(_CERTAIN)
+    certain = named != words and named in (UNDO, *HELP, *QUIT)
+    return (named, True) if certain else (words, False)
 
 
 def _refusal(session: "Session", text: str) -> str:
@@ -201,7 +215,8 @@ def _explain(console: Console, session: "Session") -> None:
     for kind in KINDS:
         _put_beside(console, Text(f"{kind:2} ", _STYLES[kind]), Text(KIND_MEANINGS[kind]))
     console.print()
-    _put(console, Text(_COMMANDS, "dim"))
+    also = f" Where {QUIT[0]} may be an answer, {_CERTAIN}{QUIT[0]} leaves."
+    _put(console, Text(_COMMANDS + also, "dim"))
 
 
 def _teach(console: Console, lesson: "LiveLesson") -> None:
@@ -299,10 +314,7 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
     """The subset of the kinds that a person types, asked until it is one, none once the budget is spent; None: undo."""
     offer = lesson.teacher_view.offer
     purse = offer.purse
-    if not purse.left:
-        spent = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
-        return None if console.input(spent).strip().lower() == UNDO else 0
-    claims = [claim for claim in offer.claims() if claim.kind is not None]
+    claims = [claim for claim in offer.claims() if claim.kind is not None] if purse.left else []
     bits = lesson.weigh(claims)
     for i, claim in enumerate(claims):
         lead = Text("  ").append(f"{claim.kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[claim.kind])
@@ -312,15 +324,21 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
         _put_beside(console, lead, said)
     left = "" if purse.budget is None else f"; {purse.left} of {purse.budget} left"
     prompt = f"Say which kinds of {', '.join(KINDS)}? (a: all, empty: none{left})> "
+    if not purse.left:
+        prompt = f"Your budget of {purse.budget} is spent, so that you can say nothing more. Enter to go on> "
     while True:
-        words = console.input(prompt).lower().replace("+", " ").replace(",", " ").split()
-        if words == [UNDO]:
+        text = console.input(prompt)
+        command, _ = _command(text)
+        if command == UNDO:
             return None
-        if words and words[0] in QUIT:
+        if command in QUIT:
             raise EOFError
-        if words and words[0] in HELP:
+        if command in HELP:
             explain()
             continue
+        if not purse.left:
+            return 0
+        words = text.lower().replace("+", " ").replace(",", " ").split()
         try:
             kinds = parse_kinds("a" if words in (["a"], ["all"]) else words)
         except ValueError:
@@ -340,8 +358,10 @@ def _worded(claim: "Claim[Any]", offer: "Offer") -> str:
 
 def _ask(console: Console, prompt: str, several_lines: bool) -> str:
     lines = [console.input(prompt)]
-    if lines[0].strip().lower() in (UNDO, *HELP, *QUIT):
+    if _command(lines[0])[0] in (UNDO, *HELP, *QUIT):
         return lines[0]
     while several_lines and lines[-1].strip():
         lines.append(input())
+        if _command(lines[-1])[1]:
+            return lines[-1]
     return "\n".join(lines)

@@ -356,11 +356,12 @@ def test_what_is_ticked_is_heard(address, visitor):
             other.shows("#status", f"Turn {turn} ")
             other.shows("#status", "It is your turn")
             last = other.all("#claims label")[-1]
-            ticked = last.text.splitlines()[-1]
+            ticked = last.text.split(maxsplit=1)  # the kind's word, then the sentence
             last.click()
             other.press("Say it")
             visitor.shows("#status", "It is your turn")
-            assert visitor.text("#said").splitlines()[-1] == ticked
+            assert visitor.text("#said p:last-child").split(maxsplit=1) == ticked
+            assert [visitor.text(f"#said p:last-child {part}") for part in (".kind", ".words")] == ticked
             visitor.press("south")
 
 
