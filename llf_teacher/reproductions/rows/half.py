@@ -67,8 +67,8 @@ def read(values: Values) -> Reading:
     ]
     why = (
         "The teacher's evidence is a walk of 20 random actions through the same world, with all rewards. It says what "
-        "its oracle would say in most of the worlds that agree with it. The student takes a hedge for one more piece of "
-        "evidence beside its own, and the evidence of both overlaps."
+        "its oracle would say in most of the worlds that agree with it. The student takes a hedge for one more piece "
+        "of evidence beside its own, and the evidence of both overlaps."
     )
     return Reading(f"Regret of the student that trusts: {'; '.join(parts)}.", why, table)
 
@@ -111,7 +111,7 @@ ROW = Row(
             ),
             *(
                 saves(
-                    f"in {family} the calibrated teacher saves a student that trusts a tenth beside the overconfident one",
+                    f"in {family} the calibrated teacher saves one that trusts a tenth beside the overconfident one",
                     _setting(family, "trusts", "calibrated"),
                     _setting(family, "trusts", "overconfident"),
                     MEASURES[0],
