@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teachers.atoms import Atom, Claim, HedgedClaim, Moment
+from teachers.atoms import Atom, Claim, HedgedClaim, Moment, Scope
 from teachers.common import Reward
 from teachers.information import DrawnWorld, Information
 from teachers.oracle import Oracle
@@ -100,6 +100,15 @@ class Belief(Information):
         self._rewards.clear()
         self._refused = self._conflicts = 0
         self._since = len(self._moments)
+
+    @property
+    def rules(self) -> tuple[Claim[Any], ...]:
+        """The claims that it has heard about every world of a town, each once."""
+        return tuple(dict.fromkeys(claim for claim, *_ in self._heard if claim.scope is Scope.FAMILY))
+
+    def keep(self, rules: Iterable[Claim[Any]]) -> None:
+        """Count claims that were heard in an earlier world of the town, as if they were said before the opening."""
+        self._heard += [(rule, 0, -1) for rule in rules]
 
     def learn(self, atoms: Iterable[Atom]) -> None:
         """What was said, each of a turn that was seen; others are of another student's actions. Weigh worlds anew."""

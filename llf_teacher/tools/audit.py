@@ -33,10 +33,10 @@ from teachers.atoms import (
     contradictions,
     unhedged,
 )
-from teachers.calibration import Calibration
 from teachers.information import Gain
 from teachers.oracle import POSTERIOR, Oracle
 from teachers.personality import Personality, parse_personality
+from teachers.reliability import Reliability
 from teachers.teacher import Teacher
 from teachers.testing.habits import HABITS
 from teachers.voice import Change
@@ -92,7 +92,7 @@ class Audit:
     """
     contradictions: int = 0
     """Number of pairs of claims of one turn that cannot both be meant; see `Claim.excludes`."""
-    hedges: Calibration = field(default_factory=Calibration)
+    hedges: Reliability = field(default_factory=Reliability)
     """How often hedged claims hold, by the probability with which they were said."""
     gains: dict[str, Gain] = field(default_factory=dict)
     """How much the claims of feedback said, by the name of their class, if it was measured."""

@@ -9,6 +9,7 @@ from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.oracles.alfworld.claims import (
+    AlwaysKept,
     Avoid,
     Commands,
     Do,
@@ -20,6 +21,7 @@ from teachers.oracles.alfworld.claims import (
     Nearer,
     Needless,
     NoNearer,
+    NotAlwaysKept,
     NotForward,
     NotKept,
     Refused,
@@ -38,6 +40,7 @@ from teachers.oracles.alfworld.search import FAR, IDLE, TREATMENTS, verb_of
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING
 from worlds.alfworld.games import Game
+from worlds.alfworld.generated import keepers
 
 FORMS = (
     "look",
@@ -95,7 +98,10 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         return planner.explore(truth) or None if plan is None else plan
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What must be done to the thing; where none lay; whether one lay in something that opens; where one lay."""
+        """What must be done to the thing; where none lay; whether one lay in something that opens; where one lay.
+
+        In between, rules of a town.
+        """
         if truth.won:
             return ()
         game, verb = truth.game, TREATMENTS.get(truth.game.task)
@@ -109,11 +115,12 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         kept = {fact[2] for fact in game.start if fact[0] == "inreceptacle" and house.type[fact[1]] == f"{thing}type"}
         holders = {house.type[each] for each in kept}
         fitting = (house.type[each] for each in house.place if (house.type[each], f"{thing}type") in house.holds)
-        free = Counter(sorted(kind for kind in fitting if kind not in holders)).most_common(1)
+        free = Counter(sorted(kind for kind in fitting if kind not in holders)).most_common()[-1:]
         return (
             *treat,
             *(NotKept(thing=thing, place=kind.removesuffix("type")) for kind, _ in free),
             (ShutIn if place in house.openable else InTheOpen)(thing=thing),
+            *self._rules(truth),
             Kept(thing=thing, place=house.type[place].removesuffix("type")),
         )
 
@@ -216,6 +223,15 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
             if gain is not None and gain <= 0:
                 return Avoid(action=command)
         return None
+
+    def _rules(self, truth: Truth) -> tuple[Claim, ...]:
+        """In a town, a type of receptacle in which the object of the task is not kept, and that in which it is."""
+        thing, law = truth.game.target, dict(truth.game.law)
+        if not law:
+            return ()
+        rules = [AlwaysKept(thing=thing, place=place) for place in keepers()[thing]]
+        wrong = [NotAlwaysKept(thing=thing, place=each.place) for each in rules if each.fits(truth) is False]
+        return *wrong[:1], *(each for each in rules if each.place == law[thing] and each.fits(truth))
 
     def importance(self, truth: Truth) -> float:
         """Commands that the worst next command costs more than the best one."""

@@ -1,13 +1,17 @@
 """The claims about commands, each checked by carrying them out in the lab and searching from there."""
 
 from collections.abc import Callable, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
+from teachers.rules import Rule
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING, USES, ExactEngine
+from worlds.alfworld.games import Game
+from worlds.alfworld.generated import keepers
 from worlds.alfworld.house import House, house_of
+from worlds.alfworld.plans import APPLIANCES
 
 
 def _article(name: str) -> str:
@@ -524,3 +528,74 @@ def _forward(lab: Alfworld, truth: Truth, command: str) -> bool:
 
 def _some(lab: Alfworld, truth: Truth, fits: Callable[[str], bool]) -> bool:
     return not truth.won and any(fits(each) and _gain(lab, truth, each) > 0 for each in _commands(lab, truth))
+
+
+@claim
+class _Keeping(Rule[Truth, Alfworld]):
+    """Base of rules about where objects of a type are kept."""
+
+    thing: str
+    """Type of object, such as `mug`."""
+    place: str
+    """Type of receptacle, such as `cabinet`."""
+
+    def fits(self, truth: Truth) -> bool | None:
+        """Look where these objects are at the start."""
+        game, place = truth.game, f"{self.place}type"
+        types = {fact[1]: fact[2] for fact in game.static if fact[0] in ("receptacletype", "objecttype")}
+        lying = [(types[fact[1]], types[fact[2]]) for fact in game.start if fact[0] == "inreceptacle"]
+        own = [there for thing, there in lying if thing == f"{self.thing}type"]
+        if not own or place not in types.values() or (self.thing == game.target and self.place in _barred(game)):
+            return None
+        return all(there == place for there in own)
+
+    def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
+        """Another type of receptacle, of which houses of the town can tell."""
+        others = (type(self)(thing=self.thing, place=place) for place in keepers()[self.thing] if place != self.place)
+        return tuple(each for each in others if each.shown(moment, lab) - {None})
+
+
+@claim
+class AlwaysKept(_Keeping):
+    """True if in each house of the town that has a `place`, each `thing` is there at the start.
+
+    A `thing` that the task takes to such a place is excepted.
+    """
+
+    kind = FP
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the law."""
+        return (self.thing, self.place) in moment.after.game.law
+
+    def excludes(self, other: Claim) -> bool:
+        """Another place, or the contrary."""
+        return (
+            isinstance(other, _Keeping)
+            and other.thing == self.thing
+            and isinstance(other, AlwaysKept) == (other.place != self.place)
+        )
+
+
+@claim
+class NotAlwaysKept(_Keeping):
+    """True if in some house of the town that has a `place`, a `thing` is not there at the start.
+
+    A `thing` that the task takes to such a place does not count.
+    """
+
+    kind = FN
+
+    def holds(self, moment: Moment[Truth], lab: Alfworld) -> bool:
+        """Look for such a house."""
+        return False in self.shown(moment, lab)
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the law."""
+        law = moment.after.game.law
+        return bool(law) and (self.thing, self.place) not in law
+
+
+def _barred(game: Game) -> tuple[str, str]:
+    """The types of receptacles to which the task takes its objects, which are elsewhere at the start."""
+    return game.destination, APPLIANCES.get(game.task, ("",))[0].lower()

@@ -3,8 +3,10 @@
 from collections import deque
 from collections.abc import Sequence
 from itertools import combinations
+from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
+from teachers.rules import Rule
 from worlds.gridworld import (
     DIRECTIONS,
     NO_DOOR,
@@ -398,6 +400,64 @@ class NextTo(Claim[Truth, Gridworld]):
     def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Name another room."""
         return tuple(NextTo(room=room) for room in moment.after.layout.names if room != self.room)
+
+
+@claim
+class _Treasures(Rule[Truth, Gridworld]):
+    """Base of rules about the types of rooms in which treasures lie."""
+
+    rooms: tuple[str, ...]
+    """Types of rooms, such as `kitchen`."""
+
+    @property
+    def listing(self) -> str:
+        """The types in words, such as `a kitchen or an attic`."""
+        *rest, last = [f"{'an' if room[0].lower() in 'aeiou' else 'a'} {room}" for room in self.rooms]
+        return f"{', '.join(rest)} or {last}" if rest else last
+
+    def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
+        """As many other types of rooms."""
+        types = lab.options["room_types"]
+        around = ((*types[i:], *types[:i])[: len(self.rooms)] for i in range(len(types)))
+        return tuple(type(self)(rooms=rooms) for rooms in around if rooms != self.rooms)
+
+
+@claim
+class TreasuresIn(_Treasures):
+    """True if in every house of the town the treasure lies in a room of one of these types."""
+
+    kind = FP
+
+    def fits(self, truth: Truth) -> bool:
+        """Look up the room of the treasure."""
+        return room_kind(truth.layout.names[truth.layout.treasure]) in self.rooms
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look up the type of room of the law."""
+        return moment.after.layout.law in self.rooms
+
+    def excludes(self, other: Claim) -> bool:
+        """Only other types, or that it is in none of these."""
+        if not isinstance(other, _Treasures):
+            return False
+        both = set(self.rooms) & set(other.rooms)
+        return not both if isinstance(other, TreasuresIn) else len(both) == len(self.rooms)
+
+
+@claim
+class NoTreasuresIn(_Treasures):
+    """True if in no house of the town the treasure lies in a room of one of these types."""
+
+    kind = FN
+
+    def fits(self, truth: Truth) -> bool:
+        """Look up the room of the treasure."""
+        return room_kind(truth.layout.names[truth.layout.treasure]) not in self.rooms
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look up the type of room of the law."""
+        law = moment.after.layout.law
+        return law != "" and law not in self.rooms
 
 
 def room_kind(name: str) -> str:

@@ -16,6 +16,8 @@ from teachers.oracles.movies.claims import (
     About,
     AgeGroup,
     AllFit,
+    AlwaysSays,
+    AlwaysWants,
     Ambiguous,
     Answer,
     AttributeFits,
@@ -44,6 +46,7 @@ from teachers.oracles.movies.claims import (
 from worlds.movies import (
     AGE,
     AGE_NAMES,
+    ATTRIBUTES,
     MAX_LENGTH,
     MAX_TITLES,
     PERIOD_NAMES,
@@ -163,18 +166,24 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return items[self._fitting[0]].label
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What the wish that was not said is not about, what it is about, and some wishes with it among them."""
-        profile, unsaid, (first, second), _ = truth
+        """What the wish that was not said is not about, what it is about, and some wishes with it among them.
+
+        At last, rules of a town.
+        """
+        profile, unsaid, (first, second), _, law = truth
         silent = [each for each in NAMES if each not in profile.wishes and unsaid != TYPE]
         names, wish = NAMES[unsaid], profile.words(unsaid).split(" or ")
         others = [name for name in names if name not in wish]
         begin = (7 * first + 31 * second) % max(1, len(others))  # each user gets others
         count = max(1, len(names) // _SOME - len(wish))
         some = {*wish, *(others[begin:] + others[:begin])[:count]}
-        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[-1:]]
+        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[1:]]  # that leaves several
         clues.append(About(attribute=unsaid))
         if len(some) < len(names):
             clues.append(WithinWishes(attribute=unsaid, wishes=tuple(name for name in names if name in some)))
+        if law:
+            clues.append(AlwaysSays(attribute=ATTRIBUTES[ATTRIBUTES.index(unsaid) - 1]))
+            clues.append(AlwaysWants(attribute=unsaid, wish=profile.words(unsaid)))
         return tuple(clues)
 
     def importance(self, truth: Truth) -> float:

@@ -3,11 +3,25 @@
 import json
 from collections.abc import Sequence
 from itertools import islice
+from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, Scope, claim, slot
 from teachers.oracles.movies import checks
-from worlds.movies import AGE, AGE_NAMES, Movies, Truth, answer_of
-from worlds.movies.catalogue import AGES
+from teachers.rules import Rule
+from worlds.movies import (
+    AGE,
+    AGE_NAMES,
+    ATTRIBUTES,
+    GENRE,
+    PERIOD_NAMES,
+    TYPE,
+    TYPE_NAMES,
+    YEAR,
+    Movies,
+    Truth,
+    answer_of,
+)
+from worlds.movies.catalogue import AGES, GENRES
 
 LISTED = 3
 """The most works that are named where a title could be several."""
@@ -508,3 +522,53 @@ def _unfit(moment: Moment[Truth], lab: Movies, action: str, title: str) -> tuple
 
 
 _COUNTERPARTS = 3
+
+
+@claim
+class AlwaysWants(Rule[Truth, Movies]):
+    """True if each request of the town's user leaves out the wish that `attribute` is `wish`."""
+
+    kind = FP
+    attribute: str
+    wish: str
+
+    def fits(self, truth: Truth) -> bool:
+        """Read the wish that the request leaves out."""
+        return truth.unsaid == self.attribute and truth.profile.words(self.attribute) == self.wish
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Read the wish of the law."""
+        _, unsaid, _, _, law = moment.after
+        return law is not None and unsaid == law.attribute and self.fits(moment.after)
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """Another single wish for the same attribute."""
+        words = {TYPE: TYPE_NAMES, YEAR: PERIOD_NAMES, GENRE: GENRES, AGE: AGE_NAMES}[self.attribute]
+        return tuple(AlwaysWants(attribute=self.attribute, wish=each) for each in words if each != self.wish)
+
+    def excludes(self, other: Claim) -> bool:
+        """Another wish, or that none about this attribute is left out."""
+        return isinstance(other, AlwaysWants | AlwaysSays) and (
+            other != self if isinstance(other, AlwaysWants) else other.attribute == self.attribute
+        )
+
+
+@claim
+class AlwaysSays(Rule[Truth, Movies]):
+    """True if no request of the town's user leaves out a wish about `attribute`."""
+
+    kind = FN
+    attribute: str
+
+    def fits(self, truth: Truth) -> bool:
+        """Look up what the request leaves out."""
+        return truth.unsaid != self.attribute
+
+    def means(self, moment: Moment[Truth], oracle: Any) -> bool:
+        """Look up what the wish of the law is about."""
+        law = moment.after.law
+        return law is not None and law.attribute != self.attribute
+
+    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
+        """Another attribute."""
+        return tuple(AlwaysSays(attribute=each) for each in ATTRIBUTES if each != self.attribute)

@@ -1,18 +1,18 @@
-"""Calibration finds hedges that are overconfident or timid, and hardly ever finds fault with calibrated ones."""
+"""Reliability finds hedges that are overconfident or timid, and hardly ever finds fault with calibrated ones."""
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
-from teachers.calibration import LEVEL, Bin, Calibration
 from teachers.common import Late, Reward, Solved, bend, hedge
+from teachers.reliability import LEVEL, Bin, Reliability
 
 STREAMS = 100
 
 
 def stream(rng, factor, episodes=60, alike=False):
     """The calibration of a teacher that multiplies log-odds; if `alike`, all claims of an episode hold, or none."""
-    found = Calibration()
+    found = Reliability()
     for _ in range(episodes):
         hedges, luck = [], rng.random()
         for true in rng.integers(55, 90, size=rng.integers(0, 30)) / 100:
@@ -37,7 +37,7 @@ def test_what_is_bent_is_found(factor, verdict):
 
 
 def test_scores_and_table_are_those_of_their_definitions():
-    found = Calibration()
+    found = Reliability()
     found.add([(0.6, True), (0.6, False), (0.69, True)])
     found.add([])
     found.add([(0.9, True)])
@@ -53,7 +53,7 @@ def test_scores_and_table_are_those_of_their_definitions():
 
 
 def test_without_hedges_nothing_is_judged():
-    found = Calibration()
+    found = Reliability()
     assert (found.sentences, found.brier, found.error, found.p_value, found.verdict) == (0, None, None, 1.0, "")
     found.add([(0.99, False)] * 100)
     assert found.verdict == "calibrated"  # one episode shows nothing

@@ -1,4 +1,4 @@
-"""Calibration: whether of many hedged claims as many hold as their probabilities say."""
+"""The reliability of hedges: whether of many of them as many hold as their probabilities say."""
 
 import math
 from collections import Counter
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-__all__ = ["LEVEL", "Bin", "Calibration"]
+__all__ = ["LEVEL", "Bin", "Reliability"]
 
 LEVEL = 0.05
 """A teacher whose hedges deviate with a smaller p-value is not calibrated."""
@@ -25,7 +25,7 @@ class Bin(NamedTuple):
 
 
 @dataclass
-class Calibration:
+class Reliability:
     """How often hedged claims hold, by the probability with which they were said."""
 
     counts: Counter[tuple[float, bool]] = field(default_factory=Counter)
