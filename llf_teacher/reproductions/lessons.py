@@ -54,7 +54,7 @@ def informed(
             lost.append(oracle.regret(turn.moment))
         information.see(turn.moment)
         for atom, bits in zip(turn.atoms, information.hear(turn.atoms), strict=True):
-            gain += Gain.of(atom, bits)
+            gain += Gain.of(atom.text, bits)
     env.close()
     return lost, gain
 
