@@ -39,9 +39,9 @@ class Lesson(NamedTuple):
     """The words and the bits of each turn in which something was said, in order."""
 
 
-def measure(family: str, teacher: str, seed: int) -> Sequence[float]:
+def measure(family: str, says: str, seed: int) -> Sequence[float]:
     """The regret that has been lost after each number of `AFTER`."""
-    lost = np.cumsum(list(_life(family, teacher, seed)))
+    lost = np.cumsum(list(_life(family, says, seed)))
     return [float(lost[n - 1]) for n in AFTER]
 
 
@@ -96,7 +96,7 @@ class _Town:
 
 
 def _setting(family: str, teacher: str) -> dict[str, str]:
-    return {"family": family, "teacher": teacher}
+    return {"family": family, "says": teacher}
 
 
 def read(values: Values) -> Reading:
