@@ -140,8 +140,8 @@ ROW = Row(
     protocol=(
         f"Towns of ten-armed bandits whose looks tell what they pay, and of houses whose plan is known and whose "
         f"treasures lie in rooms of one kind; {AFTER[-1]} worlds of each town, {TURNS} turns in each. `{STUDENT}` "
-        "keeps the rules that it hears. `ruler` teaches in the first world, and says what lasts; nothing is said in the "
-        "others. Advice (fp) of what to do is said from the first world on until the words, or the bits, that the "
+        "keeps the rules that it hears. `ruler` teaches in the first world, and says what lasts; in the others nothing "
+        "is said. Advice (fp) of what to do is said from the first world on until the words, or the bits, that the "
         "ruler has said are used up. A seed is a town."
     ),
     rule=Rule(
