@@ -14,7 +14,7 @@ from pz_envs.family import all_families
 from teachers.atoms import FP, HN, HP, KINDS, Label, ParseFailure, R
 from teachers.common import Right, Truism, Wrong
 from teachers.personalities.silent import silent
-from teachers.personality import PERSONALITIES, personality
+from teachers.personality import parse_personality, personality
 
 GRID = "llf-gridworld-v0"
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]
@@ -27,7 +27,7 @@ def few(family_id):
 
 
 @sampled(lambda name, teacher: {name, teacher})
-@pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if PERSONALITIES[spec]().honest])
+@pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if parse_personality(spec).honest])
 def test_honest_personalities_are_never_caught(name, teacher):
     id = PREFIX + FAMILIES[name].showcase[0]
     found = audit(id, teacher, turns=few(id))
