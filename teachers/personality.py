@@ -84,6 +84,11 @@ class Personality(Spec):
         return True
 
     @property
+    def evidence(self) -> str:
+        """What it has seen if it does not see the truth, one of `teachers.partial.EVIDENCE`; else empty."""
+        return ""
+
+    @property
     def transparent(self) -> bool:
         """Whether it passes on every claim unchanged, so that it need not be called."""
         return False

@@ -39,6 +39,9 @@ Share = Annotated[float, Range(0, 1)]
 Count = Annotated[int, Range(0, 1_000_000)]
 """A number of things, 0 to 1,000,000."""
 
+Worlds = Annotated[int, Range(1, 100_000)]
+"""A number of worlds that are drawn."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Spec:

@@ -55,7 +55,7 @@ class Teacher:
         self.voice = voice
         self.personality = parse_personality(personality)
         check_served(self.personality, oracle, abilities_of(grounds.posterior) if grounds else ())
-        self._grounds = grounds
+        self.grounds = grounds
         self.paraphrase = paraphrase
         self.instruction_type = instruction_type
         self.feedback_type = feedback_type
@@ -131,7 +131,7 @@ class Teacher:
         if not self.personality.transparent:
             self._view = View(self.oracle, self.voice.words)
             if self.listens:
-                self._view.ground(self._grounds, self._stream("choice"))
+                self._view.ground(self.grounds, self._stream("choice"))
             # Always as a pipeline, so that a lone personality draws what it draws as the first of several.
             self._stage = Pipeline(stages_of(self.personality)).start(self._stream("personality"))
 
@@ -158,9 +158,11 @@ class Teacher:
         At the opening the instruction comes first, then advice for the first action; after a text that
         is no action a notice of what was expected.
         """
-        if moment.before is not None:
-            return self.say(self.judge(moment), moment.turn)
-        return self.say(self.notice(moment) + self.judge(moment), moment.turn)
+        notice = self.notice(moment) if moment.before is None else ()
+        said = self.say(notice + self.judge(moment), moment.turn)
+        if self.listens:
+            self.hear(said.atoms)
+        return said
 
     def open(self, moment: Moment) -> Utterance:
         """The instruction alone."""

@@ -167,8 +167,8 @@ class View:
             grounds: by which it is found out.
             rng: draws the worlds by which claims are weighed.
         """
-        self._grounds, self._notes = grounds, list[Note]()
-        self._witness = self.witness(Information, rng)
+        self._grounds, self._notes, self._rng = grounds, list[Note](), rng
+        self._witnesses: dict[int, Witness[Information]] = {}
 
     def witness(
         self, cls: Callable[..., InformationT], rng: np.random.Generator, **arguments: Any
@@ -177,14 +177,16 @@ class View:
         assert self._grounds is not None  # noqa: S101  # or the personality would not be served
         return Witness(cls(*self._grounds, rng, **arguments), self._notes)
 
-    def weigh(self, claim: Claim[Any]) -> Bits:
-        """How much a claim would say to the student, given all that it saw and heard, this moment included."""
-        return self._witness.weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
+    def weigh(self, claim: Claim[Any], worlds: int) -> Bits:
+        """How much a claim would say to the student, given all that it saw and heard, by so many worlds."""
+        if worlds not in self._witnesses:
+            self._witnesses[worlds] = self.witness(Information, self._rng, worlds=worlds)
+        return self._witnesses[worlds].weigh(_bare(claim), claim.turn if isinstance(claim, Late) else self.turn)
 
-    def weigh_all(self, claims: Sequence[Claim[Any]]) -> list[tuple[Claim[Any], Bits]]:
+    def weigh_all(self, claims: Sequence[Claim[Any]], worlds: int) -> list[tuple[Claim[Any], Bits]]:
         """Some claims and the oracle's clues of the wanted kinds, each with how much it would say."""
         clues = [clue for clue in self.clues() if clue.kind in self.kinds]
-        return [(claim, self.weigh(claim)) for claim in (*claims, *clues)]
+        return [(claim, self.weigh(claim, worlds)) for claim in (*claims, *clues)]
 
     # Operations on claims.
 

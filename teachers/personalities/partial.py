@@ -6,7 +6,7 @@ from typing import Annotated
 from teachers.oracle import EXACT, POSTERIOR
 from teachers.partial import EVIDENCE, PartialOracle
 from teachers.personality import Claims, Personality, Stage, View
-from teachers.spec import Range, unknown
+from teachers.spec import Range, Worlds, unknown
 from teachers.witness import Witness
 
 
@@ -36,10 +36,15 @@ class Partial(Personality):
     of its own through the same world."""
     steps: Annotated[int, Range(1, 1000)] = 10
     """Actions of that walk, at most."""
-    worlds: Annotated[int, Range(1, 100_000)] = 256
+    worlds: Worlds = 256
     """Number of worlds that are drawn in a turn, where the posterior cannot list all."""
 
     stage = _Knowledge
+
+    @property
+    def evidence(self) -> str:
+        """What it sees in place of the truth."""
+        return self.sees
 
     @property
     def needs(self) -> frozenset[str]:

@@ -9,6 +9,8 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable
 
+import numpy as np
+
 from teachers.atoms import (
     FP,
     ActionClaim,
@@ -21,6 +23,7 @@ from teachers.atoms import (
     contradictions,
     unhedged,
 )
+from teachers.information import DrawnWorld
 from teachers.oracle import ABILITIES
 from teachers.personalities.delayed import Delayed
 from teachers.personality import Personality, parse_personality, stages_of
@@ -28,6 +31,7 @@ from teachers.session import Session
 from teachers.spec import parse_call
 from teachers.testing.pupil import Pupil
 from worlds.testing import plain, require
+from worlds.world import WorldTurn
 
 
 def check_personality(personality: str | Personality, pupil: Pupil) -> None:
@@ -168,6 +172,38 @@ def check_stages(personality: Personality, pupil: Pupil) -> None:
                 require(holds or not personality.honest, f"{pipeline}: {atom.claim} does not hold of {moment}")
 
 
+def check_evidence(personality: Personality, pupil: Pupil) -> None:
+    """If it does not see the truth, it says the same in another world in which its evidence is the same.
+
+    A walk of its own is random, so that then it is not known which worlds these are.
+    """
+    if personality.evidence not in ("student", "rewards"):
+        return
+    world = pupil.make_world()
+    teacher = pupil.make_teacher(world, personality)
+    session = pupil.session(world, teacher)
+    grounds = pupil.make_teacher(world, personality).grounds
+    require(grounds, f"{personality} does not see the truth, so that it needs a posterior")
+    for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
+        turns = [
+            WorldTurn(None if moment.before is None else moment.action, moment.reward, moment.after, moment.success)
+            for moment in episode
+        ]
+        if personality.evidence == "rewards":
+            turns = [turn._replace(reward_known=turn.action is not None) for turn in turns]
+        draw = next(grounds.posterior.draws(turns, np.random.default_rng(number)))
+        other = DrawnWorld(draw, episode)
+        said = []
+        for moments in (episode, [other.moment(turn) for turn in range(len(episode))]):
+            session.open(number)
+            said.append(_watch(session, moments))
+        require(
+            said[0] == said[1],
+            f"{personality} says other things in a world that it cannot distinguish by its evidence, "
+            f"{personality.evidence!r}: it knows more",
+        )
+
+
 PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
     check_spec,
     check_promise,
@@ -177,5 +213,6 @@ PERSONALITY_CHECKS: tuple[Callable[[Personality, Pupil], None], ...] = (
     check_words,
     check_copies,
     check_stages,
+    check_evidence,
 )
 """Every check of a personality."""

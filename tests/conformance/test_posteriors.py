@@ -157,7 +157,7 @@ class Elsewhere(GridworldPosterior):
 class Lawless(BanditPosterior):
     """Has successes that do not follow from the arms."""
 
-    def draws(self, turns, rng):
+    def draws(self, turns, rng, beside=()):
         for draw in super().draws(turns, rng):
             yield tuple(turn._replace(success=not turn.success) if turn.action is not None else turn for turn in draw)
 
@@ -165,7 +165,7 @@ class Lawless(BanditPosterior):
 class Tired(BanditPosterior):
     """Draws from a stream of its own."""
 
-    def draws(self, turns, rng):
+    def draws(self, turns, rng, beside=()):
         self.count = getattr(self, "count", 0) + 1
         return super().draws(turns, np.random.default_rng(self.count))
 

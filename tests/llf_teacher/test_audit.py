@@ -29,7 +29,7 @@ def few(family_id):
 
 
 @sampled(lambda name, teacher: {name, teacher})
-@pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if PERSONALITIES[spec]().honest])
+@pytest.mark.parametrize(("name", "teacher"), [(n, spec) for n, spec in pairs() if parse_personality(spec).honest])
 def test_honest_personalities_are_never_caught(name, teacher):
     id = PREFIX + FAMILIES[name].showcase[0]
     found = audit(id, teacher, turns=few(id))
