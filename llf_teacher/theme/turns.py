@@ -11,7 +11,7 @@ def bits_words(information: Mapping[str, Any]) -> str:
     """How much an atom says, as a record has it, in words."""
     from teachers.information import Bits
 
-    return Bits._make(map(information.get, Bits._fields)).described  # type: ignore[arg-type]
+    return Bits._make(map(information.get, Bits._fields)).described
 
 
 def prepare_turns(turns: list[dict[str, Any]], family: str) -> list[dict[str, Any]]:

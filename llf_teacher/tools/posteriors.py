@@ -92,5 +92,6 @@ def plot(found: Sequence[Ranked], file: str) -> None:
                 axes.plot(range(ranks), np.cumsum(counts) / histories - even, color=SERIES[0], linewidth=0.8)
             axes.set_title(f"{name}: {len(lines)} quantities, {histories:,} histories", fontsize=8)
             axes.set_xlabel("rank of the true world", fontsize=8)
+        panels[0].set_ylim(-1.3 * band, 1.3 * band)
         panels[0].set_ylabel("share of ranks, less even", fontsize=8)
         figure.savefig(file)
