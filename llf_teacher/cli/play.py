@@ -317,7 +317,8 @@ def _choose(console: Console, lesson: "LiveLesson", explain: Callable[[], None])
     claims = [claim for claim in offer.claims() if claim.kind is not None] if purse.left else []
     bits = lesson.weigh(claims)
     for i, claim in enumerate(claims):
-        lead = Text("  ").append(f"{claim.kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[claim.kind])
+        kind = f"{claim.kind}"
+        lead = Text("  ").append(f"{kind:2} {KIND_WORDS[claim.kind]}: ", _STYLES[kind])
         said = Text(escape_control_chars(_worded(claim, offer)))
         if bits:
             said.append(f"  {bits[i].described}", "dim")

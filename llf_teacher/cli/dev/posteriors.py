@@ -16,7 +16,9 @@ def posteriors(
         list[str] | None, typer.Argument(metavar="FAMILY", help="Families; by default all that have a posterior.")
     ] = None,
     histories: Annotated[int, typer.Option(min=20, help="Untaught histories for each environment.")] = 1000,
-    plot: Annotated[Path | None, typer.Option(help="Picture of the ranks to write, such as ranks.svg.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(help="Picture of the distributions of ranks to write, such as ranks.svg.")
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the histories.")] = 0,
 ) -> None:
     """Rank the true world among drawn ones (simulation-based calibration), and compare a draw with a reset.

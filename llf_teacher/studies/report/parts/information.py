@@ -37,7 +37,7 @@ class Informed(NamedTuple):
     """Regret that a bit saves in the next action."""
 
 
-class Group(NamedTuple):
+class _Group(NamedTuple):
     """A table: what was said in a family under one instruction type and feedback type."""
 
     family: str
@@ -68,7 +68,7 @@ def _informed(teacher: str, seeds: Iterable[Iterable[Numbers]]) -> Informed | No
 def _values(data: Data) -> Mapping[str, Any] | None:
     if not data.study.draws:
         return None
-    found: dict[Group, dict[str, dict[int, list[Numbers]]]] = {}
+    found: dict[_Group, dict[str, dict[int, list[Numbers]]]] = {}
     reasons: dict[tuple[str, str], list[str]] = {}
     types = main_types(data.study.feedback_types)
     with columns(data.store, data.planned) as there:
@@ -78,7 +78,7 @@ def _values(data: Data) -> Mapping[str, Any] | None:
                 alike = reasons.setdefault((family, why), [])
                 alike += [setting.id] * (setting.id not in alike)
             elif not setting.lessons and setting.feedback_type in types:
-                group = Group(family, setting.instruction_type, setting.feedback_type)
+                group = _Group(family, setting.instruction_type, setting.feedback_type)
                 found.setdefault(group, {}).setdefault(setting.teacher, {}).setdefault(seed, []).append(values)
     tables = {
         group: [each for name in data.study.teachers if name in rows and (each := _informed(name, rows[name].values()))]
