@@ -15,6 +15,7 @@ from gymnasium import spaces
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, R
 from teachers.common import Syntax
 from teachers.oracle import Oracle
+from teachers.planning.contents import Contents, contents_of
 from teachers.planning.exact.tables import state_number
 from teachers.planning.known import Heuristic, Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
@@ -39,7 +40,6 @@ from teachers.planning.searched.claims import (
     steady,
     way,
 )
-from teachers.planning.searched.contents import Contents, contents_of
 from teachers.planning.searched.scout import KeptPlan, Scout
 from teachers.planning.searched.search import SearchResult, SearchTask, check_counts, search
 from worlds.wrapped.gym_world import GymWorld, Position
@@ -102,7 +102,7 @@ class Searched(Planner):
             )
         state = self.state or own.state or _state_of(env)
         if isinstance(state, Contents) and isinstance(back, Replays):
-            state = state.whole()  # what the count of steps decides cannot be tried
+            state = replace(state, timed=True)  # what the count of steps decides cannot be tried
         _check_hashable(state, env)
         if success is not None or (self.lasts is not None and own.lasts is None):
             own = replace(own, heuristic=None, lasts=None, success=None, goal="")  # this is another task
