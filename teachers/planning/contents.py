@@ -18,7 +18,8 @@ from worlds.wrapped.snapshots import GENERATORS, TABLE
 
 _Env = gymnasium.Env[Any, Any]
 _TRIAL = 20  # steps of random play, which show what counts steps, and what changes
-_COMMON = {"metadata", "render_mode", "spec", "_np_random_seed", "reward_range", TABLE}
+_COMMON = {"metadata", "render_mode", "spec", "_np_random_seed", "reward_range"}
+_TOY = {TABLE, "initial_state_distrib", "lastaction"}  # of Gymnasium's toy texts; the last is for pictures
 _DRAWN = {"window", "clock", "screen"}  # of Gymnasium's pictures; another's `clock` may count
 _FIXED = *GENERATORS, spaces.Space, EnvSpec, type  # no part of the state: draws to come are not to be known
 _TIMERS = wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker  # without a state but time
@@ -141,7 +142,7 @@ def _steps(env: _Env, read: Callable[[_Env], dict[str, Any]]) -> Iterator[tuple[
 
 def _is_fixed(name: str, value: Any) -> bool:
     """Whether an attribute is no part of the state."""
-    if name in _COMMON or isinstance(value, _FIXED):
+    if name in _COMMON | _TOY or isinstance(value, _FIXED):
         return True
     if name in _DRAWN and (value is None or type(value).__module__.startswith("pygame")):
         return True

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,7 +17,6 @@ from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment, R
 from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.planning.contents import Contents, contents_of
-from teachers.planning.exact.tables import state_number
 from teachers.planning.known import Heuristic, Known, State, known, words_of
 from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
 from teachers.planning.searched.claims import (
@@ -41,7 +41,7 @@ from teachers.planning.searched.claims import (
     way,
 )
 from teachers.planning.searched.scout import KeptPlan, Scout
-from teachers.planning.searched.search import SearchResult, SearchTask, check_counts, search
+from teachers.planning.searched.search import SearchResult, SearchTask, arrives, check_counts, search
 from worlds.wrapped.gym_world import GymWorld, Position
 from worlds.wrapped.snapshots import Copies, Replays, way_back
 
@@ -100,7 +100,7 @@ class Searched(Planner):
                 "the environment can be neither copied, nor set back, nor replayed from a seed; give it methods "
                 "get_state() and set_state(state), or let reset(seed=...) seed all that it draws"
             )
-        state = self.state or own.state or _state_of(env)
+        state = self.state or own.state or contents_of(env)
         if isinstance(state, Contents) and isinstance(back, Replays):
             state = replace(state, timed=True)  # what the count of steps decides cannot be tried
         _check_hashable(state, env)
@@ -168,11 +168,6 @@ def lasted(observation: Any, reward: float, terminated: bool, truncated: bool, i
     return truncated and not terminated
 
 
-def _state_of(env: _Env) -> State:
-    """A key of the states of an environment of which nothing is known."""
-    return state_number if hasattr(env.unwrapped, "s") else contents_of(env)
-
-
 def _check_hashable(state: State, env: _Env) -> None:
     key = state(env)
     try:
@@ -204,8 +199,10 @@ def _tried(scout: Scout, world: GymWorld) -> SearchResult:
         world.reset(seed=seed)
         found = search(task, world, scout.horizon, trial=seed == 0)
         if found.actions is not None:
-            _check_admissible(task, world, found.actions)
-            return found
+            if arrives(task, world, Position(None, 0, world.truth.episode), found.actions, scout.horizon):
+                _check_admissible(task, world, found.actions)
+                return found
+            found = found._replace(lucky=True)
     if found.lucky:
         raise PlanningError("chance decides what actions do, and a search would use its luck")
     if task.lasts:
@@ -247,6 +244,11 @@ class _PlanOracle(Oracle[Position, GymWorld]):
         """What is known."""
         model: Scout = self.lab.model
         return model
+
+    @property
+    def silences(self) -> Counter[str]:
+        """The number of searches without a plan, by the reason."""
+        return self.model.silences
 
     def _considered(self) -> tuple[Claim, ...]:
         """What is said of the actions where not all are considered."""
