@@ -6,6 +6,7 @@ from llf_teacher.episodes.record import EpisodeRow, TurnRow, as_dict, summary, u
 from llf_teacher.serialization import to_json
 from pz_envs.student_view import StudentView
 from teachers.atoms import Atom, Label, Moment, ParseFailure
+from teachers.oracle import Oracle, RefusalError
 from teachers.session import Turn
 
 __all__ = ["Recorder"]
@@ -50,7 +51,7 @@ class Recorder:
             action=None if moment.before is None else to_json(moment.action),
             action_words=None if moment.before is None or isinstance(moment.action, str) else f"{moment.action}",
             reward=moment.reward,
-            regret=session.teacher.oracle.regret(moment) if moment.turn else 0.0,
+            regret=_regret(session.teacher.oracle, moment) if moment.turn else 0.0,
             success=moment.success,
             parse_failure=failed and failed.got,
             instruction=str(turn.instruction) or None,
@@ -65,3 +66,15 @@ class Recorder:
     def episode(self, reads: str) -> EpisodeRow:
         """The sums over the turns; `reads`: what the student learns from."""
         return summary(self.family, reads, self.rows)
+
+
+def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float:
+    """The regret of a turn; the negated reward where the oracle has no values.
+
+    The sum of an episode then lacks what could be earned at best: a number that nobody knows, but the same for all
+    students and teachers in the same world, so that their differences are those of regret.
+    """
+    try:
+        return oracle.regret(moment)
+    except RefusalError:
+        return -moment.reward
