@@ -76,7 +76,7 @@ ROWS = (
     PlannedCase("gym:Acrobot-v1", turns=50, episodes=20),
     PlannedCase("gym:BabyAI-GoToLocal-v0", {"oracle": "expert"}, turns=20, episodes=20),
     PlannedCase("gym:LunarLander-v3", turns=5, episodes=3),
-    PlannedCase("gym:highway_env:highway-fast-v0", turns=2, episodes=2),
+    PlannedCase("gym:highway-fast-v0", turns=2, episodes=2),
     PlannedCase("gym:worlds.wrapped.coin_collector:CoinCollector", turns=2, episodes=2),
 )
 """The environments of the table; each is a line. Where a turn is slow, fewer of them are played."""

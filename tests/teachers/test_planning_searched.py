@@ -621,3 +621,24 @@ def test_where_the_count_of_steps_cannot_be_tried_it_is_a_part_of_the_state():
     said = [atom.claim for action in (1, 1, 1, 1) for atom in env.step(action)[-1]["atoms"]]
     assert any(isinstance(claim, Nearer | Astray | Next) for claim in said)
     assert not any(isinstance(claim, OutOfReach) for claim in said)
+
+
+class Falls(Maze):
+    """Each step is paid, the one that ends the episode, too, which is a fall."""
+
+    def step(self, action):
+        observation, _, terminated, truncated, info = super().step(action)
+        return observation, 1.0, terminated, truncated, info
+
+
+def test_no_teacher_leads_to_a_fall_that_is_paid():
+    with pytest.raises(
+        PlanningError, match="positive rewards, so that an end with one may be a failure; give success="
+    ):
+        lesson(Falls)
+    assert lesson(Falls, lasts=9).planned.tier == "searched"
+
+
+def test_where_only_an_expert_knows_the_task_nothing_is_searched_for():
+    with pytest.raises(PlanningError, match="no goal is known that a search can find, but an expert is"):
+        Lesson(gymnasium.make("Acrobot-v1"), "searched")

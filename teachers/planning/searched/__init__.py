@@ -1,5 +1,6 @@
 """The searched tier: ways to the goal that a search has found; about all else the teacher is silent."""
 
+import copy
 import itertools
 import math
 from collections import Counter
@@ -47,6 +48,7 @@ from worlds.wrapped.snapshots import Copies, Replays, way_back
 
 _Env = gymnasium.Env[Any, Any]
 _SEEDS = 2  # of episodes in which something must be found
+_STEPS = 20  # of random play, in which is seen what is paid
 _GRID = 3  # values of each number of a continuous action
 _DIMENSIONS = 2  # of continuous actions that have a grid by default
 
@@ -93,6 +95,11 @@ class Searched(Planner):
         """Find a way back to states, and in an episode something to do."""
         entry = known(env)
         own = entry or Known()
+        if own.expert and not (own.goal or success or self.lasts):
+            raise PlanningError(
+                "no goal is known that a search can find, but an expert is; give success=..., a function that says "
+                "which step solves the task, or lasts=... of Searched"
+            )
         check_steps(env)
         back = way_back(env)
         if back is None:
@@ -120,6 +127,8 @@ class Searched(Planner):
             nodes=self.nodes,
             seconds=self.seconds,
         )
+        if success is None:
+            _check_goal(env)
         scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"))
         found = _tried(scout, world)
         if isinstance(state, Contents) and state.counts and isinstance(back, Copies):
@@ -166,6 +175,29 @@ class Searched(Planner):
 def lasted(observation: Any, reward: float, terminated: bool, truncated: bool, info: dict[str, Any]) -> bool:
     """Whether the episode went on until the time limit."""
     return truncated and not terminated
+
+
+def _check_goal(env: _Env) -> None:
+    """See whether a positive reward can be the sign of a solved task, where nobody says what is.
+
+    Raises:
+        PlanningError: steps that end no episode are paid, too: an end may be a failure, such as a fall or a crash.
+    """
+    space = copy.deepcopy(env.action_space)
+    space.seed(0)
+    env.reset(seed=0)
+    for _ in range(_STEPS):
+        _, reward, terminated, truncated, info = env.step(space.sample())
+        if "success" in info or "is_success" in info:
+            return
+        if reward > 0 and not (terminated or truncated):
+            raise PlanningError(
+                "steps that do not end an episode have positive rewards, so that an end with one may be a failure; "
+                "give success=..., a function that says which step solves the task, or lasts=... of Searched, if an "
+                "episode has to be kept going"
+            )
+        if terminated or truncated:
+            env.reset(seed=0)
 
 
 def _check_hashable(state: State, env: _Env) -> None:
