@@ -83,14 +83,18 @@ ROWS = (
 
 
 def update(text: str, rows: list[dict[str, str]]) -> str:
-    """The text with the table of these rows between the markers `<!-- llf dev planned: environments -->` and `end`.
+    """The text with these rows in the table between the markers `<!-- llf dev planned: environments -->` and `end`.
+
+    Rows of other environments stay.
 
     Raises:
         ValueError: there are no markers.
     """
     if TABLE not in markdown.marked(text, COMMAND):
         raise ValueError(f"the document must have the markers `<!-- {COMMAND}: {TABLE} -->` and `<!-- end -->`")
-    return markdown.update(text, COMMAND, {TABLE: table(rows)})
+    before = [dict(zip(_HEAD, cells, strict=True)) for cells in markdown.rows(text, COMMAND, TABLE)]
+    found = {row[_HEAD[0]]: row for row in (*before, *rows)}  # a new row stands where the old one did
+    return markdown.update(text, COMMAND, {TABLE: table(list(found.values()))})
 
 
 def table(rows: list[dict[str, str]]) -> str:
