@@ -9,6 +9,7 @@ from pz_envs.student_view import StudentView
 from pz_envs.subject import Subject
 from teachers.atoms import Atom, Claim, Label, Moment, ParseFailure
 from teachers.common import Late
+from teachers.oracle import Oracle, RefusalError
 from teachers.session import Turn
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class Recorder:
             action=None if moment.before is None else to_json(moment.action),
             action_words=None if moment.before is None or isinstance(moment.action, str) else f"{moment.action}",
             reward=moment.reward,
-            regret=session.teacher.oracle.regret(moment) if moment.turn else 0.0,
+            regret=_regret(session.teacher.oracle, moment) if moment.turn else 0.0,
             success=moment.success,
             parse_failure=failed and failed.got,
             instruction=str(turn.instruction) or None,
@@ -125,3 +126,15 @@ class Recorder:
     def episode(self, reads: str) -> EpisodeRow:
         """The sums over the turns; `reads`: what the student learns from."""
         return summary(self.family, reads, self.rows, measured=self._information is not None, why=self.why)
+
+
+def _regret(oracle: Oracle[Any, Any], moment: Moment[Any]) -> float:
+    """The regret of a turn; the negated reward where the oracle has no values.
+
+    The sum of an episode then lacks what could be earned at best: a number that nobody knows, but the same for all
+    students and teachers in the same world, so that their differences are those of regret.
+    """
+    try:
+        return oracle.regret(moment)
+    except RefusalError:
+        return -moment.reward

@@ -373,6 +373,14 @@ def test_random_play_teaches_what_values_say():
             break
 
 
+def test_where_nobody_knows_values_a_study_has_the_negated_reward_as_regret():
+    """Teachers differ by as much as they would in regret."""
+    (spec, *_) = study(ids=["gym:CartPole-v1"], max_turns=3, seeds=1, options={}).episodes()
+    record = play(spec)
+    assert record.episode.regret == -record.episode.total_reward == -3
+    assert [turn.regret for turn in record.turns] == [0, -1, -1, -1]
+
+
 def test_the_table_is_measured_and_written():
     case = PlannedCase("gym:CliffWalking-v1", turns=54, episodes=1)
     row = measure(case)
