@@ -136,9 +136,17 @@ class Family(Subject):
         if unknown_names := [name for name in options if name not in allowed]:
             from teachers.spec import unknown
 
-            hint = f"{unknown('option', unknown_names[0], allowed)}{families_with(unknown_names[0])}"
+            hint = f"{unknown('option', unknown_names[0], allowed)}{self.elsewhere(unknown_names[0])}"
             raise ValueError(f"{cls.__name__} does not take these options: {hint}")
         return cls(**options)
+
+    def elsewhere(self, option: str) -> str:
+        """The families whose worlds have an option, to complete a message; empty if none has it."""
+        able = []
+        for family in all_families():
+            with contextlib.suppress(ModuleNotFoundError):  # an extra is not installed
+                able += [family.name] if option in family.options() else []
+        return f"; families with the option {option!r}: {', '.join(able)}" if able else ""
 
     def options(self) -> tuple[str, ...]:
         """The names of the world's options; errors as in `make_world`."""
@@ -272,15 +280,6 @@ def own_families() -> tuple[Family, ...]:
 def all_families() -> tuple[Family, ...]:
     """Every family, sorted by name: those of this distribution and of installed plug-ins."""
     return tuple(sorted(_with_plugins(list(own_families())), key=lambda family: family.name))
-
-
-def families_with(option: str) -> str:
-    """The end of a message about an option of the world that is unknown: the families that have it, if any."""
-    able = []
-    for family in all_families():
-        with contextlib.suppress(ModuleNotFoundError):  # an extra is not installed
-            able += [family.name] if option in family.options() else []
-    return f"; families with the option {option!r}: {', '.join(able)}" if able else ""
 
 
 def families_to_register() -> tuple[Family, ...]:

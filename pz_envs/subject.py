@@ -81,6 +81,10 @@ class Subject(ABC):
         """The names of the world's options."""
         return ()
 
+    def elsewhere(self, option: str) -> str:
+        """What else has an option that this subject lacks, to complete a message; empty: nothing."""
+        return ""
+
     def for_lesson(self, settings: Settings) -> "Subject":
         """The subject of a lesson with these settings: another one where teachers plan for options and turns."""
         return self
@@ -253,7 +257,9 @@ class Subject(ABC):
             rest["max_turns"] = rest.pop("max_cycles")
         defaults = {**seating.defaults, **({"until_success": True} if own.get("episodes", 1) != 1 else {})}
         others = (*names, "max_cycles")
-        lesson = Settings.of(self.name, rest, self.options(), given=settings, others=others, **defaults)
+        lesson = Settings.of(
+            self.name, rest, self.options(), given=settings, others=others, elsewhere=self.elsewhere, **defaults
+        )
         return seating, lesson, own
 
 

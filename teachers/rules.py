@@ -10,7 +10,7 @@ import numpy as np
 from teachers.atoms import Claim, Moment, Scope, TruthT, WorldT, claim
 from worlds.world import World
 
-__all__ = ["WORLDS", "Rule"]
+__all__ = ["WORLDS", "TownRule"]
 
 WORLDS = 200
 """Number of worlds of a town in which a rule is checked."""
@@ -18,7 +18,7 @@ _STREAM = 0x70305  # the seeds of these worlds, which are the same for all rules
 
 
 @claim
-class Rule(Claim[TruthT, WorldT]):
+class TownRule(Claim[TruthT, WorldT]):
     """Base of claims that are true if some world of the town shows it, and none the contrary; false without a town.
 
     `holds` never looks at the law of a town: it has to be seen in worlds. `means`, which judges worlds that a student
@@ -70,5 +70,5 @@ def _openings(town: _Town) -> tuple[Any, ...]:
 
 
 @lru_cache(maxsize=4096)
-def _shown(rule: Rule[Any, Any], town: _Town) -> Set[bool | None]:
+def _shown(rule: TownRule[Any, Any], town: _Town) -> Set[bool | None]:
     return frozenset(map(rule.fits, _openings(town)))

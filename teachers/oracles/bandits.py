@@ -9,7 +9,7 @@ import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, FeedbackType, Moment, Scope, Verdict, claim, opposed
 from teachers.oracle import Oracle
-from teachers.rules import Rule
+from teachers.rules import TownRule
 from worlds.bandits import FEATURES, Bandit, Law, Truth
 
 
@@ -238,7 +238,7 @@ class NoMoreThan(Claim[Truth, Bandit]):
 
 
 @claim
-class _Ranked(Rule[Truth, Bandit]):
+class _Ranked(TownRule[Truth, Bandit]):
     """Base of rules that compare arms by their looks."""
 
     looks: str

@@ -77,8 +77,10 @@ def real_claims(name):
     """Claims that occur in play, up to 20 of each class, false counterparts included."""
     family = FAMILIES[name]
     found = {}
-    for environment in family.sampled or family.environments:
-        options = family.environments[environment]
+    worlds = [family.environments[environment] for environment in family.sampled or family.environments]
+    if "town" in family.options():
+        worlds.append({**family.environments[family.showcase[0]], "town": 1})
+    for options in worlds:
         pupil = Pupil(lambda options=options: family.make_world(**options), family.make_teacher, family.max_turns, 60)
         lab = pupil.make_world()
         for oracle, moment in pupil.judged():

@@ -305,10 +305,13 @@ def _kind(
     known = tuple((tuple(named[each] for each in cell if each in named), numbers) for cell, numbers in cells.items())
     unknown = tuple(each for place, each in named.items() if not any(place in cell for cell in cells))
     seen = sum(len(numbers) for _, numbers in known)
+    greatest = max((number for _, numbers in known for number in numbers), default=0)
     odds = []
     for count in counts if where else (0,):
         others = count - seen
-        odds.append(0.0 if others < 0 else weight * factorial(count) / factorial(others) / len(counts))
+        odds.append(
+            0.0 if others < 0 or count < greatest else weight * factorial(count) / factorial(others) / len(counts)
+        )
         for share, number in ((len(unknown), max(others, 0)), *((len(cell), len(numbers)) for cell, numbers in known)):
             odds[-1] *= (share / max(len(where), 1)) ** number
         odds[-1] /= prod(factorial(len(numbers)) for _, numbers in known)

@@ -1,11 +1,12 @@
 """The claims about commands, each checked by carrying them out in the lab and searching from there."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
+from functools import lru_cache
 from typing import Any, ClassVar
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
 from teachers.oracles.alfworld.search import IDLE, distance, thing_of, verb_of
-from teachers.rules import Rule
+from teachers.rules import TownRule
 from worlds.alfworld import Alfworld, Truth
 from worlds.alfworld.exact import AGENT, NOTHING, USES, ExactEngine
 from worlds.alfworld.games import Game
@@ -531,7 +532,7 @@ def _some(lab: Alfworld, truth: Truth, fits: Callable[[str], bool]) -> bool:
 
 
 @claim
-class _Keeping(Rule[Truth, Alfworld]):
+class _Keeping(TownRule[Truth, Alfworld]):
     """Base of rules about where objects of a type are kept."""
 
     thing: str
@@ -541,13 +542,12 @@ class _Keeping(Rule[Truth, Alfworld]):
 
     def fits(self, truth: Truth) -> bool | None:
         """Look where these objects are at the start."""
-        game, place = truth.game, f"{self.place}type"
-        types = {fact[1]: fact[2] for fact in game.static if fact[0] in ("receptacletype", "objecttype")}
-        lying = [(types[fact[1]], types[fact[2]]) for fact in game.start if fact[0] == "inreceptacle"]
-        own = [there for thing, there in lying if thing == f"{self.thing}type"]
-        if not own or place not in types.values() or (self.thing == game.target and self.place in _barred(game)):
+        game = truth.game
+        places, lying = _strewn(game)
+        own = lying.get(self.thing)
+        if not own or self.place not in places or (self.thing == game.target and self.place in _barred(game)):
             return None
-        return all(there == place for there in own)
+        return own == {self.place}
 
     def counterparts(self, moment: Moment[Truth], lab: Alfworld) -> Sequence[Claim]:
         """Another type of receptacle, of which houses of the town can tell."""
@@ -599,3 +599,17 @@ class NotAlwaysKept(_Keeping):
 def _barred(game: Game) -> tuple[str, str]:
     """The types of receptacles to which the task takes its objects, which are elsewhere at the start."""
     return game.destination, APPLIANCES.get(game.task, ("",))[0].lower()
+
+
+@lru_cache(maxsize=2048)
+def _strewn(game: Game) -> tuple[Set[str], dict[str, set[str]]]:
+    """The types of receptacles of a house, and for each type of object those in which such objects are at the start."""
+    types = {fact[1]: fact[2].removesuffix("type") for fact in game.static if fact[0] in _TYPED}
+    lying: dict[str, set[str]] = {}
+    for fact in game.start:
+        if fact[0] == "inreceptacle":
+            lying.setdefault(types[fact[1]], set()).add(types[fact[2]])
+    return {types[fact[1]] for fact in game.static if fact[0] == "receptacletype"}, lying
+
+
+_TYPED = ("receptacletype", "objecttype")

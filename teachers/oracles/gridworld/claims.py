@@ -6,7 +6,7 @@ from itertools import combinations
 from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, PlanClaim, Scope, Verdict, claim, opposed, slot
-from teachers.rules import Rule
+from teachers.rules import TownRule
 from worlds.gridworld import (
     DIRECTIONS,
     NO_DOOR,
@@ -403,7 +403,7 @@ class NextTo(Claim[Truth, Gridworld]):
 
 
 @claim
-class _Treasures(Rule[Truth, Gridworld]):
+class _Treasures(TownRule[Truth, Gridworld]):
     """Base of rules about the types of rooms in which treasures lie."""
 
     rooms: tuple[str, ...]

@@ -7,7 +7,7 @@ from typing import Any
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Claim, Moment, Scope, claim, slot
 from teachers.oracles.movies import checks
-from teachers.rules import Rule
+from teachers.rules import TownRule
 from worlds.movies import (
     AGE,
     AGE_NAMES,
@@ -525,7 +525,7 @@ _COUNTERPARTS = 3
 
 
 @claim
-class AlwaysWants(Rule[Truth, Movies]):
+class AlwaysWants(TownRule[Truth, Movies]):
     """True if each request of the town's user leaves out the wish that `attribute` is `wish`."""
 
     kind = FP
@@ -554,7 +554,7 @@ class AlwaysWants(Rule[Truth, Movies]):
 
 
 @claim
-class AlwaysSays(Rule[Truth, Movies]):
+class AlwaysSays(TownRule[Truth, Movies]):
     """True if no request of the town's user leaves out a wish about `attribute`."""
 
     kind = FN
