@@ -184,6 +184,7 @@ def check_evidence(personality: Personality, pupil: Pupil) -> None:
     session = pupil.session(world, teacher)
     grounds = pupil.make_teacher(world, personality).grounds
     require(grounds, f"{personality} does not see the truth, so that it needs a posterior")
+    assert grounds is not None  # noqa: S101  # or that was an error
     for number, episode in enumerate(pupil.episodes(min(pupil.turns, 4 * pupil.max_turns))):
         turns = [
             WorldTurn(None if moment.before is None else moment.action, moment.reward, moment.after, moment.success)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import permutations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -117,17 +117,13 @@ class BanditPosterior(Posterior[Truth, Bandit]):
         name, problem, shape = self.lab.options["problem"], self.lab.problem, (_BLOCK, self.lab.arms)
         levels = np.array([levels_of(looks, law) for law in LAWS])
         parts = [part and part(seen) for part in _LEVELLED[name]]
-        lows, highs = ([part and part.cdf(level / LEVELS) for part in parts] for level in (levels, levels + 1))
-        shares = [low if low is None else high - low for low, high in zip(lows, highs, strict=True)]
-        odds = np.prod([share for share in shares if share is not None], axis=(0, 2))
+        spans = [part and (part.ppf, part.cdf(levels / LEVELS), part.cdf((levels + 1) / LEVELS)) for part in parts]
+        odds = np.prod([high - low for _, low, high in filter(None, spans)], axis=(0, 2))
         if not odds.sum() > 0:
             raise NoWorldError("no law of a town pays these rewards")
         while True:
             laws = rng.choice(len(LAWS), _BLOCK, p=odds / odds.sum())
-            drawn = (
-                np.ones(shape) if part is None else part.ppf(low[laws] + rng.random(shape) * share[laws])
-                for part, low, share in zip(parts, lows, shares, strict=True)
-            )
+            drawn = (np.ones(shape) if span is None else _within(span, laws, rng.random(shape)) for span in spans)
             for law, chances, payouts in zip(laws.tolist(), *drawn, strict=True):
                 yield problem.truth(chances, payouts, tuple(looks), LAWS[law])
 
@@ -166,6 +162,12 @@ class BanditPosterior(Posterior[Truth, Bandit]):
                     seen.paid[turn.action] += 1
                     seen.last[turn.action] = turn.reward
         return seen
+
+
+def _within(span: tuple[Any, _Numbers, _Numbers], laws: npt.NDArray[np.int64], share: _Numbers) -> _Numbers:
+    """The numbers at such shares of the spans of laws: the inverse distribution function, and the spans' ends."""
+    inverse, low, high = span
+    return np.asarray(inverse(low[laws] + share * (high - low)[laws]))
 
 
 def _ordered(truth: Truth, seen: Seen) -> _Draw:

@@ -156,7 +156,7 @@ class Study:
                 needed = needed_of(parse_teacher(spec))
                 served = {id: family.serves(needed, **self._all_options(id)) for id, family in asked.items()}
                 if unable := [id for id in asked if not served[id]]:
-                    given = {id: asked[id].posterior_needs for id in unable}
+                    given = {id: dict(asked[id].posterior_needs) for id in unable}
                     mended = [id for id in unable if asked[id].serves(needed, **self._all_options(id) | given[id])]
                     problems.append(
                         f"teachers: {', '.join(unable)} cannot have {spec!r}: the oracle lacks what it needs; "

@@ -564,8 +564,9 @@ class Between(_Span):
 
     def excludes(self, other: Claim) -> bool:
         """That it is not between bounds which enclose these."""
-        apart = isinstance(other, NoneBetween) and other.name == self.name
-        return apart and other.low <= self.low and self.high <= other.high
+        if not isinstance(other, NoneBetween) or other.name != self.name:
+            return False
+        return other.low <= self.low and self.high <= other.high
 
 
 @claim
