@@ -158,7 +158,7 @@ class EpisodeRow(NamedTuple):
     as all that follow, if it was not measured.
     """
     unmeasured: int | None = None
-    """Number of the others: no worlds were found."""
+    """Number of the others: too few worlds were found."""
     bits: float | None = None
     """Sum of their bits."""
     at_least: int | None = None

@@ -24,7 +24,7 @@ class Informed(NamedTuple):
     claims: int
     """Number of claims that were measured."""
     unmeasured: int
-    """Number of the others: no worlds were found."""
+    """Number of the others: too few worlds were found."""
     at_least: int
     """Number of claims that were true in none of the worlds."""
     per_turn: Estimate | None
