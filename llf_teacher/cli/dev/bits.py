@@ -37,6 +37,6 @@ def bits(
     for name in families or ():
         if name not in able:
             raise typer.BadParameter(unknown("family with a posterior", name, able))
-    for name in track(families or list(able), "measuring", console=Console(stderr=True), transient=True):
+    for name in track(families or list(able), "measuring", console=Console(emoji=False, stderr=True), transient=True):
         text = tool.measured(able[name], teacher or ["oracle"], turns, worlds)
         file.write_text(update(file.read_text(encoding="utf-8"), "llf dev bits", {name: text}), encoding="utf-8")

@@ -31,7 +31,7 @@ MEASURES = tuple(f"regret after {n} {'world' if n == 1 else 'worlds'}" for n in 
 FIRST, LAST = MEASURES[0], MEASURES[-1]
 
 
-class Lesson(NamedTuple):
+class _Told(NamedTuple):
     """An episode in a world of a town."""
 
     regret: float
@@ -78,7 +78,7 @@ class _Town:
     def _make(self, teacher: str) -> Any:
         return make(self._id, teacher=teacher, max_turns=TURNS, **self._options)
 
-    def lesson(self, world: int, teacher: str, *, bits: bool = False) -> Lesson:
+    def lesson(self, world: int, teacher: str, *, bits: bool = False) -> _Told:
         """A lesson in one of the worlds; what is said in how many bits is measured if it is asked for."""
         env, seed = self._make(teacher), AFTER[-1] * self._seed + world
         oracle, lost, said = env.session.teacher.oracle, 0.0, []
@@ -92,7 +92,7 @@ class _Town:
             if words := len(turn.feedback.split()):
                 said.append((words, measured))
         env.close()
-        return Lesson(lost, said)
+        return _Told(lost, said)
 
 
 def _setting(family: str, teacher: str) -> dict[str, str]:
