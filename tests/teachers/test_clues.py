@@ -1,5 +1,6 @@
 """Clues are true, say more and more, and are said one at a time by `ruler`."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -12,8 +13,28 @@ from shelf import FAMILIES
 from teachers.atoms import Atom, Claim, Moment, Scope, claim, contradictions
 from teachers.common import MayAsk, NotUnderstood, Reward, Right, TryAgain
 from teachers.oracle import Oracle
-from teachers.oracles.gridworld.claims import Avoid, Go, Goal, InRoom, NextTo, NotInRoom, Route
+from teachers.oracles.alfworld.claims import InTheOpen, Kept, NotKept, ShutIn, Treat
+from teachers.oracles.bandits import NoMoreThan, OneOf
+from teachers.oracles.gridworld.claims import (
+    Avoid,
+    Go,
+    Goal,
+    InRoom,
+    NextTo,
+    NotInRoom,
+    NotTowards,
+    Route,
+    Within,
+)
+from teachers.oracles.movies.checks import NAMES
+from teachers.oracles.movies.claims import About, NotAbout, WithinWishes
+from teachers.oracles.optimization.claims import minima
+from teachers.oracles.parking.claims import CarBeside, LineUp, TurnBy
+from teachers.oracles.poem.claims import NoLonger, Total
 from teachers.testing import Pupil, check_personality
+from worlds.alfworld.house import house_of
+from worlds.gridworld import DIRECTIONS, distances_from
+from worlds.optimization import LOSSES, Landscape, Optimization
 
 CLUED = [name for name, each in FAMILIES.items() if each.serves("ruler")]
 MEASURED = [
@@ -124,3 +145,113 @@ def test_clues_that_differ_about_the_same_thing_exclude_each_other():
     assert hall.excludes(kitchen)
     assert not hall.excludes(NotInRoom(room="kitchen"))
     assert len(contradictions([Atom(each, "", 0) for each in (hall, no_hall, kitchen, NextTo(room="hall-1"))])) == 2
+
+
+# What clues say, worked out from the truth a second time.
+
+
+def moments(name, turns=40, **options):
+    """Moments of random play, with a lab."""
+    other = pupil(name, turns, **options)
+    lab = other.make_world()
+    for _, moment in other.judged(3):
+        yield moment, lab
+
+
+def test_clues_of_a_house_are_true_of_its_plan():
+    for moment, scratch in moments("gridworld"):
+        room, found, layout = moment.after
+        away = distances_from(layout.treasure, layout.doors)
+        at = {room: (0, 0)}
+        for here in (queue := [room]):
+            for direction, behind in zip(DIRECTIONS, layout.doors[here], strict=True):
+                if behind >= 0 and behind not in at:
+                    (x, y), (dx, dy) = at[here], ((0, 1), (1, 0), (-1, 0), (0, -1))[direction]
+                    at[behind] = x + dx, y + dy
+                    queue.append(behind)
+        x, y = at[layout.treasure]
+        no_farther = dict(zip(DIRECTIONS, (y <= 0, x <= 0, x >= 0, y >= 0), strict=True))
+        for side in DIRECTIONS:
+            assert NotTowards(side=side).holds(moment, scratch) == (not found and no_farther[side])
+        for moves in range(8):
+            assert Within(moves=moves).holds(moment, scratch) == (not found and away[room] <= moves)
+        for other, name in enumerate(layout.names):
+            kind = name.split("-")[0]
+            assert InRoom(room=kind).holds(moment, scratch) == layout.names[layout.treasure].startswith(kind)
+            assert NextTo(room=name).holds(moment, scratch) == (layout.treasure in layout.doors[other])
+        assert not NotInRoom(room="ballroom").holds(moment, scratch)
+        assert not NextTo(room="ballroom-1").holds(moment, scratch)
+
+
+def test_clues_of_arms_are_true_of_their_means():
+    for moment, scratch in moments("bandits"):
+        means = moment.after.means
+        for arm, mean in enumerate(means):
+            assert OneOf(arms=(arm,)).holds(moment, scratch) == (mean == max(means))
+            assert NoMoreThan(most=mean).holds(moment, scratch) == (mean == max(means))
+
+
+def test_clues_of_a_user_are_true_of_the_wish_that_was_not_said():
+    for moment, scratch in moments("movies"):
+        profile, unsaid, _, _ = moment.after
+        wish = tuple(profile.words(unsaid).split(" or "))
+        for attribute in NAMES:
+            assert About(attribute=attribute).holds(moment, scratch) == (attribute == unsaid)
+            silent = attribute not in profile.wishes
+            assert NotAbout(attribute=attribute).holds(moment, scratch) == silent
+            assert WithinWishes(attribute=attribute, wishes=wish).holds(moment, scratch) == (attribute == unsaid)
+        assert not WithinWishes(attribute=unsaid, wishes=wish[1:]).holds(moment, scratch)
+
+
+def test_clues_of_a_household_are_true_of_what_lay_where():
+    for moment, scratch in moments("alfworld", 20):
+        game = moment.after.game
+        house = house_of(game)
+        held = [(house.type[f[1]][:-4], f[2]) for f in game.start if f[0] == "inreceptacle"]
+        for kind in {house.type[place][:-4] for place in house.place}:
+            there = any((thing, house.type[place][:-4]) == (game.target, kind) for thing, place in held)
+            assert Kept(thing=game.target, place=kind).holds(moment, scratch) == there
+            assert NotKept(thing=game.target, place=kind).holds(moment, scratch) != there
+        opens = {place in house.openable for thing, place in held if thing == game.target}
+        assert ShutIn(thing=game.target).holds(moment, scratch) == (True in opens)
+        assert InTheOpen(thing=game.target).holds(moment, scratch) == (False in opens)
+        for verb in ("heat", "cool", "clean"):
+            assert Treat(thing=game.target, verb=verb).holds(moment, scratch) == (f"pick_{verb}_" in game.task)
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_proposals_alone_find_every_point_of_least_loss(loss):
+    """Also where the loss is shifted and reflected."""
+    world = Optimization(loss, shift=True)
+    lab = world.scratch()
+    for seed in range(2):
+        world.reset(seed=seed)
+        known, found = Landscape(lab.loss, world.truth.shift).minimisers(), minima(lab, world.truth)
+        side = max(high - low for low, high in zip(lab.lows, lab.highs, strict=True))
+        assert all(min(math.dist(point, other) for other in found) < 1e-4 * side for point in known)
+        assert all(min(math.dist(point, other) for other in known) < 0.01 * side for point in found)
+
+
+def test_clues_of_a_car_park_are_true_of_its_spots():
+    for moment, scratch in moments("parking", 6, vehicles_count=14):
+        x, y, heading = moment.after.spot
+        for side, sign in (("right", 1), ("left", -1)):
+            beside = x + 4 * math.cos(heading + sign * math.pi / 2), y
+            taken = any(math.dist((car.x, car.y), beside) < 1 for car in moment.after.parked)
+            assert CarBeside(side=side).holds(moment, scratch) == taken
+        degrees = math.degrees(heading)
+        assert LineUp(x=x, y=y - 9 * math.sin(heading), degrees=degrees).holds(moment, scratch)
+        assert not LineUp(x=x, y=y - 9 * math.sin(heading), degrees=degrees + 40).holds(moment, scratch)
+        turn = math.degrees(heading - moment.after.car.heading) % 360
+        for step in range(0, 181, 30):
+            assert TurnBy(side="right", degrees=step).holds(moment, scratch) == (
+                abs((turn - step + 180) % 360 - 180) <= 15
+            )
+
+
+def test_clues_of_a_poem_are_true_of_its_pattern():
+    for moment, scratch in moments("poem"):
+        pattern = moment.after.pattern
+        for number in range(1, sum(pattern) + 2):
+            assert NoLonger(syllables=number).holds(moment, scratch) == (number == max(pattern))
+            assert Total(syllables=number).holds(moment, scratch) == (number == sum(pattern))

@@ -604,7 +604,7 @@ def _gripping(lab: MetaWorld) -> str:
     """One of `USES`, as the script plays a task, or empty if the gripper stays open; by the policy's commands."""
     if lab.task not in _GRIPPING:
         lab.reset(seed=0)
-        grips = []
+        grips: list[bool] = []
         while len(grips) < _PLAYED and not (truth := lab.truth).solved:
             grips.append(commanded(truth, lab)[1] > _GRIP)
             lab.advance(action_for(aim_of(lab, truth), truth, lab))
