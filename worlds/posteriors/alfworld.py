@@ -309,9 +309,8 @@ def _kind(
     odds = []
     for count in counts if where else (0,):
         others = count - seen
-        odds.append(
-            0.0 if others < 0 or count < greatest else weight * factorial(count) / factorial(others) / len(counts)
-        )
+        # There are at least as many as the greatest number that was found.
+        odds.append(weight * factorial(count) / factorial(others) / len(counts) if count >= greatest else 0.0)
         for share, number in ((len(unknown), max(others, 0)), *((len(cell), len(numbers)) for cell, numbers in known)):
             odds[-1] *= (share / max(len(where), 1)) ** number
         odds[-1] /= prod(factorial(len(numbers)) for _, numbers in known)

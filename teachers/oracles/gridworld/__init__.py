@@ -29,7 +29,6 @@ from teachers.oracles.gridworld.claims import (
     TriedInVain,
     TriedWell,
     Within,
-    room_kind,
     walk,
 )
 from worlds.gridworld import (
@@ -42,6 +41,7 @@ from worlds.gridworld import (
     Layout,
     Truth,
     distances_from,
+    kind_of,
     look_around,
 )
 
@@ -154,7 +154,7 @@ class GridworldOracle(Oracle[Truth, Gridworld]):
         room, found, layout = truth
         if found:
             return ()
-        kinds = [room_kind(name) for name in layout.names]
+        kinds = [kind_of(name) for name in layout.names]
         own = kinds[layout.treasure]
         others = Counter(sorted(kind for kind in kinds if kind != own)).most_common(1)
         path = self.plan(truth, len(kinds))

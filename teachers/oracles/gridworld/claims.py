@@ -13,6 +13,7 @@ from worlds.gridworld import (
     Direction,
     Gridworld,
     Truth,
+    kind_of,
 )
 
 
@@ -350,7 +351,7 @@ class _Kept(Claim[Truth, Gridworld]):
 
     def counterparts(self, moment: Moment[Truth], lab: Gridworld) -> Sequence[Claim]:
         """Name another kind of room that the house has."""
-        kinds = sorted(set(map(room_kind, moment.after.layout.names)) - {self.room})
+        kinds = sorted(set(map(kind_of, moment.after.layout.names)) - {self.room})
         return tuple(type(self)(room=room) for room in kinds)
 
 
@@ -377,7 +378,7 @@ class NotInRoom(_Kept):
 
     def holds(self, moment: Moment[Truth], lab: Gridworld) -> bool:
         """Look around in every room."""
-        there = self.room in map(room_kind, moment.after.layout.names)
+        there = self.room in map(kind_of, moment.after.layout.names)
         return there and _where(moment.after, lab) != self.room
 
 
@@ -430,7 +431,7 @@ class TreasuresIn(_Treasures):
 
     def fits(self, truth: Truth) -> bool:
         """Look up the room of the treasure."""
-        return room_kind(truth.layout.names[truth.layout.treasure]) in self.rooms
+        return kind_of(truth.layout.names[truth.layout.treasure]) in self.rooms
 
     def means(self, moment: Moment[Truth], oracle: Any) -> bool:
         """Look up the type of room of the law."""
@@ -452,7 +453,7 @@ class NoTreasuresIn(_Treasures):
 
     def fits(self, truth: Truth) -> bool:
         """Look up the room of the treasure."""
-        return room_kind(truth.layout.names[truth.layout.treasure]) not in self.rooms
+        return kind_of(truth.layout.names[truth.layout.treasure]) not in self.rooms
 
     def means(self, moment: Moment[Truth], oracle: Any) -> bool:
         """Look up the type of room of the law."""
@@ -460,17 +461,12 @@ class NoTreasuresIn(_Treasures):
         return law != "" and law not in self.rooms
 
 
-def room_kind(name: str) -> str:
-    """The kind of a room, from its name."""
-    return name.rpartition("-")[0]
-
-
 def _where(truth: Truth, lab: Gridworld) -> str:
     """The kind of room in which the treasure is seen."""
     for room, name in enumerate(truth.layout.names):
         lab.restore(Truth(room, False, truth.layout))
         if lab.observe()["objects"][-1]:
-            return room_kind(name)
+            return kind_of(name)
     return ""
 
 
