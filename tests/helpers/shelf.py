@@ -38,9 +38,10 @@ RICH = [name for name in QUICK if is_rich(FAMILIES[name])]
 
 
 def light(name):
-    """The spec of a personality, with few worlds if it draws some."""
-    draws = any(field.name == "worlds" for field in dataclasses.fields(PERSONALITIES[name]))
-    return f"{name}(worlds=8)" if draws else name
+    """The spec of a personality, with few worlds if it draws some; not if these are all that it knows."""
+    cls = PERSONALITIES[name]
+    draws = any(field.name == "worlds" for field in dataclasses.fields(cls))
+    return f"{name}(worlds=8)" if draws and not cls().evidence else name
 
 
 def pairs(*more, names=QUICK):
