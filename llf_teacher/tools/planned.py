@@ -77,7 +77,7 @@ ROWS = (
     PlannedCase("gym:BabyAI-GoToLocal-v0", {"oracle": "expert"}, turns=20, episodes=20),
     PlannedCase("gym:LunarLander-v3", turns=5, episodes=3),
     PlannedCase("gym:highway-fast-v0", turns=2, episodes=2),
-    PlannedCase("gym:worlds.wrapped.coin_collector:CoinCollector", turns=2, episodes=2),
+    PlannedCase("gym:worlds.wrapped.coin_collector:CoinCollector", turns=5, episodes=10),
 )
 """The environments of the table; each is a line. Where a turn is slow, fewer of them are played."""
 

@@ -150,7 +150,7 @@ def test_the_teacher_of_a_world_knows_its_options():
         ("gym:no_such_module:X-v0", {}, "the module 'no_such_module' cannot be imported"),
         ("gym:math:pi", {}, "the module 'math' neither registers nor defines 'pi'"),
         ("gym:llf-gridworld-v0", {}, "has a teacher already; leave the prefix 'gym:' out: 'llf-gridworld-v0'"),
-        ("gym:CartPole-v1", {"oracle": "exact"}, "its states are real numbers, too many to explore"),
+        ("gym:CartPole-v1", {"oracle": "exact"}, "its state has real numbers, which hardly recur"),
     ],
 )
 def test_bad_ids_and_options_are_named(id, options, match):

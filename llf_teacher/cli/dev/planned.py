@@ -20,7 +20,7 @@ def planned(
     """Measure the environments that planned teachers teach, and write the table in FILE, or print it.
 
     The table stands between `<!-- llf dev planned: environments -->` and `<!-- end -->`. Rows of environments that are
-    not installed are left out, with a message. It takes some minutes.
+    not installed are left out, with a message. Rows that are not measured stay. It takes some minutes.
     """
     from llf_teacher.tools.planned import ROWS, measure, table, update
     from teachers.spec import unknown
