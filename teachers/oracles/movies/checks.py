@@ -56,7 +56,7 @@ def leaves_one_out(lab: Movies, truth: Truth) -> bool:
 
 
 def left_out(lab: Movies, truth: Truth) -> str:
-    """The attribute that the user has a wish about which the request does not utter."""
+    """The attribute about which the user has a wish that the request does not utter."""
     lab.restore(truth)
     said = lab.step("[]")[0]
     parts = zip(NAMES, ("type", "periods", "genres", "age"), strict=True)
