@@ -1,6 +1,8 @@
 """comparing: says only which of two actions is better now, and which of two turns was."""
 
-from teachers.atoms import FP
+from typing import Any
+
+from teachers.atoms import FP, Claim
 from teachers.personality import Claims, View, personality
 from teachers.view import HINDSIGHT, first_of
 
@@ -12,7 +14,7 @@ def comparing(claims: Claims, view: View) -> Claims:
     The last turn is compared with the latest earlier one that lost more or less. A best action is compared with the
     student's last one, if that loses something now; else, and at the opening, with the best of those that do.
     """
-    said = []
+    said: list[Claim[Any]] = []
     if first_of(HINDSIGHT, claims) is not None:
         turns = (view.better_turn(ago) for ago in range(1, view.turn))
         said += [claim for claim in turns if claim is not None][:1]
