@@ -162,7 +162,8 @@ class Bandit(World[Truth, Any, int]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Draw the arms."""
         super().reset(seed=seed, options=options)
-        arms, looks = self.problem.draw(self.np_random, (self.arms,)), ()
+        arms = self.problem.draw(self.np_random, (self.arms,))
+        looks: tuple[tuple[int, ...], ...] = ()
         if self.law:
             looks = tuple(map(tuple, self.np_random.integers(_looks(self.arms)).tolist()))
             arms = self.problem.levelled(*arms, levels_of(looks, self.law))

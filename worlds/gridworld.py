@@ -164,7 +164,7 @@ class Gridworld(World[Truth, dict[str, Any], Direction]):
         if not isinstance(map, bool):
             raise ValueError(f"map must be True or False, got {map!r}")
         rng = town_stream("gridworld", town)
-        self.law = room_types[rng.integers(len(room_types))] if rng else ""
+        self.law = room_types[int(rng.integers(len(room_types)))] if rng else ""
         """The type of room in which treasures lie; empty without a town."""
         self.things = (*object_types, treasure)
         """The objects that may be in a room, the treasure last."""

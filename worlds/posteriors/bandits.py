@@ -85,13 +85,18 @@ def _known_gaussian(seen: Seen) -> Known:
     return Known(lambda x: ndtr((ndtri(x) - mean) / scale), lambda p: mean + scale * ndtri(p))
 
 
-_LEVELLED: dict[str, tuple[Callable[[Seen], Known] | None, Callable[[Seen], Known] | None]] = {
-    "TenArmedGaussian": (None, _known_gaussian),
-    "TenArmedRandomFixed": (_known_chances, None),
+def _known_ones(seen: Seen) -> Known:
+    """What is always 1, at each level."""
+    return Known(lambda x: x, np.ones_like)
+
+
+_LEVELLED: dict[str, tuple[Callable[[Seen], Known], Callable[[Seen], Known]]] = {
+    "TenArmedGaussian": (_known_ones, _known_gaussian),
+    "TenArmedRandomFixed": (_known_chances, _known_ones),
     "TenArmedRandomRandom": (_known_chances, _known_payouts),
-    "TenArmedUniformDistributedReward": (None, _known_payouts),
+    "TenArmedUniformDistributedReward": (_known_ones, _known_payouts),
 }
-"""What is known of chances and payouts, where these depend on the level of an arm; None: they are 1."""
+"""What is known of chances and payouts, where they depend on the level of an arm."""
 
 
 class BanditPosterior(Posterior[Truth, Bandit]):
@@ -114,20 +119,20 @@ class BanditPosterior(Posterior[Truth, Bandit]):
 
         A law is as probable as it is that each arm is in the level that it has by it.
         """
-        name, problem, shape = self.lab.options["problem"], self.lab.problem, (_BLOCK, self.lab.arms)
+        problem, shape = self.lab.problem, (_BLOCK, self.lab.arms)
         levels = np.array([levels_of(looks, law) for law in LAWS])
-        parts = [part and part(seen) for part in _LEVELLED[name]]
-        lows, highs = ([part and part.cdf(level / LEVELS) for part in parts] for level in (levels, levels + 1))
-        shares = [low if low is None else high - low for low, high in zip(lows, highs, strict=True)]
-        odds = np.prod([share for share in shares if share is not None], axis=(0, 2))
+        parts = [known(seen) for known in _LEVELLED[self.lab.options["problem"]]]
+        lows, highs = (np.array([part.cdf(level / LEVELS) for part in parts]) for level in (levels, levels + 1))
+        shares = highs - lows  # by part, law and arm
+        odds = np.prod(shares, axis=(0, 2))
         if not odds.sum() > 0:
             raise NoWorldError("no law of a town pays these rewards")
         while True:
             laws = rng.choice(len(LAWS), _BLOCK, p=odds / odds.sum())
-            drawn = (
-                np.ones(shape) if part is None else part.ppf(low[laws] + rng.random(shape) * share[laws])
+            drawn = [
+                part.ppf(low[laws] + rng.random(shape) * share[laws])
                 for part, low, share in zip(parts, lows, shares, strict=True)
-            )
+            ]
             for law, chances, payouts in zip(laws.tolist(), *drawn, strict=True):
                 yield problem.truth(chances, payouts, tuple(looks), LAWS[law])
 
