@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import permutations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -85,13 +85,18 @@ def _known_gaussian(seen: Seen) -> Known:
     return Known(lambda x: ndtr((ndtri(x) - mean) / scale), lambda p: mean + scale * ndtri(p))
 
 
-_LEVELLED: dict[str, tuple[Callable[[Seen], Known] | None, Callable[[Seen], Known] | None]] = {
-    "TenArmedGaussian": (None, _known_gaussian),
-    "TenArmedRandomFixed": (_known_chances, None),
+def _known_ones(seen: Seen) -> Known:
+    """What is always 1, at each level."""
+    return Known(lambda x: x, np.ones_like)
+
+
+_LEVELLED: dict[str, tuple[Callable[[Seen], Known], Callable[[Seen], Known]]] = {
+    "TenArmedGaussian": (_known_ones, _known_gaussian),
+    "TenArmedRandomFixed": (_known_chances, _known_ones),
     "TenArmedRandomRandom": (_known_chances, _known_payouts),
-    "TenArmedUniformDistributedReward": (None, _known_payouts),
+    "TenArmedUniformDistributedReward": (_known_ones, _known_payouts),
 }
-"""What is known of chances and payouts, where these depend on the level of an arm; None: they are 1."""
+"""What is known of chances and payouts, where they depend on the level of an arm."""
 
 
 class BanditPosterior(Posterior[Truth, Bandit]):
@@ -114,16 +119,20 @@ class BanditPosterior(Posterior[Truth, Bandit]):
 
         A law is as probable as it is that each arm is in the level that it has by it.
         """
-        name, problem, shape = self.lab.options["problem"], self.lab.problem, (_BLOCK, self.lab.arms)
+        problem, shape = self.lab.problem, (_BLOCK, self.lab.arms)
         levels = np.array([levels_of(looks, law) for law in LAWS])
-        parts = [part and part(seen) for part in _LEVELLED[name]]
-        spans = [part and (part.ppf, part.cdf(levels / LEVELS), part.cdf((levels + 1) / LEVELS)) for part in parts]
-        odds = np.prod([high - low for _, low, high in filter(None, spans)], axis=(0, 2))
+        parts = [known(seen) for known in _LEVELLED[self.lab.options["problem"]]]
+        lows, highs = (np.array([part.cdf(level / LEVELS) for part in parts]) for level in (levels, levels + 1))
+        shares = highs - lows  # by part, law and arm
+        odds = np.prod(shares, axis=(0, 2))
         if not odds.sum() > 0:
             raise NoWorldError("no law of a town pays these rewards")
         while True:
             laws = rng.choice(len(LAWS), _BLOCK, p=odds / odds.sum())
-            drawn = (np.ones(shape) if span is None else _within(span, laws, rng.random(shape)) for span in spans)
+            drawn = [
+                part.ppf(low[laws] + rng.random(shape) * share[laws])
+                for part, low, share in zip(parts, lows, shares, strict=True)
+            ]
             for law, chances, payouts in zip(laws.tolist(), *drawn, strict=True):
                 yield problem.truth(chances, payouts, tuple(looks), LAWS[law])
 
@@ -162,12 +171,6 @@ class BanditPosterior(Posterior[Truth, Bandit]):
                     seen.paid[turn.action] += 1
                     seen.last[turn.action] = turn.reward
         return seen
-
-
-def _within(span: tuple[Any, _Numbers, _Numbers], laws: npt.NDArray[np.int64], share: _Numbers) -> _Numbers:
-    """The numbers at such shares of the spans of laws: the inverse distribution function, and the spans' ends."""
-    inverse, low, high = span
-    return np.asarray(inverse(low[laws] + share * (high - low)[laws]))
 
 
 def _ordered(truth: Truth, seen: Seen) -> _Draw:
