@@ -117,10 +117,11 @@ class Exact(Planner):
         Raises:
             PlanningError: it finds too much, or nothing sure.
         """
-        state = self.state or own.state
-        if self.state is None:
+        if self.state is not None:
+            state = self.state
+        else:
             try:
-                state = state or certain_contents(env)
+                state = own.state or certain_contents(env)
                 check_recurs(env, state)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None

@@ -190,7 +190,7 @@ def _check_goal(env: _Env) -> None:
         _, reward, terminated, truncated, info = env.step(space.sample())
         if "success" in info or "is_success" in info:
             return
-        if reward > 0 and not (terminated or truncated):
+        if float(reward) > 0 and not (terminated or truncated):
             raise PlanningError(
                 "steps that do not end an episode have positive rewards, so that an end with one may be a failure; "
                 "give success=..., a function that says which step solves the task, or lasts=... of Searched, if an "
