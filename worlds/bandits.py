@@ -194,14 +194,14 @@ class Bandit(World[Truth, Any, int]):
 
     def advance(self, action: int) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Pull an arm: one uniform draw and, where payouts spread, a normal one."""
-        chances, payouts, spread, *_ = self._truth
+        chances, payouts, spread, _, _, _ = self._truth
         reward = 0.0
         if self.np_random.random() < chances[action]:
             reward = payouts[action]
             if spread:
                 low, high = self.reward_range
                 reward = min(max(reward + spread * float(self.np_random.standard_normal()), low), high)
-        return self.observe(), reward, False, False, {"success": action in self._best}
+        return self.observe() if self.law else 0, reward, False, False, {"success": action in self._best}
 
     def observe(self) -> Any:
         """Always 0; in a town the looks of each arm."""

@@ -175,7 +175,7 @@ def test_a_teacher_that_errs_gives_false_rules(id):
         assert set(labels) == {label}
 
 
-@pytest.mark.parametrize(("id", "options"), [(HOUSE, {"map": True}), (ARMS, {"arms": 5, "max_turns": 3})])
+@pytest.mark.parametrize(("id", "options"), [(HOUSE, {"map": True}), (ARMS, {"max_turns": 5})])
 def test_rules_that_were_heard_once_help_in_new_worlds(id, options):
     """A pair of students in each town: one keeps what it heard in one world of it, the other forgets it."""
     less = []
