@@ -14,12 +14,12 @@ from gymnasium.envs.registration import EnvSpec
 
 from teachers.planning.known import State
 from teachers.planning.planner import PlanningError
-from worlds.wrapped.snapshots import GENERATORS, TABLE
+from worlds.wrapped.snapshots import GENERATORS, is_table
 
 _Env = gymnasium.Env[Any, Any]
 _TRIAL = 20  # steps of random play, which show what counts steps, and what changes
 _COMMON = {"metadata", "render_mode", "spec", "_np_random_seed", "reward_range"}
-_TOY = {TABLE, "initial_state_distrib", "lastaction"}  # of Gymnasium's toy texts; the last is for pictures
+_TOY = {"initial_state_distrib", "lastaction"}  # of Gymnasium's toy texts; the last is for pictures
 _DRAWN = {"window", "clock", "screen"}  # of Gymnasium's pictures; another's `clock` may count
 _FIXED = *GENERATORS, spaces.Space, EnvSpec, type  # no part of the state: draws to come are not to be known
 _TIMERS = wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker  # without a state but time
@@ -55,7 +55,8 @@ class Contents:
             PlanningError: a value cannot be compared.
         """
         if self.asks:
-            return (("get_state()", self._read("what get_state() returns", env.unwrapped.get_state())),)  # type: ignore[attr-defined]  # it has that
+            bare: Any = env.unwrapped
+            return (("get_state()", self._read("what get_state() returns", bare.get_state())),)
         return tuple(
             (name, self._read(f"the attribute {name!r}", value))
             for name, value in sorted(vars(env.unwrapped).items())
@@ -142,7 +143,7 @@ def _steps(env: _Env, read: Callable[[_Env], dict[str, Any]]) -> Iterator[tuple[
 
 def _is_fixed(name: str, value: Any) -> bool:
     """Whether an attribute is no part of the state."""
-    if name in _COMMON | _TOY or isinstance(value, _FIXED):
+    if name in _COMMON | _TOY or isinstance(value, _FIXED) or is_table(name, value):
         return True
     if name in _DRAWN and (value is None or type(value).__module__.startswith("pygame")):
         return True

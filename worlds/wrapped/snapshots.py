@@ -6,7 +6,7 @@ A way is proved by a trial before it is used: after it went back, the same actio
 import copy
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,7 +21,6 @@ from worlds.wrapped.position import same, still
 
 __all__ = [
     "GENERATORS",
-    "TABLE",
     "Copies",
     "Replays",
     "States",
@@ -29,6 +28,7 @@ __all__ = [
     "WayBack",
     "copied",
     "draws",
+    "is_table",
     "shake",
     "way_back",
 ]
@@ -36,8 +36,6 @@ __all__ = [
 _Env = gymnasium.Env[Any, Any]
 GENERATORS = np.random.Generator, np.random.RandomState, random.Random
 """Classes of what draws random numbers."""
-TABLE = "P"
-"""The attribute with the transitions of an environment, if there is one as in Gymnasium's toy texts."""
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
 _PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.float64}  # which have no attributes
@@ -253,13 +251,18 @@ def _layers(env: _Env) -> Iterator[Any]:
     yield env
 
 
+def is_table(name: str, part: Any) -> bool:
+    """Whether an attribute is a table of transitions, as Gymnasium's toy texts have it: a large part that stays."""
+    return name == "P" and isinstance(part, Mapping)
+
+
 def copied(env: _Env) -> _Env:
     """A copy that shares spaces, specs and tables, which steps do not change and which are most of the work."""
     shared = {
         id(part): part
         for layer in _layers(env)
         for name, part in vars(layer).items()
-        if isinstance(part, spaces.Space | EnvSpec) or name == TABLE
+        if isinstance(part, spaces.Space | EnvSpec) or is_table(name, part)
     }
     return copy.deepcopy(env, shared)
 

@@ -21,7 +21,7 @@ _TRIED = 50  # states that were reached again, in which a trial takes the action
 _COUNTED = 2000  # steps, which a trial takes as if later, too
 _LUCK = 1, 2, 3, 4  # the seeds of other random numbers
 _PLAYS = 4, 100  # of a plan that draws some, at least and at most
-_PLAYED = 1000  # the first of their seeds
+_PLAYED = 1000  # by which their seeds differ
 _ROUNDING = 1e-9
 
 
