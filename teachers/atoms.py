@@ -242,6 +242,13 @@ class Claim(Generic[TruthT, WorldT]):
         """
         return self.holds(moment, oracle.lab)
 
+    def within(self, moments: Callable[[int], Moment[TruthT]], about: int) -> "Claim":
+        """What it says of the turn `about` of an episode with these moments, by turn, for `means`.
+
+        That is the claim itself, but for those that compare the turn with an earlier one.
+        """
+        return self
+
     def counterparts(self, moment: Moment[TruthT], lab: WorldT) -> Sequence["Claim"]:
         """Plausible claims that may be false where this one is true, for teachers that err."""
         return ()

@@ -312,13 +312,15 @@ class Information:
 
     def _is_true(self, claim: Claim, about: int, world: DrawnWorld) -> bool:
         """Whether a claim is true in a world, as it is said."""
-        moment = world.moment(about)
-        found = self._known.get((claim, moment)) if self._keeps else None
+        moment, bare = world.moment(about), unhedged(claim)
+        said = bare.within(world.moment, about)
+        keeps = self._keeps and said is bare  # or it is about more than the moment
+        found = self._known.get((claim, moment)) if keeps else None
         if found is None:
-            if isinstance(unhedged(claim), Grounded):
+            if isinstance(bare, Grounded):
                 self._oracle.start(world.draw[0].truth)
-            found = unhedged(claim).means(moment, self._oracle)
-            if self._keeps:
+            found = said.means(moment, self._oracle)
+            if keeps:
                 self._known[claim, moment] = found
         return found
 

@@ -6,13 +6,27 @@ from typing import Any
 import numpy as np
 
 from teachers.atoms import FN, FP, HN, HP, ActionClaim, Atom, Claim, FeedbackType, HedgedClaim, Moment, R
-from teachers.common import Chance, Example, Late, Paid, PartlyRight, Right, Trap, Wrong, sign_of
+from teachers.common import (
+    Better,
+    BetterTurn,
+    Chance,
+    Example,
+    Late,
+    Paid,
+    PartlyRight,
+    Right,
+    Trap,
+    WorseTurn,
+    Wrong,
+    sign_of,
+)
 from teachers.fingerprint import Fingerprints
 from teachers.information import Bits, Information
 from teachers.oracle import Oracle
 from teachers.witness import Grounds, InformationT, Note, Witness
 
 HINDSIGHT = frozenset((HP, HN))
+_EQUAL = 1e-9  # values that differ by less differ by rounding
 
 
 def first_of(kinds: Set[FeedbackType], claims: Sequence[Claim[Any]]) -> int | None:
@@ -260,6 +274,25 @@ class View:
             actions.append(action)
             ground.append(None if solved else advised[0])
         return Example.on(tuple(ground), actions=tuple(actions)) if actions else None
+
+    def better(self, this: Any, that: Any) -> Better | None:
+        """The claim that one action is better now than another; None if there is no hindsight on such an action."""
+        this, that = map(self._oracle.lab.legal, (this, that))
+        found = self._oracle.judge(self._oracle.try_out(self.moment, this)._replace(over=True), HINDSIGHT)
+        return Better.on(found[0], this=this, that=that) if found else None
+
+    def better_turn(self, ago: int) -> BetterTurn | WorseTurn | None:
+        """The claim that this turn was better or worse than one so many turns ago.
+
+        None if they lost as much, and without hindsight on both.
+        """
+        both = self.moment, self._moments[-1 - ago]
+        verdicts = [next(iter(self._hindsight_on(each)), None) for each in both]
+        if None in verdicts:
+            return None
+        lost, earlier = map(self._oracle.regret, both)
+        cls = BetterTurn if lost < earlier else WorseTurn
+        return cls.on((both[1], *verdicts), ago=ago) if abs(lost - earlier) > _EQUAL else None
 
     def _dim(self, ground: Claim[Any]) -> Claim[Any]:
         return (Chance if ground.kind is FP else Trap).on(ground)

@@ -92,7 +92,7 @@ class Results:
                 yield {"key": row["key"], **turn}
 
     def transcript(self, key: str) -> str:
-        """An episode as text: observations, thoughts, feedback and actions; a false claim is marked by `!`.
+        """An episode as text: observations, thoughts, feedback and actions; `!` marks false claims, `~` hedged ones.
 
         Args:
             key: of the episode, or a beginning that no other key of the store has.

@@ -8,7 +8,7 @@ import pytest
 from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import entries, family
 from teachers.atoms import Atom, Moment
-from teachers.common import NoDifference, Reward, Right, Solved, TryAgain, Wrong
+from teachers.common import NoDifference, Reward, Right, Solved, TryAgain, Wrong, hedge
 from teachers.information import Bits, Gain, Information
 from teachers.oracles.bandits import Among, Avoid, Pull, PulledPoor
 from teachers.oracles.gridworld.claims import Go, Map
@@ -282,3 +282,42 @@ def test_every_environment_with_a_posterior_can_be_measured():
             world = entry.family.make_world(**{**entry.options, **entry.family.posterior_needs})
             world.reset(seed=0)
             assert isinstance(entry.family.make_information(world, 0, 4), Information)
+
+
+@pytest.mark.parametrize("p", [0.6, 0.9])
+def test_a_hedge_says_as_much_as_it_changes_what_is_probable(p):
+    """Of two arms one is best: the share of worlds goes from 1/2 to p, by 1 - H(p) bits."""
+    world, information, _ = opened("bandits", seed=1, worlds=2000, **FIXED)
+    claim = hedge(Pull(action=world.truth.best[0]), p)
+    (bits,) = heard(information, claim)
+    low, high = bits.interval
+    entropy = -p * math.log2(p) - (1 - p) * math.log2(1 - p)
+    assert low - 1e-9 <= bits.bits <= high + 1e-9
+    assert bits.bits == pytest.approx(1 - entropy, abs=0.06)
+    assert bits.saved == pytest.approx((2 * p - 1) * (bits.saved > 0), abs=0.1)
+    assert not bits.at_least
+    (flat,) = heard(information, claim.claim)
+    assert flat.held / flat.worlds == pytest.approx(p, abs=0.04)
+    assert flat.bits == pytest.approx(-math.log2(p), abs=0.1)
+
+
+def test_hedges_are_heard_in_later_turns_and_two_of_them_add_up():
+    world, information, moment = opened("bandits", seed=1, worlds=2000, **FIXED)
+    best = world.truth.best[0]
+    heard(information, hedge(Pull(action=best), 0.8), hedge(Avoid(action=1 - best), 0.8))
+    acted(world, information, moment, 0)
+    (flat,) = heard(information, Pull(action=best), turn=1)
+    assert flat.held / flat.worlds == pytest.approx(16 / 17, abs=0.03)  # odds of 4 times 4
+
+
+def test_what_no_world_has_is_believed_no_more_if_it_is_hedged():
+    _, information, _ = opened("bandits", **GAUSSIAN)
+    (bits,) = heard(information, hedge(Among(low=7, high=6), 0.9))
+    assert (bits.held, bits.bits, bits.at_least) == (0, 0, False)
+
+
+def test_the_interval_of_a_hedge_holds_the_bits_between_its_ends():
+    bits = Bits(256, 128, p=0.8)
+    low, high = bits.interval
+    assert low < bits.bits <= high
+    assert Bits(256, 64, p=0.999999).bits == pytest.approx(Bits(256, 64).bits, abs=1e-3)
