@@ -12,6 +12,7 @@ from pz_envs.family import Family, all_families
 from teachers.personality import PERSONALITIES
 
 _COMMAND = "llf dev tables"
+_SEED = 7
 
 
 def families() -> str:
@@ -58,12 +59,26 @@ def _served(family: Family, personality: str) -> str:
     return f"with `{given}`" if family.serves(personality, **needs) else "-"
 
 
+def clues() -> str:
+    """A Markdown table of the first and the last clue at the opening of an episode of each family, in plain words."""
+    rows = []
+    for family in _own_families():
+        world = family.make_world(**family.environments[family.showcase[0]])
+        world.reset(seed=_SEED)
+        oracle = family.make_teacher(world).oracle
+        oracle.start(world.truth)
+        first, *_, last = oracle.clues(world.truth)
+        told = (f"{family.phrasebook().sentences(each)[0]} ({each.kind}, {each.scope})" for each in (first, last))
+        rows.append((family.name, *map(markdown.escape, told)))
+    return table(("family", "the first clue", "the last"), rows)
+
+
 def _own_families() -> list[Family]:
     """The installed families of this distribution."""
     return [family for family in all_families() if not family.version and not family.missing()]
 
 
-TABLES = {"families": families, "personalities": personalities, "matrix": matrix}
+TABLES = {"families": families, "personalities": personalities, "matrix": matrix, "clues": clues}
 
 
 def update(text: str) -> str:

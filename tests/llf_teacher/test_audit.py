@@ -16,7 +16,7 @@ from pz_envs.family import all_families
 from teachers.atoms import FP, HN, HP, KINDS, Label, ParseFailure, R
 from teachers.common import Right, Truism, Wrong
 from teachers.personalities.silent import silent
-from teachers.personality import PERSONALITIES, parse_personality, personality
+from teachers.personality import parse_personality, personality
 
 GRID = "llf-gridworld-v0"
 SHOWCASE = [PREFIX + family.showcase[0] for family in all_families()]

@@ -109,7 +109,7 @@ class AlfworldOracle(Oracle[Truth, Alfworld]):
         kept = {fact[2] for fact in game.start if fact[0] == "inreceptacle" and house.type[fact[1]] == f"{thing}type"}
         holders = {house.type[each] for each in kept}
         fitting = (house.type[each] for each in house.place if (house.type[each], f"{thing}type") in house.holds)
-        free = Counter(sorted(kind for kind in fitting if kind not in holders)).most_common(1)
+        free = Counter(sorted(kind for kind in fitting if kind not in holders)).most_common()[-1:]
         return (
             *treat,
             *(NotKept(thing=thing, place=kind.removesuffix("type")) for kind, _ in free),

@@ -24,7 +24,6 @@ from teachers.oracles.movies.claims import (
     AvoidTrait,
     Fits,
     Goal,
-    NotAbout,
     Nothing,
     NotInCatalogue,
     OthersFit,
@@ -163,19 +162,16 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return items[self._fitting[0]].label
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What the wish that was not said is not about, what it is about, and some wishes with it among them."""
+        """What the wish that was not said is about, and some wishes with it among them."""
         profile, unsaid, (first, second), _ = truth
-        silent = [each for each in NAMES if each not in profile.wishes and unsaid != TYPE]
         names, wish = NAMES[unsaid], profile.words(unsaid).split(" or ")
         others = [name for name in names if name not in wish]
         begin = (7 * first + 31 * second) % max(1, len(others))  # each user gets others
         count = max(1, len(names) // _SOME - len(wish))
         some = {*wish, *(others[begin:] + others[:begin])[:count]}
-        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[-1:]]
-        clues.append(About(attribute=unsaid))
-        if len(some) < len(names):
-            clues.append(WithinWishes(attribute=unsaid, wishes=tuple(name for name in names if name in some)))
-        return tuple(clues)
+        listed = tuple(name for name in names if name in some)
+        within = (WithinWishes(attribute=unsaid, wishes=listed),) if len(listed) < len(names) else ()
+        return About(attribute=unsaid), *within
 
     def importance(self, truth: Truth) -> float:
         """The reward of a list that fits minus that of one in which nothing fits: always 1."""

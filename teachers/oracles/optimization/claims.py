@@ -98,31 +98,28 @@ _FOUND: WeakKeyDictionary[Optimization, dict[Point, tuple[Point, ...]]] = WeakKe
 
 
 def minima(lab: Optimization, truth: Truth) -> tuple[Point, ...]:
-    """The points of least loss, found by proposals alone: from those of a grid that are the lowest around."""
+    """The points of least loss, found by proposals alone: from all points of a grid downwards."""
     known = _FOUND.setdefault(lab, {})
     if truth.shift not in known:
         if len(known) >= _KEPT:
             known.clear()
-        points = list(grid(lab))
-        losses = np.array([proposed(lab, truth, point) for point in points]).reshape(_SIDE, _SIDE)
-        around = np.pad(losses, 1, constant_values=np.inf)
-        near = [around[i : i + _SIDE, j : j + _SIDE] for i in range(3) for j in range(3)]
-        starts = np.flatnonzero((losses <= np.min(near, axis=0)).ravel()).tolist()
-        ends = (_descend(lab, truth, points[i]) for i in starts)
-        known[truth.shift] = tuple(end for end in ends if succeeds(lab, truth, end))
+        ends = (_descend(lab, truth, point) for point in grid(lab))
+        known[truth.shift] = tuple(dict.fromkeys(end for end in ends if succeeds(lab, truth, end)))
     return known[truth.shift]
 
 
 def _descend(lab: Optimization, truth: Truth, start: Point) -> Point:
-    """The point of a local minimum of the loss."""
+    """The point of a local minimum of the loss, from a triangle as large as a cell of the grid."""
     from scipy.optimize import minimize  # slow to import
 
+    spans = zip(start, lab.lows, lab.highs, strict=True)
+    one, two = (x + (high - low) / (_SIDE - 1) * (1 if 2 * x < low + high else -1) for x, low, high in spans)
     found = minimize(
         lambda x: proposed(lab, truth, (float(x[0]), float(x[1]))),
         start,
         method="Nelder-Mead",
         bounds=list(zip(lab.lows, lab.highs, strict=True)),
-        options={"xatol": 1e-7, "fatol": 1e-13},
+        options={"initial_simplex": [start, (one, start[1]), (start[0], two)], "xatol": 1e-7, "fatol": 1e-10},
     )
     return float(found.x[0]), float(found.x[1])
 
@@ -564,8 +561,9 @@ class Between(_Span):
 
     def excludes(self, other: Claim) -> bool:
         """That it is not between bounds which enclose these."""
-        apart = isinstance(other, NoneBetween) and other.name == self.name
-        return apart and other.low <= self.low and self.high <= other.high
+        if not isinstance(other, NoneBetween) or other.name != self.name:
+            return False
+        return other.low <= self.low and self.high <= other.high
 
 
 @claim

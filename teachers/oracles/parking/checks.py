@@ -14,6 +14,10 @@ WHEELS = ("turn the wheel to the left", "hold the wheel straight", "turn the whe
 """Positions of the wheel in words."""
 
 
+SIDES = {"left": -1, "right": 1}
+"""Per side of the driver the sign of angles to it."""
+
+
 def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
     """The truth after an action in the simulator."""
     lab.restore(truth)
@@ -181,3 +185,22 @@ def opposites(action: Action) -> tuple[Action, ...]:
     """Plausible actions that are very different from this one."""
     pedal, wheel = (-1.0 if share > 0 else 1.0 for share in action)
     return (pedal, wheel), (pedal, action[1]), (0.0, 0.0)
+
+
+def turn_to_spot(lab: Parking, truth: Truth) -> float:
+    """The turn from the car's heading to that of a car in the spot, -180 to 180 degrees, as the world shows them."""
+    lab.restore(truth)
+    seen = lab.observe()
+    (cos, sin), (wanted_cos, wanted_sin) = (seen[part][-2:].tolist() for part in ("observation", "desired_goal"))
+    return math.degrees(math.atan2(wanted_sin * cos - wanted_cos * sin, wanted_cos * cos + wanted_sin * sin))
+
+
+def leads_in(lab: Parking, truth: Truth, pose: tuple[float, float, float]) -> bool:
+    """Whether a car that stands in this pose is parked by driving straight ahead."""
+    x, y, heading = pose
+    truth = _whole(truth)
+    there = truth._replace(car=truth.car._replace(x=x, y=y, heading=heading, speed=0.0))
+    return _drive_out(lab, there, ((0.5, 0.0),) * _STRAIGHT) > 0
+
+
+_STRAIGHT = 20  # actions, which lead 20 m far
