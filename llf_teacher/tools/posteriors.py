@@ -1,21 +1,54 @@
 """Whether posteriors are calibrated, and what they cost."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from time import process_time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.table import Table
 
+from llf_teacher.gym import StudentEnv
 from llf_teacher.registry import Entry
+from teachers.atoms import Moment
+from teachers.belief import Belief
+from worlds.posteriors import Draw
 from worlds.posteriors import testing as kit
 
-__all__ = ["Ranked", "measure", "plot", "table"]
+__all__ = ["Costs", "Ranked", "costs", "measure", "plot", "table", "table_of_costs"]
 
 _EPISODES = 20
 _BAND = 0.99
+_TURNS = 40
+_LONGEST = 20.0  # seconds after which no more turns are measured
+
+
+class Costs(NamedTuple):
+    """What a turn costs that uses posterior worlds, as mean times of the processor in milliseconds."""
+
+    id: str
+    worlds: int
+    refreshed: float | None
+    """What the student `reasoner` takes to draw worlds; None if it cannot play there."""
+    weighed: float | None
+    """What it takes to weigh these by the claims, and its actions in them."""
+    informative: float
+    """A turn of a lesson whose teacher is `informative`."""
+    oracle: float
+    """The same turn with the teacher `oracle`."""
+
+
+class _Timed(Belief):
+    """Takes the time of drawing."""
+
+    drawing = 0.0
+
+    def _next(self) -> Draw[Any]:
+        start = process_time()
+        found = super()._next()
+        self.drawing += process_time() - start
+        return found
 
 
 class Ranked(NamedTuple):
@@ -42,6 +75,71 @@ def measure(entry: Entry, histories: int, seed: int) -> Ranked:
     draw = _time([partial(posterior.take, turns, rng, kit.DRAWS) for turns in past]) / kit.DRAWS
     reset = _time([partial(world.reset, seed=int(number)) for number in rng.integers(2**31, size=10 * _EPISODES)])
     return Ranked(entry.id, {name: kit.uniformity(each) for name, each in ranks.items()}, reset, draw)
+
+
+def costs(entry: Entry, seed: int, worlds: int) -> Costs:
+    """Take the time of turns with random actions of the student."""
+    informative, oracle = (_turn(entry, seed, teacher) for teacher in (f"informative(worlds={worlds})", "oracle"))
+    return Costs(entry.id, worlds, *_reasoning(entry, seed, worlds), informative, oracle)
+
+
+def _lessons(entry: Entry, seed: int, teacher: str) -> Iterator[tuple[StudentEnv, float]]:
+    """Turns of lessons, each with its time in seconds; the time between them is counted, too."""
+    env = StudentEnv(entry.id, teacher=teacher, **entry.family.posterior_needs)
+    rng = np.random.default_rng(seed)
+    begun, turns = process_time(), 0
+    while True:
+        env.reset(seed=int(rng.integers(2**31)))
+        over = False
+        while not over:
+            if turns == _TURNS or process_time() - begun > _LONGEST:
+                return
+            action = env.session.world.sample_action(rng)
+            start = process_time()
+            _, _, terminated, truncated, _ = env.step(action)
+            over = terminated or truncated
+            turns += 1
+            yield env, process_time() - start
+
+
+def _turn(entry: Entry, seed: int, teacher: str) -> float:
+    """Mean time of a turn of a lesson in milliseconds."""
+    return float(np.mean([seconds for _, seconds in _lessons(entry, seed, teacher)])) * 1e3
+
+
+def _reasoning(entry: Entry, seed: int, worlds: int) -> tuple[float | None, float | None]:
+    """Mean times in which a belief draws worlds, and weighs them, in milliseconds."""
+    family = entry.family
+    oracle = family.oracle_class()
+    if "values" not in oracle.abilities():
+        return None, None
+    belief, took = None, []
+    for env, _ in _lessons(entry, seed, "oracle"):
+        moment = env.session.moment
+        if belief is None or moment.turn == 1:
+            world = env.session.world
+            rng = np.random.default_rng(seed)
+            belief = _Timed(family.make_posterior(world), oracle(world.scratch), rng, worlds)
+            if moment.before is not None:
+                belief.see(Moment.opening(moment.before))
+        belief.drawing, start = 0.0, process_time()
+        belief.see(moment)
+        belief.learn(env.session.atoms)
+        belief.regrets()
+        took.append((belief.drawing, process_time() - start - belief.drawing))
+    refreshed, weighed = np.mean(took, axis=0) * 1e3
+    return float(refreshed), float(weighed)
+
+
+def table_of_costs(found: Iterable[Costs]) -> Table:
+    """A row for each environment."""
+    shown = Table(box=None, padding=(0, 2, 0, 0))
+    columns = ("worlds", "reasoner draws, ms", "weighs, ms", "informative's turn, ms", "oracle's turn, ms")
+    for column in ("environment", *columns):
+        shown.add_column(column, justify="left" if column == "environment" else "right")
+    for id, worlds, *times in found:
+        shown.add_row(id, f"{worlds}", *("" if time is None else f"{time:,.2f}" for time in times))
+    return shown
 
 
 def _time(calls: Sequence[Callable[[], object]]) -> float:

@@ -1,4 +1,4 @@
-"""`llf dev posteriors`: check that posteriors are calibrated, and measure what they cost."""
+"""`llf dev posteriors`: check that posteriors are calibrated, and measure what they and turns by them cost."""
 
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +19,10 @@ def posteriors(
     plot: Annotated[
         Path | None, typer.Option(help="Picture of the distributions of ranks to write, such as ranks.svg.")
     ] = None,
+    worlds: Annotated[
+        int,
+        typer.Option(min=0, help="Measure turns of the student reasoner and of the teacher informative by so many."),
+    ] = 0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the histories.")] = 0,
 ) -> None:
     """Rank the true world among drawn ones (simulation-based calibration), and compare a draw with a reset.
@@ -48,5 +52,11 @@ def posteriors(
     output = Console(emoji=False)
     output.width = max(output.width, 130)
     output.print(measured.table(found))
+    if worlds:
+        turns = [
+            measured.costs(entry, seed, worlds)
+            for entry in track(chosen, "taking times", console=console, transient=True)
+        ]
+        output.print(measured.table_of_costs(turns))
     if any(each.p < THRESHOLD for one in found for each in one.calibration.values()):
         raise typer.Exit(1)
