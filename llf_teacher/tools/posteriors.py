@@ -110,7 +110,7 @@ def _turn(entry: Entry, seed: int, teacher: str) -> float:
 def _reasoning(entry: Entry, seed: int, worlds: int) -> tuple[float | None, float | None]:
     """Mean times in which a belief draws worlds, and weighs them, in milliseconds."""
     family = entry.family
-    oracle = family.oracle_class()
+    oracle: Any = family.oracle_class()
     if "values" not in oracle.abilities():
         return None, None
     belief, took = None, []
