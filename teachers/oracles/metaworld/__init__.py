@@ -20,7 +20,6 @@ from teachers.oracles.metaworld.claims import (
     Grips,
     Neared,
     NoGrip,
-    NotToward,
     Off,
     RightGrip,
     RightPlace,
@@ -161,17 +160,17 @@ class MetaWorldOracle(Oracle[Truth, MetaWorld]):
         return ()
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What the gripper is for; a side on which the hand is not wanted; one on which it is; how far that is."""
+        """What the gripper is for; a side on which the hand is wanted; how far away."""
         if truth.solved:
             return ()
         task, hand, place = self.lab.task, hand_of(truth), self._aim(truth).target
         clues: list[Claim] = [NoGrip()] if task in OPEN else []
         clues += [Grips(use=use) for use, tasks in (("hold", HOLDING), ("shut", SHUT)) if task in tasks]
-        offsets = [b - a for a, b in zip(hand, place, strict=True)]
-        i = max(range(3), key=lambda i: abs(offsets[i]))
-        sign, other = "+-" if offsets[i] > 0 else "-+"
-        if abs(offsets[i]) > 0.02:
-            clues += [NotToward(axis=f"{other}{AXES[i]}"), Toward(axis=f"{sign}{AXES[i]}")]
+        offset, axis = max(
+            ((b - a, axis) for axis, a, b in zip(AXES, hand, place, strict=True)), key=lambda o: abs(o[0])
+        )
+        if abs(offset) > 0.02:
+            clues.append(Toward(axis=f"{'+' if offset > 0 else '-'}{axis}"))
         return (*clues, Distance(centimetres=round(100 * math.dist(hand, place))))
 
     def importance(self, truth: Truth) -> float:

@@ -553,48 +553,25 @@ class NoGrip(Claim[Truth, MetaWorld]):
 
 
 @claim
-class _Side(Claim[Truth, MetaWorld]):
-    """Base of claims about the side on which the script wants the hand now, by more than 2 cm, give or take 1."""
-
-    axis: str
-    """With its sign, such as `+x`."""
-
-    def lies(self, moment: Moment[Truth], lab: MetaWorld, slack: float) -> bool:
-        """Compute the place from the policy's command and gain."""
-        place, _ = commanded(moment.after, lab)
-        return self.axis in directions(hand_of(moment.after), place, slack)
-
-    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
-        """The opposite side, and the others."""
-        others = (sign + axis for axis in AXES for sign in "+-")
-        return tuple(type(self)(axis=axis) for axis in others if axis != self.axis)
-
-
-@claim
-class NotToward(_Side):
-    """True if the script does not want the hand on this side of where it is, by more than 2 cm, give or take 1."""
-
-    kind = FN
-
-    def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
-        """Compute the place from the policy's command and gain."""
-        return not moment.after.solved and not self.lies(moment, lab, 0.01)
-
-
-@claim
-class Toward(_Side):
+class Toward(Claim[Truth, MetaWorld]):
     """True if the script wants the hand on this side of where it is, by more than 2 cm, give or take 1."""
 
     kind = FP
+    axis: str
+    """With its sign, such as `+x`."""
 
     def holds(self, moment: Moment[Truth], lab: MetaWorld) -> bool:
         """Compute the place from the policy's command and gain."""
-        return not moment.after.solved and self.lies(moment, lab, -0.01)
+        place, _ = commanded(moment.after, lab)
+        return not moment.after.solved and self.axis in directions(hand_of(moment.after), place, -0.01)
+
+    def counterparts(self, moment: Moment[Truth], lab: MetaWorld) -> Sequence[Claim]:
+        """The opposite side."""
+        return (Toward(axis=self.axis.translate(_OPPOSITE)),)
 
     def excludes(self, other: Claim) -> bool:
-        """The same side, denied; or the opposite one."""
-        against = NotToward(axis=self.axis), Toward(axis=self.axis.translate(_OPPOSITE))
-        return other in against
+        """The opposite side."""
+        return other == Toward(axis=self.axis.translate(_OPPOSITE))
 
 
 _GRIPPING: dict[str, str] = {}

@@ -59,67 +59,26 @@ USES = {
     "shut": "keep the gripper closed from the start on",
 }
 """Uses of the gripper, as advice."""
-HOLDING = frozenset(
-    (
-        "assembly-v3",
-        "basketball-v3",
-        "bin-picking-v3",
-        "box-close-v3",
-        "coffee-pull-v3",
-        "coffee-push-v3",
-        "disassemble-v3",
-        "hammer-v3",
-        "hand-insert-v3",
-        "handle-pull-side-v3",
-        "peg-insert-side-v3",
-        "pick-place-v3",
-        "pick-place-wall-v3",
-        "push-v3",
-        "push-back-v3",
-        "push-wall-v3",
-        "shelf-place-v3",
-        "stick-pull-v3",
-        "stick-push-v3",
-        "sweep-v3",
-    )
+
+
+def _tasks(names: str) -> frozenset[str]:
+    return frozenset(f"{name}-v3" for name in names.split())
+
+
+HOLDING = _tasks(
+    "assembly basketball bin-picking box-close coffee-pull coffee-push disassemble hammer hand-insert "
+    "handle-pull-side peg-insert-side pick-place pick-place-wall push push-back push-wall shelf-place "
+    "stick-pull stick-push sweep"
 )
 """Tasks in which the gripper closes on the way."""
-SHUT = frozenset(
-    (
-        "button-press-topdown-v3",
-        "button-press-wall-v3",
-        "dial-turn-v3",
-        "door-close-v3",
-        "door-open-v3",
-        "door-unlock-v3",
-        "drawer-close-v3",
-        "faucet-close-v3",
-        "faucet-open-v3",
-        "handle-press-side-v3",
-        "handle-pull-v3",
-        "lever-pull-v3",
-        "plate-slide-back-side-v3",
-        "plate-slide-side-v3",
-        "soccer-v3",
-        "window-close-v3",
-        "window-open-v3",
-    )
+SHUT = _tasks(
+    "button-press-topdown button-press-wall dial-turn door-close door-open door-unlock drawer-close "
+    "faucet-close faucet-open handle-press-side handle-pull lever-pull plate-slide-back-side "
+    "plate-slide-side soccer window-close window-open"
 )
 """Tasks in which the gripper is closed from the start on."""
-OPEN = frozenset(
-    (
-        "button-press-v3",
-        "button-press-topdown-wall-v3",
-        "coffee-button-v3",
-        "door-lock-v3",
-        "drawer-open-v3",
-        "handle-press-v3",
-        "peg-unplug-side-v3",
-        "pick-out-of-hole-v3",
-        "plate-slide-v3",
-        "plate-slide-back-v3",
-        "reach-v3",
-        "reach-wall-v3",
-    )
+OPEN = _tasks(
+    "button-press button-press-topdown-wall coffee-button door-lock drawer-open handle-press "
+    "peg-unplug-side pick-out-of-hole plate-slide plate-slide-back reach reach-wall"
 )
 """Tasks in which it is never closed."""

@@ -26,7 +26,6 @@ from teachers.oracles.movies.claims import (
     AvoidTrait,
     Fits,
     Goal,
-    NotAbout,
     Nothing,
     NotInCatalogue,
     OthersFit,
@@ -166,21 +165,17 @@ class MoviesOracle(Oracle[Truth, Movies]):
         return items[self._fitting[0]].label
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """What the wish that was not said is not about, what it is about, and some wishes with it among them.
-
-        At last, rules of a town.
-        """
+        """What the wish that was not said is about, and some wishes with it among them; at last, rules of a town."""
         profile, unsaid, (first, second), _, law = truth
-        silent = [each for each in NAMES if each not in profile.wishes and unsaid != TYPE]
         names, wish = NAMES[unsaid], profile.words(unsaid).split(" or ")
         others = [name for name in names if name not in wish]
         begin = (7 * first + 31 * second) % max(1, len(others))  # each user gets others
         count = max(1, len(names) // _SOME - len(wish))
         some = {*wish, *(others[begin:] + others[:begin])[:count]}
-        clues: list[Claim] = [NotAbout(attribute=each) for each in silent[1:]]  # that leaves several
-        clues.append(About(attribute=unsaid))
-        if len(some) < len(names):
-            clues.append(WithinWishes(attribute=unsaid, wishes=tuple(name for name in names if name in some)))
+        listed = tuple(name for name in names if name in some)
+        clues: list[Claim] = [About(attribute=unsaid)]
+        if len(listed) < len(names):
+            clues.append(WithinWishes(attribute=unsaid, wishes=listed))
         if law:
             clues.append(AlwaysSays(attribute=ATTRIBUTES[ATTRIBUTES.index(unsaid) - 1]))
             clues.append(AlwaysWants(attribute=unsaid, wish=profile.words(unsaid)))

@@ -446,22 +446,6 @@ class _Unsaid(Claim[Truth, Movies]):
 
 
 @claim
-class NotAbout(_Unsaid):
-    """True if the wish that the request leaves out is not about `attribute`, and the request does not mention that."""
-
-    kind = FN
-
-    def holds(self, moment: Moment[Truth], lab: Movies) -> bool:
-        """Read the request."""
-        silent = checks.silent_about(lab, moment.after)
-        return self.attribute in silent and self.attribute != checks.left_out(lab, moment.after)
-
-    def counterparts(self, moment: Moment[Truth], lab: Movies) -> Sequence[Claim]:
-        """Another attribute."""
-        return tuple(NotAbout(attribute=each) for each in checks.NAMES if each != self.attribute)
-
-
-@claim
 class About(_Unsaid):
     """True if the wish that the request leaves out is about `attribute`."""
 
@@ -477,7 +461,7 @@ class About(_Unsaid):
 
     def excludes(self, other: Claim) -> bool:
         """That it is about something else."""
-        return isinstance(other, _Unsaid) and (other.kind is FP) == (other.attribute != self.attribute)
+        return isinstance(other, _Unsaid) and other.attribute != self.attribute
 
 
 @claim

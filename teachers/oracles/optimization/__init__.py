@@ -170,11 +170,10 @@ class OptimizationOracle(Oracle[Truth, Optimization]):
         lows, highs, best = self.lab.lows, self.lab.highs, self._nearest(x)
         sides = [high - low for low, high in zip(lows, highs, strict=True)]
         middle = lows[0] + sides[0] / 2
-        halves = ((lows[0], middle), (middle, highs[0]))
-        empty = [h for h in halves if not any(h[0] - _EDGE <= m[0] <= h[1] + _EDGE for m in self._minimisers)]
-        clues: list[Claim] = [
-            NoneBetween(name=NAMES[0], low=low, high=high) for low, high in (inward(*h) for h in empty)
-        ]
+        halves, edge = ((lows[0], middle), (middle, highs[0])), _EDGE * sides[0]
+        empty = [h for h in halves if not any(h[0] - edge <= m[0] <= h[1] + edge for m in self._minimisers)]
+        spans = [inward(*half) for half in empty]
+        clues: list[Claim] = [NoneBetween(name=NAMES[0], low=low, high=high) for low, high in spans]
         clues += self._around(1, best, 2)
         away, i = max((abs(best[i] - x[i]) / sides[i], i) for i in range(2))
         if away > _EDGE:

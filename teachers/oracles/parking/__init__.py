@@ -10,9 +10,8 @@ import numpy as np
 from teachers.atoms import FN, FP, HN, HP, Claim, FeedbackType, Moment
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.oracles.parking.checks import NEXT, SIDES, after_action, crashes, distance_to_spot, opposites, stops
+from teachers.oracles.parking.checks import after_action, crashes, distance_to_spot, opposites, stops
 from teachers.oracles.parking.claims import (
-    CarBeside,
     Controls,
     Crash,
     Crashed,
@@ -222,16 +221,11 @@ class ParkingOracle(Oracle[Truth, Parking]):
                 yield Trap(action=action)
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """Cars beside the spot, how far to turn, how many actions it takes, and from where it is straight ahead."""
+        """How far to turn, how many actions it takes, and from where it is straight ahead."""
         if truth.car.crashed or self._is_parked(truth):
             return ()
         x, y, heading = truth.spot
         clues: list[Claim] = []
-        for side, sign in SIDES.items():
-            across = heading + sign * math.pi / 2
-            beside = x + NEXT * math.cos(across), y + NEXT * math.sin(across)
-            if any(math.dist((other.x, other.y), beside) < 1 for other in truth.parked):
-                clues.append(CarBeside(side=side))
         turn = math.remainder(heading - truth.car.heading, math.tau)
         if degrees := 30 * round(math.degrees(abs(turn)) / 30):
             clues.append(TurnBy(side="right" if turn > 0 else "left", degrees=degrees))

@@ -16,8 +16,6 @@ WHEELS = ("turn the wheel to the left", "hold the wheel straight", "turn the whe
 
 SIDES = {"left": -1, "right": 1}
 """Per side of the driver the sign of angles to it."""
-NEXT = 4.0
-"""Metres between the middles of two spots that are next to each other."""
 
 
 def after_action(lab: Parking, truth: Truth, action: Action) -> Truth:
@@ -187,15 +185,6 @@ def opposites(action: Action) -> tuple[Action, ...]:
     """Plausible actions that are very different from this one."""
     pedal, wheel = (-1.0 if share > 0 else 1.0 for share in action)
     return (pedal, wheel), (pedal, action[1]), (0.0, 0.0)
-
-
-def stands_beside(lab: Parking, truth: Truth, side: str) -> bool:
-    """Whether a car that stands beside the spot crashes into another one."""
-    x, y, heading = truth.spot
-    across = heading + SIDES[side] * math.pi / 2
-    x, y = x + NEXT * math.cos(across), y + NEXT * math.sin(across)
-    truth = _whole(truth)
-    return hits(lab, truth._replace(car=truth.car._replace(x=x, y=y, heading=heading, speed=0.0)))
 
 
 def turn_to_spot(lab: Parking, truth: Truth) -> float:

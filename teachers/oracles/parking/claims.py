@@ -37,7 +37,6 @@ from teachers.oracles.parking.checks import (
     parks_within,
     pedal_words,
     stands_at,
-    stands_beside,
     turn_to_spot,
     wheel_words,
     write,
@@ -421,24 +420,6 @@ class Detour(_Named):
     def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
         """The claim of a crash."""
         return (Crash(action=self.action),)
-
-
-@claim
-class CarBeside(Claim[Truth, Parking]):
-    """True if a car stands in the place to this side of the spot, as seen by the driver of a car in the spot."""
-
-    kind = FN
-    scope = Scope.WORLD
-    side: str
-    """`left` or `right`."""
-
-    def holds(self, moment: Moment[Truth], lab: Parking) -> bool:
-        """Put the student's car there."""
-        return stands_beside(lab, moment.after, self.side)
-
-    def counterparts(self, moment: Moment[Truth], lab: Parking) -> Sequence[Claim]:
-        """The other side."""
-        return tuple(CarBeside(side=side) for side in SIDES if side != self.side)
 
 
 @claim

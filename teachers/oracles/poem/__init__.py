@@ -21,7 +21,6 @@ from teachers.oracles.poem.claims import (
     Goal,
     LinesLeft,
     LinesRight,
-    NoLonger,
     Repeat,
     Shorten,
     Solution,
@@ -134,7 +133,7 @@ class PoemOracle(Oracle[Truth, Poem]):
                 claims.append(_avoid_count(line, pattern[line - 1] + 1))
 
     def clues(self, truth: Truth) -> tuple[Claim, ...]:
-        """The number of lines that are wrong, the longest line, all syllables together, then each line's."""
+        """The number of lines that are wrong, all syllables together, then each line's."""
         lines, pattern = lines_of(truth.draft), truth.pattern
         wanted = truth.demands(len(lines))
         wrong = sum(not fits(words, number) for words, number in zip(lines, wanted, strict=False))
@@ -142,7 +141,6 @@ class PoemOracle(Oracle[Truth, Poem]):
             return ()
         return (
             *((LinesLeft(lines=wrong),) if wanted else ()),
-            NoLonger(syllables=max(pattern)),
             *(() if truth.free else (Total(syllables=sum(pattern)),)),
             *(Count(line=line, syllables=number) for line, number in enumerate(pattern, 1)),
         )

@@ -506,24 +506,6 @@ class LinesLeft(Claim[Truth, Poem]):
 
 
 @claim
-class NoLonger(Claim[Truth, Poem]):
-    """True if no line may have more syllables than `syllables`, and some line must have so many."""
-
-    kind = FN
-    scope = Scope.WORLD
-    syllables: int
-    amount = slot(syllables_of, "syllables")
-
-    def holds(self, moment: Moment[Truth], lab: Poem) -> bool:
-        """Offer lines of growing length."""
-        return max(_needs(moment.after, lab)) == self.syllables
-
-    def counterparts(self, moment: Moment[Truth], lab: Poem) -> Sequence[Claim]:
-        """Another number."""
-        return tuple(NoLonger(syllables=number) for number in near(self.syllables) if number)
-
-
-@claim
 class Total(Claim[Truth, Poem]):
     """True if a right poem, whose number of lines is given, has so many syllables."""
 
