@@ -16,7 +16,7 @@ from teachers.belief import Belief
 from worlds.posteriors import Draw
 from worlds.posteriors import testing as kit
 
-__all__ = ["Costs", "Ranked", "costs", "measure", "plot", "table", "table_of_costs"]
+__all__ = ["Ranked", "TurnTimes", "costs", "measure", "plot", "table", "table_of_costs"]
 
 _EPISODES = 20
 _BAND = 0.99
@@ -24,7 +24,7 @@ _TURNS = 40
 _LONGEST = 20.0  # seconds after which no more turns are measured
 
 
-class Costs(NamedTuple):
+class TurnTimes(NamedTuple):
     """What a turn costs that uses posterior worlds, as mean times of the processor in milliseconds."""
 
     id: str
@@ -77,10 +77,10 @@ def measure(entry: Entry, histories: int, seed: int) -> Ranked:
     return Ranked(entry.id, {name: kit.uniformity(each) for name, each in ranks.items()}, reset, draw)
 
 
-def costs(entry: Entry, seed: int, worlds: int) -> Costs:
+def costs(entry: Entry, seed: int, worlds: int) -> TurnTimes:
     """Take the time of turns with random actions of the student."""
     informative, oracle = (_turn(entry, seed, teacher) for teacher in (f"informative(worlds={worlds})", "oracle"))
-    return Costs(entry.id, worlds, *_reasoning(entry, seed, worlds), informative, oracle)
+    return TurnTimes(entry.id, worlds, *_reasoning(entry, seed, worlds), informative, oracle)
 
 
 def _lessons(entry: Entry, seed: int, teacher: str) -> Iterator[tuple[StudentEnv, float]]:
@@ -131,7 +131,7 @@ def _reasoning(entry: Entry, seed: int, worlds: int) -> tuple[float | None, floa
     return float(refreshed), float(weighed)
 
 
-def table_of_costs(found: Iterable[Costs]) -> Table:
+def table_of_costs(found: Iterable[TurnTimes]) -> Table:
     """A row for each environment."""
     shown = Table(box=None, padding=(0, 2, 0, 0))
     columns = ("worlds", "reasoner draws, ms", "weighs, ms", "informative's turn, ms", "oracle's turn, ms")

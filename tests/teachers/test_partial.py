@@ -16,7 +16,6 @@ from teachers.atoms import FP, KINDS, HedgedClaim, confidence, unhedged
 from teachers.information import DrawnWorld
 from teachers.oracles.bandits import Avoid, Pull
 from teachers.partial import PartialOracle
-from teachers.personality import PERSONALITIES
 from teachers.teacher import Teacher
 from worlds.posteriors import NoWorldError
 
@@ -117,10 +116,8 @@ def test_it_knows_what_the_student_hears_from_others():
     assert not [claim for claim in claims if isinstance(claim, Avoid | Pull)]  # these the student can conclude
 
 
-@pytest.mark.parametrize("teacher", ["informative(worlds=16)", "partial", "partial(sees='walk') | timid(by=0.1)"])
+@pytest.mark.parametrize("teacher", ["informative(worlds=16)", "partial", "partial(sees='walk') | timid"])
 def test_a_lesson_can_be_copied_in_the_middle(teacher):
-    if teacher.endswith("timid(by=0.1)") and "timid" not in PERSONALITIES.names:
-        pytest.skip("no personality bends hedges")
     env = lesson(GAUSSIAN, teacher, ask_cost=0.1)
     for _ in play(env, 0, 3):
         pass
@@ -202,6 +199,12 @@ def test_its_hedges_are_calibrated(id, sees, lessons):
     found = hedges(f"partial(sees={sees!r}, worlds=64)", id, lessons)
     assert len(found) > lessons / 3
     assert calibration(found) > ALPHA
+
+
+def test_bent_hedges_are_not_calibrated():
+    """The same hedges, said with more or less confidence."""
+    for bend in ("overconfident", "timid"):
+        assert calibration(hedges(f"partial | {bend}(by=20)", GRID, 400, turns=0)) < ALPHA
 
 
 def test_what_it_says_flatly_is_true_where_worlds_are_listed():
