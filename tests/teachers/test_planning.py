@@ -1,6 +1,6 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
-from functools import cache
+from functools import cache, partial
 from typing import ClassVar
 
 import gymnasium
@@ -519,3 +519,154 @@ def test_nothing_is_measured_where_rewards_are_no_numbers():
     env = llf_teacher.teach(Odd(), oracle=Expert(lambda observation, info: 0), max_turns=9)
     env.reset(seed=0)
     assert not {HP, HN, FN} & {atom.kind for atom in env.step(1)[-1]["atoms"]}
+
+
+class Key(gymnasium.Env):
+    """Cells in a row, with a key at the left, without which the end at the right pays a tenth.
+
+    Args:
+        kept: how the key is kept, of `KEPT`.
+    """
+
+    observation_space, action_space = gymnasium.spaces.Discrete(8), gymnasium.spaces.Discrete(3)
+    __slots__ = ("slot",)
+
+    def __init__(self, kept="slot"):
+        self.kept = kept
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell, self.P, self.lastaction, self.slot, self.pays = 3, [], 0, 0, None
+        self.take(0)
+        return self.cell, {}
+
+    def take(self, has):
+        KEPT[self.kept](self, has)
+
+    def step(self, action):
+        if action == 2 and self.cell == 0:
+            self.take(1)
+        elif action < 2:
+            self.cell = min(max(self.cell + 2 * int(action) - 1, 0), 7)
+        over = self.cell == 7
+        has = self.P or self.lastaction or self.slot or (self.pays in (self.rich, Rich, rich))
+        return self.cell, (10.0 if has else 1.0) * over, over, False, {}
+
+    def rich(self):
+        """What is bound to this is the key."""
+
+
+class Rich:
+    """This is the key."""
+
+
+def rich():
+    """This is the key, too."""
+
+
+KEPT = {
+    "slot": lambda env, has: setattr(env, "slot", has),
+    "list named P": lambda env, has: env.P.extend([1] * (has > len(env.P))),
+    "lastaction": lambda env, has: setattr(env, "lastaction", has),
+    "method": lambda env, has: setattr(env, "pays", env.rich if has else env.close),
+    "class": lambda env, has: setattr(env, "pays", Rich if has else int),
+    "function": lambda env, has: setattr(env, "pays", rich if has else len),
+}
+
+
+@pytest.mark.parametrize("kept", KEPT)
+def test_a_state_is_all_that_an_environment_holds(kept):
+    """With the key in reach, it is fetched."""
+    for oracle in ("exact", "searched"):
+        seat = llf_teacher.teach(
+            partial(Key, kept), oracle=oracle, max_turns=30, success=lambda _, reward, *more: reward > 5
+        )
+        claims = [atom.claim for atom in seat.reset(seed=0)[1]["atoms"] if atom.kind is FP]
+        assert [claim.action for claim in claims] == [0]
+
+
+class Shared(Key):
+    """The key is in a dict that is named as tables are, which copies share."""
+
+    def reset(self, *, seed=None, options=None):
+        seen = super().reset(seed=seed)
+        self.P = {}
+        return seen
+
+    def take(self, has):
+        if has:
+            self.P[0] = 1
+
+
+def test_what_copies_share_is_found_out():
+    with pytest.raises(PlanningError, match="copies of the environment share a part of its state"):
+        Lesson(Shared, "exact", max_turns=30)
+
+
+class Fetch(gymnasium.Wrapper):
+    """Pays for the key itself."""
+
+    def reset(self, **given):
+        self.had = False
+        return self.env.reset(**given)
+
+    def step(self, action):
+        self.had |= bool(action == 2 and self.unwrapped.cell == 0)
+        seen, reward, *more = self.env.step(action)
+        return seen, reward * (10 if self.had else 1), *more
+
+
+class Gives(Key):
+    """Says what its state is."""
+
+    def take(self, has):
+        pass
+
+    def get_state(self):
+        return self.cell
+
+    def set_state(self, state):
+        self.cell = state
+
+
+def test_the_state_of_a_wrapper_counts():
+    with pytest.raises(PlanningError, match="the wrapper Fetch may have a state of its own"):
+        Lesson(lambda: Fetch(Gives()), "exact", max_turns=30)
+    seat = llf_teacher.teach(
+        lambda: Fetch(Gives()), oracle="searched", max_turns=30, success=lambda _, reward, *more: reward > 5
+    )
+    claims = [atom.claim for atom in seat.reset(seed=0)[1]["atoms"] if atom.kind is FP]
+    assert [claim.action for claim in claims] == [0]
+
+
+class Flip(gymnasium.Env):
+    """The table of transitions is drawn at the start of an episode: the treasure is at one end or the other."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(7), gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        pays, self.s = {0: 0.0, 6: 0.0, 6 * int(self.np_random.integers(2)): 1.0}, 3
+        self.P = {
+            state: {
+                action: [(1.0, after, pays.get(after, 0.0) * (state not in pays), after in pays)]
+                for action, after in enumerate((max(state - 1, 0), min(state + 1, 6)))
+            }
+            for state in range(7)
+        }
+        return self.s, {}
+
+    def step(self, action):
+        ((_, self.s, reward, over),) = self.P[self.s][int(action)]
+        return self.s, reward, over, False, {}
+
+
+def test_a_table_that_changes_is_a_part_of_the_state():
+    seat = llf_teacher.teach(Flip, oracle="exact", max_turns=12)
+    advised = []
+    for seed in range(8):
+        atoms = seat.reset(seed=seed)[1]["atoms"]
+        pays = seat.session.world.env.unwrapped.P[1][0][0][2]
+        advised += [atom.claim.action for atom in atoms if atom.kind is FP]
+        assert advised[-1] == (pays == 0)
+    assert set(advised) == {0, 1}

@@ -2,6 +2,7 @@
 
 import dataclasses
 import pickle
+import random
 import threading
 from typing import ClassVar
 
@@ -642,3 +643,69 @@ def test_no_teacher_leads_to_a_fall_that_is_paid():
 def test_where_only_an_expert_knows_the_task_nothing_is_searched_for():
     with pytest.raises(PlanningError, match="no goal is known that a search can find, but an expert is"):
         Lesson(gymnasium.make("Acrobot-v1"), "searched")
+
+
+class Window(gymnasium.Env):
+    """A row with a goal far on the left, and one on the right behind a door that is open for two steps only."""
+
+    observation_space, action_space = spaces.Discrete(40), spaces.Discrete(3)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell, self.steps = 0, 0
+        return 20, {}
+
+    def step(self, action):
+        after = self.cell + int(action) - 1
+        self.cell = self.cell if after == 2 and action == 2 and self.steps not in (5, 6) else after
+        self.steps += 1
+        over = self.cell in (4, -12)
+        return self.cell + 20, float(over), over, False, {}
+
+
+class KeptWindow(Window):
+    """Sets itself back."""
+
+    def get_state(self):
+        return self.cell, self.steps
+
+    def set_state(self, state):
+        self.cell, self.steps = state
+
+
+@pytest.mark.parametrize("make", [Window, KeptWindow])
+def test_a_count_of_steps_that_decides_for_a_while_is_refused(make):
+    with pytest.raises(PlanningError, match=r"the number of steps \(steps\) decides what action 2 does after 1"):
+        lesson(make)
+
+
+class Game:
+    """A game that draws, with the place in it."""
+
+    def __init__(self, seed):
+        self.random, self.place = random.Random(seed), 0
+
+
+class Hosted(gymnasium.Env):
+    """All is in a game, whose random generator is no part of the state."""
+
+    observation_space, action_space = spaces.Discrete(6), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.game = Game(seed)
+        return 0, {}
+
+    def step(self, action):
+        self.game.random.random()
+        self.game.place = max(self.game.place + 2 * int(action) - 1, 0)
+        over = self.game.place == 5
+        return self.game.place, float(over), over, False, {}
+
+
+def test_an_object_that_draws_is_read_without_its_generator():
+    state = lesson(Hosted).planned.look
+    env = Hosted()
+    env.reset(seed=0)
+    keys = [state(env), *(env.step(action) and state(env) for action in (0, 1))]
+    assert keys[0] == keys[1] != keys[2]

@@ -6,13 +6,13 @@ A way is proved by a trial before it is used: after it went back, the same actio
 import copy
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
+from gymnasium import spaces, wrappers
 from gymnasium.envs.registration import EnvSpec
 
 from worlds.actions import native
@@ -29,6 +29,8 @@ __all__ = [
     "WayBack",
     "copied",
     "draws",
+    "is_plain",
+    "layers",
     "shake",
     "way_back",
 ]
@@ -41,6 +43,10 @@ TABLE = "P"
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
 _PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.float64}  # which have no attributes
+_TIMERS = (  # wrappers without a state that decides anything but time
+    *(wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker),
+    *(wrappers.RecordEpisodeStatistics, gymnasium.ObservationWrapper),
+)
 _STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
 
 
@@ -124,13 +130,13 @@ class States(WayBack):
 
     def saved(self, env: _Env) -> Any:
         """The state, and the counts of time limits around it."""
-        return self.save(env), [getattr(layer, _STEPS, None) for layer in _layers(env)]
+        return self.save(env), [getattr(layer, _STEPS, None) for layer in layers(env)]
 
     def loaded(self, env: _Env, saved: Any) -> None:
         """Set all of these."""
         state, counts = saved
         self.load(env, state)
-        for layer, count in zip(_layers(env), counts, strict=True):
+        for layer, count in zip(layers(env), counts, strict=True):
             if count is not None:
                 setattr(layer, _STEPS, count)
 
@@ -172,7 +178,9 @@ def way_back(env: _Env, states: States | None = None) -> WayBack | None:
 
 
 def _own(env: _Env) -> States | None:
-    """The pair of methods of an environment that has one."""
+    """The pair of methods of an environment that has one, and no wrapper with a state that they leave out."""
+    if not all(map(is_plain, layers(env))):
+        return None
     for save, load in _METHODS:
         if callable(getattr(env.unwrapped, save, None)) and callable(getattr(env.unwrapped, load, None)):
             return States(_Method(save), _Method(load))
@@ -245,7 +253,7 @@ def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool
     return terminated, truncated, solved, [_drawn(each) for each in generators] != before
 
 
-def _layers(env: _Env) -> Iterator[Any]:
+def layers(env: _Env) -> Iterator[Any]:
     """The wrappers of an environment, and itself."""
     while isinstance(env, gymnasium.Wrapper):
         yield env
@@ -253,13 +261,20 @@ def _layers(env: _Env) -> Iterator[Any]:
     yield env
 
 
+def is_plain(layer: Any) -> bool:
+    """Whether it is an environment itself, or a wrapper that decides nothing but observations and time."""
+    if not isinstance(layer, gymnasium.Wrapper):
+        return True
+    return isinstance(layer, _TIMERS) and any(type(layer).step is cls.step for cls in _TIMERS)
+
+
 def copied(env: _Env) -> _Env:
     """A copy that shares spaces, specs and tables, which steps do not change and which are most of the work."""
     shared = {
         id(part): part
-        for layer in _layers(env)
+        for layer in layers(env)
         for name, part in vars(layer).items()
-        if isinstance(part, spaces.Space | EnvSpec) or name == TABLE
+        if isinstance(part, spaces.Space | EnvSpec) or (name == TABLE and isinstance(part, Mapping))
     }
     return copy.deepcopy(env, shared)
 
@@ -288,7 +303,7 @@ def _drawn(generator: Any) -> str:
 def _generators(env: _Env) -> list[Any]:
     """The random generators among an environment's attributes, and among theirs."""
     found = []
-    for layer in _layers(env):
+    for layer in layers(env):
         for part in vars(layer).values():
             if type(part) in _PLAIN or isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
                 continue

@@ -12,7 +12,7 @@ import numpy as np
 from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.planning.contents import certain_contents, check_recurs
+from teachers.planning.contents import certain_contents, check_recurs, check_wrappers
 from teachers.planning.exact.atlas import Atlas
 from teachers.planning.exact.claims import (
     Avoid,
@@ -121,6 +121,7 @@ class Exact(Planner):
             state = self.state
         else:
             try:
+                check_wrappers(env)
                 state = own.state or certain_contents(env)
                 check_recurs(env, state)
             except PlanningError as error:

@@ -157,6 +157,11 @@ def _explore(
                 queue.append((there, after, now + 1))
             elif len(again) < _SAMPLED:
                 again.append((there, after, now + 1))
+        if state(here) != key:
+            raise PlanningError(
+                "copies of the environment share a part of its state, so that a step of one changes the others; hold "
+                "the state in attributes that are copied"
+            )
         bar.show(len(found), len(seen))
         if len(seen) > states or bar.seconds > seconds:
             counts = state.counts if isinstance(state, Contents) else ()
