@@ -22,9 +22,10 @@ from teachers.oracle import RefusalError
 from teachers.planning import TIERS, Expert, PlanningError
 from teachers.planning.expert import ExpertWarning, guide
 from teachers.planning.expert.claims import Ahead, Around, Behind, Costs, Demonstration, Followed, Would
-from teachers.planning.expert.draws import generators, reseed
+from teachers.planning.expert.draws import reseed
 from teachers.testing import Pupil, check_oracle
 from worlds.wrapped.coin_collector import CoinCollector
+from worlds.wrapped.snapshots import generators
 
 assert minigrid, highway_env  # their environments are registered by these
 

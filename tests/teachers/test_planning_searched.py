@@ -4,6 +4,7 @@ import dataclasses
 import pickle
 import random
 import threading
+from functools import partial
 from typing import ClassVar
 
 import gymnasium
@@ -709,3 +710,41 @@ def test_an_object_that_draws_is_read_without_its_generator():
     env.reset(seed=0)
     keys = [state(env), *(env.step(action) and state(env) for action in (0, 1))]
     assert keys[0] == keys[1] != keys[2]
+
+
+class Rare(gymnasium.Env):
+    """A row on which each hundredth step slips, by draws from a generator that lies deep in it.
+
+    Args:
+        where: a name of `GENERATORS`.
+    """
+
+    observation_space, action_space = spaces.Discrete(7), spaces.Discrete(2)
+
+    def __init__(self, where="list"):
+        self.draw, self.parts = GENERATORS[where], [{"deep": np.random.default_rng(0)}]
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell, self.parts[0]["deep"] = 3, np.random.default_rng(seed)
+        self.action_space.seed(seed)
+        return 3, {}
+
+    def step(self, action):
+        far = 2 * int(action) - 1
+        self.cell = min(max(self.cell + (-far if self.draw(self) < 0.01 else far), 0), 6)
+        return self.cell, float(self.cell == 6), self.cell == 6, False, {}
+
+
+GENERATORS = {
+    "list": lambda env: env.parts[0]["deep"].random(),
+    "space": lambda env: env.action_space.np_random.random(),
+    "shared": lambda env: random.random(),
+}
+
+
+@pytest.mark.parametrize("where", GENERATORS)
+def test_draws_are_seen_wherever_the_generator_is(where):
+    match = "generators that all of Python or NumPy share" if where == "shared" else "a search would use its luck"
+    with pytest.raises(PlanningError, match=match):
+        lesson(partial(Rare, where), turns=12)

@@ -6,8 +6,10 @@ A way is proved by a trial before it is used: after it went back, the same actio
 import copy
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -29,6 +31,7 @@ __all__ = [
     "WayBack",
     "copied",
     "draws",
+    "generators",
     "is_plain",
     "layers",
     "shake",
@@ -42,11 +45,16 @@ TABLE = "P"
 """The attribute with the transitions of an environment, if there is one as in Gymnasium's toy texts."""
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
-_PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.float64}  # which have no attributes
+_PLAIN = (  # what holds no generators
+    *(str, bytes, int, float, complex, bool, type(None), np.ndarray, np.generic, type, EnvSpec),
+    *(np.float64, np.float32, np.int64, np.int32, np.int8, np.uint8, np.bool_),
+    *(ModuleType, FunctionType, BuiltinFunctionType, MethodType),
+)
 _TIMERS = (  # wrappers without a state that decides anything but time
     *(wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker),
     *(wrappers.RecordEpisodeStatistics, gymnasium.ObservationWrapper),
 )
+_QUICK = frozenset(_PLAIN)
 _STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
 
 
@@ -245,12 +253,12 @@ def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool
     """What a `Stepped` has, but for the state."""
     if luck is not None:
         shake(env, luck)
-    generators = _generators(env)
-    before = [_drawn(each) for each in generators]
+    sources = generators(env)
+    before = [_drawn(each) for each in sources]
     observation, reward, terminated, truncated, info = env.step(native(lab.action_space, action))
     terminated, truncated = bool(terminated), bool(truncated)
     solved = lab.solved(observation, float(reward), terminated, truncated, info)
-    return terminated, truncated, solved, [_drawn(each) for each in generators] != before
+    return terminated, truncated, solved, [_drawn(each) for each in sources] != before
 
 
 def layers(env: _Env) -> Iterator[Any]:
@@ -281,12 +289,12 @@ def copied(env: _Env) -> _Env:
 
 def draws(env: _Env) -> list[str]:
     """The states of an environment's random generators; they differ if something was drawn."""
-    return [_drawn(generator) for generator in _generators(env)]
+    return [_drawn(generator) for generator in generators(env)]
 
 
 def shake(env: _Env, luck: int) -> None:
     """Seed an environment's random generators anew."""
-    for generator in _generators(env):
+    for generator in generators(env):
         if isinstance(generator, np.random.Generator):
             bits: Any = generator.bit_generator
             bits.state = type(bits)(luck).state
@@ -300,15 +308,25 @@ def _drawn(generator: Any) -> str:
     return str(generator.get_state() if isinstance(generator, np.random.RandomState) else generator.getstate())
 
 
-def _generators(env: _Env) -> list[Any]:
-    """The random generators among an environment's attributes, and among theirs."""
-    found = []
-    for layer in layers(env):
-        for part in vars(layer).values():
-            if type(part) in _PLAIN or isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
+def generators(env: _Env) -> list[Any]:
+    """All random generators that an environment holds, in attributes, spaces, lists and dicts of any depth."""
+    found: list[Any] = []
+    seen: set[int] = set()
+    for root in (env, env.action_space):  # which the class may hold
+        queue: deque[Any] = deque([root])
+        while queue:
+            each = queue.popleft()
+            if id(each) in seen or isinstance(each, _PLAIN):
                 continue
-            if isinstance(part, GENERATORS):
-                found.append(part)
-            elif hasattr(part, "__dict__"):
-                found += [each for each in vars(part).values() if isinstance(each, GENERATORS)]
+            seen.add(id(each))
+            if isinstance(each, GENERATORS):
+                found.append(each)
+            else:
+                queue.extend([part for part in _parts(each) if type(part) not in _QUICK])
     return found
+
+
+def _parts(whole: Any) -> Iterable[Any]:
+    if isinstance(whole, Mapping):
+        return whole.values()
+    return whole if isinstance(whole, list | tuple | deque) else getattr(whole, "__dict__", {}).values()

@@ -35,7 +35,7 @@ from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import table_of
 from teachers.planning.exact.worths import Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
+from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
 from teachers.planning.transitions import Transitions
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
@@ -126,6 +126,7 @@ class Exact(Planner):
                 check_recurs(env, state)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
+        check_own_draws(env)
         if not faithful(env, copied):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)

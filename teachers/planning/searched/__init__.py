@@ -19,7 +19,7 @@ from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.planning.contents import Contents, contents_of
 from teachers.planning.known import Heuristic, Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
+from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
 from teachers.planning.searched.claims import (
     Astray,
     Considered,
@@ -101,6 +101,7 @@ class Searched(Planner):
                 "which step solves the task, or lasts=... of Searched"
             )
         check_steps(env)
+        check_own_draws(env)
         back = way_back(env)
         if back is None:
             raise PlanningError(
