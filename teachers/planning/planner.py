@@ -93,8 +93,8 @@ def check_own_draws(env: _Env) -> None:
         _, _, terminated, truncated, _ = env.step(space.sample())
         if not same(before, shared_draws()):
             raise PlanningError(
-                "the environment draws from the generators that all of Python or NumPy share, so that copies of it change "
-                "what others draw; let it draw from its np_random"
+                "the environment draws from the generators that all of Python or NumPy share, so that copies of it "
+                "change what others draw; let it draw from its np_random"
             )
         if terminated or truncated:
             env.reset(seed=0)

@@ -670,3 +670,47 @@ def test_a_table_that_changes_is_a_part_of_the_state():
         advised += [atom.claim.action for atom in atoms if atom.kind is FP]
         assert advised[-1] == (pays == 0)
     assert set(advised) == {0, 1}
+
+
+class Ends(gymnasium.Env):
+    """Cells in a row; each action but the first two ends the episode.
+
+    Args:
+        pays: what the ends of the row and the end in between pay.
+        table: whether there is a table.
+    """
+
+    observation_space, action_space = gymnasium.spaces.Discrete(5), gymnasium.spaces.Discrete(3)
+
+    def __init__(self, pays, table):
+        left, right, between = pays
+        self.moves = {
+            state: {
+                0: [(1.0, state - 1, left if state == 1 else 0.0, state == 1)],
+                1: [(1.0, state + 1, right if state == 3 else 0.0, state == 3)],
+                2: [(1.0, state, between, True)],
+            }
+            for state in range(1, 4)
+        }
+        self.moves |= {state: {action: [(1.0, state, 0.0, True)] for action in range(3)} for state in (0, 4)}
+        if table:
+            self.P = self.moves
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.s = 2
+        return 2, {}
+
+    def step(self, action):
+        ((_, self.s, reward, over),) = self.moves[self.s][int(action)]
+        return self.s, reward, over, False, {}
+
+
+@pytest.mark.parametrize("table", [True, False])
+@pytest.mark.parametrize("left", [-1e9, -float("inf"), float("nan")])
+def test_rewards_beside_which_others_are_lost_are_refused(left, table):
+    """The right end, which pays 1, is better than the end in between, which pays half."""
+    seat = llf_teacher.teach(partial(Ends, (-99.0, 1.0, 0.5), table), oracle="exact", max_turns=9)
+    assert [each.claim.action for each in seat.reset(seed=0)[1]["atoms"] if each.kind is FP] == [1]
+    with pytest.raises(PlanningError, match="rewards must be finite"):
+        Lesson(partial(Ends, (left, 1.0, 0.5), table), "exact", max_turns=9)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Set
 from dataclasses import dataclass
 from functools import cached_property, partial
+from math import isfinite
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -44,6 +45,7 @@ from worlds.wrapped.snapshots import copied
 _Env = gymnasium.Env[Any, Any]
 _TRIES = 3  # of actions before the episode
 _MOST = 5_000_000  # values: states times actions that are left
+_WIDEST = 1e8  # times that a reward is another one, beside whose rounding it would be lost
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,12 @@ class Exact(Planner):
         if self.gamma is None and turns * len(transitions) > _MOST:
             raise PlanningError(
                 f"{turns:,} turns of {len(transitions):,} states are over {_MOST:,} values; give max_turns or gamma"
+            )
+        rewards = {abs(each.reward) for row in transitions.values() for action in row for each in action} - {0.0}
+        if not all(map(isfinite, rewards)) or (rewards and max(rewards) > _WIDEST * min(rewards)):
+            raise PlanningError(
+                f"rewards must be finite, and the greatest at most {_WIDEST:,.0f} times the least but 0, so that sums "
+                f"can be compared; got {min(rewards)} and {max(rewards)}"
             )
         return Worths(transitions, turns if self.gamma is None else None, self.gamma, fading)
 

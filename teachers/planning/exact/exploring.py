@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Iterator
 from itertools import count as count_up
 from itertools import islice
+from math import isfinite
 from typing import Any
 
 import gymnasium
@@ -193,6 +194,8 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
     """
     _, reward, terminated, truncated, _ = env.step(action)
     after = state(env)
+    if not isfinite(reward):
+        raise PlanningError(f"rewards must be finite, got {float(reward)} for action {action}")
     over = terminated or (truncated and early)
     return Transition(1.0, None if over else after, float(reward) / share), after
 
