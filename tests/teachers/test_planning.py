@@ -714,3 +714,69 @@ def test_rewards_beside_which_others_are_lost_are_refused(left, table):
     assert [each.claim.action for each in seat.reset(seed=0)[1]["atoms"] if each.kind is FP] == [1]
     with pytest.raises(PlanningError, match="rewards must be finite"):
         Lesson(partial(Ends, (left, 1.0, 0.5), table), "exact", max_turns=9)
+
+
+class Later(Flip):
+    """Another table in episodes of great seeds; or episodes that are cut off."""
+
+    def __init__(self, most=99):
+        self.most = most
+
+    def reset(self, *, seed=None, options=None):
+        seen = super().reset(seed=1 if seed is None or seed < 100 else 0)
+        self.steps = 0
+        return seen
+
+    def step(self, action):
+        seen, reward, terminated, _, info = super().step(action)
+        self.steps += 1
+        return seen, reward, terminated, self.steps >= self.most, info
+
+
+def test_of_another_table_nothing_is_said():
+    seat = llf_teacher.teach(Later, oracle="exact", max_turns=12)
+    assert {each.kind for each in seat.reset(seed=5)[1]["atoms"]} >= {FP, FN}
+    table = seat.session.world.env.unwrapped.P
+    assert not {each.kind for each in seat.reset(seed=100)[1]["atoms"]} & {FP, FN}
+    assert table != seat.session.world.env.unwrapped.P
+
+
+def test_a_table_does_not_serve_where_episodes_are_cut_off():
+    """They are explored instead."""
+    whys = [Lesson(partial(Later, 2), "exact", max_turns=turns).planned.why for turns in (2, 12)]
+    assert "table" in whys[0]
+    assert "copies" in whys[1]
+
+
+class Edge(Key):
+    """Raises in a cell that random play hardly reaches."""
+
+    def step(self, action):
+        if self.cell == 6 and self.slot:
+            raise RuntimeError("over the edge")
+        return super().step(action)
+
+
+def test_an_environment_that_raises_where_it_is_explored_is_refused():
+    with pytest.raises(PlanningError, match=r"the environment raised RuntimeError\('over the edge'\) after action 0"):
+        Lesson(Edge, "exact", max_turns=30)
+
+
+class Many(gymnasium.Env):
+    """A hundred thousand actions."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(3), gymnasium.spaces.Discrete(100_000)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = 0
+        return 0, {}
+
+    def step(self, action):
+        self.cell = action % 3
+        return self.cell, 0.0, False, False, {}
+
+
+def test_the_bound_of_seconds_holds_within_a_state():
+    with pytest.raises(PlanningError, match=r"1 of which were explored in 0 s"):
+        Lesson(Many, Exact(seconds=0.2), max_turns=9)

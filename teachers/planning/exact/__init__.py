@@ -87,7 +87,7 @@ class Exact(Planner):
         own = listed or Known()
         check_steps(env)
         try:
-            transitions, look, source = table_of(env)
+            transitions, look, source = table_of(env, turns)
         except PlanningError as error:
             model, look, source = self._explored(env, turns, own, str(error))
         else:

@@ -151,6 +151,8 @@ def _explore(
             tries = _LUCK if len(found) <= _SAMPLED else _LATER if draws(there) != before else 0
             _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, tries))
             rows.append([transition])
+            if bar.seconds > seconds:
+                break
             if transition.state is None:
                 ended.add(after)
             elif after not in seen:
@@ -192,7 +194,12 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
 
     Where it is early, not time has truncated an episode but the state.
     """
-    _, reward, terminated, truncated, _ = env.step(action)
+    try:
+        _, reward, terminated, truncated, _ = env.step(action)
+    except Exception as error:
+        raise PlanningError(
+            f"the environment raised {error!r} after action {action} in a state that was explored"
+        ) from error
     after = state(env)
     if not isfinite(reward):
         raise PlanningError(f"rewards must be finite, got {float(reward)} for action {action}")

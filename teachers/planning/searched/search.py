@@ -234,8 +234,11 @@ class _Watch:
 
     def compare(self) -> None:
         """Take the actions in states that were reached again."""
+        begun = time.monotonic()
         for node in self._again:
             for action, result in self._results.get(node.key, {}).items():
+                if time.monotonic() - begun > self._task.seconds:
+                    return
                 after = self._task.way.step(self._lab, node.saved, action)
                 key = self._task.key(after.env, node.depth + 1)
                 if (key, after.terminated, after.solved) != result:
