@@ -16,7 +16,7 @@ from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from teachers.planning.known import State
-from teachers.planning.planner import PlanningError
+from teachers.planning.planner import PlanningError, stepped
 from worlds.wrapped.snapshots import GENERATORS, TABLE, is_plain, layers
 
 _Env = gymnasium.Env[Any, Any]
@@ -146,7 +146,7 @@ def _steps(env: _Env, read: Callable[[_Env], dict[str, Any]]) -> Iterator[tuple[
     env.reset(seed=0)
     for _ in range(_TRIAL):
         before = read(env)
-        _, _, terminated, truncated, _ = env.step(space.sample())
+        _, _, terminated, truncated, _ = stepped(env, space.sample())
         yield before, read(env)
         if terminated or truncated:
             env.reset(seed=0)

@@ -74,6 +74,20 @@ class Planner(ABC):
         """
 
 
+def stepped(env: _Env, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+    """Take an action.
+
+    Raises:
+        PlanningError: the environment raised.
+    """
+    try:
+        return env.step(action)
+    except Exception as error:
+        raise PlanningError(
+            f"the environment raised {error!r} after action {action} in a state that was tried"
+        ) from error
+
+
 def shared_draws() -> Any:
     """The state of the generators that `random` and NumPy share."""
     return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
@@ -90,7 +104,7 @@ def check_own_draws(env: _Env) -> None:
     env.reset(seed=0)
     for _ in range(_TRIAL):
         before = shared_draws()
-        _, _, terminated, truncated, _ = env.step(space.sample())
+        _, _, terminated, truncated, _ = stepped(env, space.sample())
         if not same(before, shared_draws()):
             raise PlanningError(
                 "the environment draws from the generators that all of Python or NumPy share, so that copies of it "

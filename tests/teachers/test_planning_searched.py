@@ -748,3 +748,23 @@ def test_draws_are_seen_wherever_the_generator_is(where):
     match = "generators that all of Python or NumPy share" if where == "shared" else "a search would use its luck"
     with pytest.raises(PlanningError, match=match):
         lesson(partial(Rare, where), turns=12)
+
+
+class Forward(gymnasium.Env):
+    """Each episode goes one cell on, as a count of steps would; there are no others."""
+
+    observation_space, action_space = spaces.Discrete(2), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = 0
+        return 0, {}
+
+    def step(self, action):
+        self.cell = (1, None)[self.cell]
+        return 1, float(action), True, False, {}
+
+
+def test_what_cannot_count_steps_is_refused():
+    with pytest.raises(PlanningError, match=r"the number of steps \(cell\) decides"):
+        lesson(Forward)

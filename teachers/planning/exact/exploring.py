@@ -14,7 +14,7 @@ from teachers.planning import cache
 from teachers.planning.contents import HINT, Contents
 from teachers.planning.exact.tables import action_count
 from teachers.planning.known import State
-from teachers.planning.planner import PlanningError
+from teachers.planning.planner import PlanningError, stepped
 from teachers.planning.progress import ProgressBar
 from teachers.planning.transitions import Transition, Transitions
 from worlds.wrapped.snapshots import copied, draws, shake
@@ -194,12 +194,7 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
 
     Where it is early, not time has truncated an episode but the state.
     """
-    try:
-        _, reward, terminated, truncated, _ = env.step(action)
-    except Exception as error:
-        raise PlanningError(
-            f"the environment raised {error!r} after action {action} in a state that was explored"
-        ) from error
+    _, reward, terminated, truncated, _ = stepped(env, action)
     after = state(env)
     if not isfinite(reward):
         raise PlanningError(f"rewards must be finite, got {float(reward)} for action {action}")
