@@ -2,27 +2,30 @@
 
 import copy
 import hashlib
+import io
 import pickle
 from collections.abc import Callable, Hashable, Iterator, Mapping, Set
 from dataclasses import dataclass
+from functools import partial
+from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces, wrappers
+from gymnasium import spaces
 from gymnasium.envs.registration import EnvSpec
 
 from teachers.planning.known import State
-from teachers.planning.planner import PlanningError
-from worlds.wrapped.snapshots import GENERATORS, is_table
+from teachers.planning.planner import PlanningError, stepped
+from worlds.wrapped.snapshots import GENERATORS, is_plain, layers
 
 _Env = gymnasium.Env[Any, Any]
 _TRIAL = 20  # steps of random play, which show what counts steps, and what changes
 _COMMON = {"metadata", "render_mode", "spec", "_np_random_seed", "reward_range"}
-_TOY = {"initial_state_distrib", "lastaction"}  # of Gymnasium's toy texts; the last is for pictures
+_TOYS = "gymnasium.envs.toy_text."
+_TOY = {"P", "initial_state_distrib", "lastaction"}  # of these, where they decide nothing that changes
 _DRAWN = {"window", "clock", "screen"}  # of Gymnasium's pictures; another's `clock` may count
-_FIXED = *GENERATORS, spaces.Space, EnvSpec, type  # no part of the state: draws to come are not to be known
-_TIMERS = wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker  # without a state but time
+_FIXED = *GENERATORS, spaces.Space, EnvSpec  # no part of the state: draws to come are not to be known
 HINT = "pass oracle=Exact(state=f) of teachers.planning, where f(env) is all that decides what happens, hashable"
 """What gives a key in its place."""
 
@@ -57,10 +60,11 @@ class Contents:
         if self.asks:
             bare: Any = env.unwrapped
             return (("get_state()", self._read("what get_state() returns", bare.get_state())),)
+        toy = type(env.unwrapped).__module__.startswith(_TOYS)
         return tuple(
             (name, self._read(f"the attribute {name!r}", value))
-            for name, value in sorted(vars(env.unwrapped).items())
-            if not _is_fixed(name, value) and (self.timed or name not in self.counts)
+            for name, value in sorted(_attributes(env).items())
+            if not _is_fixed(name, value, toy) and (self.timed or name not in self.counts)
         )
 
     def _read(self, what: str, value: Any) -> Hashable:
@@ -69,8 +73,10 @@ class Contents:
         except TypeError as error:
             if self.strict:
                 raise PlanningError(f"{what} has {error}; {HINT}") from None
+        written = io.BytesIO()
         try:
-            return None if hasattr(value, "random") else pickle.dumps(value)  # a generator is no part of the state
+            _Pickler(written).dump(value)
+            return written.getvalue()
         except Exception:  # such as a window of an environment that was drawn since
             return None
 
@@ -91,15 +97,21 @@ def certain_contents(env: _Env) -> Contents:
         env: an environment, which is reset and stepped.
 
     Raises:
-        PlanningError: an attribute is of a kind that cannot be compared, or a wrapper may have a state of its own.
+        PlanningError: an attribute is of a kind that cannot be compared.
     """
     asks = callable(getattr(env.unwrapped, "get_state", None))
-    layer: Any = env
-    while isinstance(layer, gymnasium.Wrapper) and not asks:
-        if not isinstance(layer, _TIMERS):
-            raise PlanningError(f"the wrapper {type(layer).__name__} may have a state of its own; {HINT}")
-        layer = layer.env
     return Contents(() if asks else _counts(env), asks=asks)
+
+
+def check_wrappers(env: _Env) -> None:
+    """See whether what is around an environment has no state of its own.
+
+    Raises:
+        PlanningError: a wrapper may have one.
+    """
+    for layer in layers(env):
+        if not is_plain(layer):
+            raise PlanningError(f"the wrapper {type(layer).__name__} may have a state of its own; {HINT}")
 
 
 def check_recurs(env: _Env, state: State) -> None:
@@ -123,7 +135,7 @@ def _counts(env: _Env) -> tuple[str, ...]:
     """The attributes that count steps."""
     grown = [
         {name for name, value in before.items() if type(value) is int and after.get(name) == value + 1}
-        for before, after in _steps(env, lambda env: dict(vars(env.unwrapped)))
+        for before, after in _steps(env, lambda env: _held(env.unwrapped))
     ]
     return tuple(sorted(set.intersection(*grown)))
 
@@ -135,19 +147,54 @@ def _steps(env: _Env, read: Callable[[_Env], dict[str, Any]]) -> Iterator[tuple[
     env.reset(seed=0)
     for _ in range(_TRIAL):
         before = read(env)
-        _, _, terminated, truncated, _ = env.step(space.sample())
+        _, _, terminated, truncated, _ = stepped(env, space.sample())
         yield before, read(env)
         if terminated or truncated:
             env.reset(seed=0)
 
 
-def _is_fixed(name: str, value: Any) -> bool:
+def _attributes(env: _Env) -> dict[str, Any]:
+    """What an environment and its wrappers hold, by name: attributes, slots, and what instances of a class share.
+
+    Of the last only what can be changed in place.
+    """
+    found: dict[str, Any] = {}
+    for layer in layers(env):
+        if layer is env.unwrapped:
+            found |= _held(layer)
+        elif not is_plain(layer):
+            found |= {f"{name} of {layer.class_name()}": each for name, each in _held(layer).items() if name != "env"}
+    return found
+
+
+def _held(layer: Any) -> dict[str, Any]:
+    own: Any = object.__getstate__(layer)  # a dict, or a tuple with the slots
+    attributes, slots = own if isinstance(own, tuple) else (own, None)
+    return _shared(type(layer)) | (slots or {}) | (attributes or {})
+
+
+def _shared(cls: type) -> dict[str, Any]:
+    return {
+        f"{each.__qualname__}.{name}": value
+        for each in cls.__mro__
+        if not each.__module__.startswith("gymnasium.")
+        for name, value in vars(each).items()
+        if isinstance(value, list | dict | set | np.ndarray) and name[:2] != "__" and name not in _COMMON
+    }
+
+
+class _Pickler(pickle.Pickler):
+    """Writes objects without their random generators, which are no part of the state."""
+
+    def persistent_id(self, value: Any) -> str | None:
+        return "generator" if isinstance(value, GENERATORS) else None
+
+
+def _is_fixed(name: str, value: Any, toy: bool) -> bool:
     """Whether an attribute is no part of the state."""
-    if name in _COMMON | _TOY or isinstance(value, _FIXED) or is_table(name, value):
+    if name in _COMMON or (toy and name in _TOY) or isinstance(value, _FIXED):
         return True
-    if name in _DRAWN and (value is None or type(value).__module__.startswith("pygame")):
-        return True
-    return callable(value) and not getattr(value, "__dict__", None)  # a function
+    return name in _DRAWN and (value is None or type(value).__module__.startswith("pygame"))
 
 
 def _still(value: Any) -> Hashable:
@@ -168,7 +215,22 @@ def _still(value: Any) -> Hashable:
         return tuple(sorted(map(_still, value), key=repr))
     if isinstance(value, list | tuple):
         return tuple(map(_still, value))
+    if isinstance(value, MethodType) and isinstance(value.__self__, gymnasium.Env):
+        return _still(value.__func__)
+    if isinstance(value, FunctionType):
+        return _named(value), tuple(_still(cell.cell_contents) for cell in value.__closure__ or ())
+    if isinstance(value, partial):
+        return _still((value.func, value.args, value.keywords))
+    if isinstance(value, type | np.ufunc) or (
+        isinstance(value, BuiltinFunctionType) and isinstance(value.__self__, ModuleType)
+    ):
+        return _named(value)
     raise TypeError(f"a value of class {type(value).__name__}, which cannot be compared")
+
+
+def _named(value: Any) -> str:
+    """The name of a function or a class."""
+    return f"{getattr(value, '__module__', '')}:{getattr(value, '__qualname__', value.__name__)}"
 
 
 def _is_real(value: Any) -> bool:

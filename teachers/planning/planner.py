@@ -1,6 +1,7 @@
 """The interface of planners, and what they find out about an environment."""
 
 import copy
+import random
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -8,10 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium
+import numpy as np
 
 from teachers.oracle import Oracle
+from worlds.wrapped.position import same
 
 _Env = gymnasium.Env[Any, Any]
+_TRIAL = 20  # steps
 
 
 class PlanningError(ValueError):
@@ -68,6 +72,46 @@ class Planner(ABC):
         Raises:
             PlanningError: the environment is none that it can serve.
         """
+
+
+def stepped(env: _Env, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+    """Take an action.
+
+    Raises:
+        PlanningError: the environment raised.
+    """
+    try:
+        return env.step(action)
+    except Exception as error:
+        raise PlanningError(
+            f"the environment raised {error!r} after action {action} in a state that was tried"
+        ) from error
+
+
+def shared_draws() -> Any:
+    """The state of the generators that `random` and NumPy share."""
+    return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
+
+
+def check_own_draws(env: _Env) -> None:
+    """Play at random, to see whether steps draw from what copies of the environment do not hold.
+
+    Raises:
+        PlanningError: they do.
+    """
+    space = copy.deepcopy(env.action_space)
+    space.seed(0)
+    env.reset(seed=0)
+    for _ in range(_TRIAL):
+        before = shared_draws()
+        _, _, terminated, truncated, _ = stepped(env, space.sample())
+        if not same(before, shared_draws()):
+            raise PlanningError(
+                "the environment draws from the generators that all of Python or NumPy share, so that copies of it "
+                "change what others draw; let it draw from its np_random"
+            )
+        if terminated or truncated:
+            env.reset(seed=0)
 
 
 def check_steps(env: _Env) -> None:

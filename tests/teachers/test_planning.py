@@ -1,6 +1,6 @@
 """Planned oracles: what they say of environments that bring none, and which environments they refuse."""
 
-from functools import cache
+from functools import cache, partial
 from typing import ClassVar
 
 import gymnasium
@@ -519,3 +519,264 @@ def test_nothing_is_measured_where_rewards_are_no_numbers():
     env = llf_teacher.teach(Odd(), oracle=Expert(lambda observation, info: 0), max_turns=9)
     env.reset(seed=0)
     assert not {HP, HN, FN} & {atom.kind for atom in env.step(1)[-1]["atoms"]}
+
+
+class Key(gymnasium.Env):
+    """Cells in a row, with a key at the left, without which the end at the right pays a tenth.
+
+    Args:
+        kept: how the key is kept, of `KEPT`.
+    """
+
+    observation_space, action_space = gymnasium.spaces.Discrete(8), gymnasium.spaces.Discrete(3)
+    __slots__ = ("slot",)
+
+    def __init__(self, kept="slot"):
+        self.kept = kept
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell, self.P, self.lastaction, self.slot, self.pays = 3, [], 0, 0, None
+        self.take(0)
+        return self.cell, {}
+
+    def take(self, has):
+        KEPT[self.kept](self, has)
+
+    def step(self, action):
+        if action == 2 and self.cell == 0:
+            self.take(1)
+        elif action < 2:
+            self.cell = min(max(self.cell + 2 * int(action) - 1, 0), 7)
+        over = self.cell == 7
+        has = self.P or self.lastaction or self.slot or (self.pays in (self.rich, Rich, rich))
+        return self.cell, (10.0 if has else 1.0) * over, over, False, {}
+
+    def rich(self):
+        """What is bound to this is the key."""
+
+
+class Rich:
+    """This is the key."""
+
+
+def rich():
+    """This is the key, too."""
+
+
+KEPT = {
+    "slot": lambda env, has: setattr(env, "slot", has),
+    "list named P": lambda env, has: env.P.extend([1] * (has > len(env.P))),
+    "lastaction": lambda env, has: setattr(env, "lastaction", has),
+    "method": lambda env, has: setattr(env, "pays", env.rich if has else env.close),
+    "class": lambda env, has: setattr(env, "pays", Rich if has else int),
+    "function": lambda env, has: setattr(env, "pays", rich if has else len),
+}
+
+
+@pytest.mark.parametrize("kept", KEPT)
+def test_a_state_is_all_that_an_environment_holds(kept):
+    """With the key in reach, it is fetched."""
+    for oracle in ("exact", "searched"):
+        seat = llf_teacher.teach(
+            partial(Key, kept), oracle=oracle, max_turns=30, success=lambda _, reward, *more: reward > 5
+        )
+        claims = [atom.claim for atom in seat.reset(seed=0)[1]["atoms"] if atom.kind is FP]
+        assert [claim.action for claim in claims] == [0]
+
+
+class Shared(Key):
+    """The key is in a dict that is named as tables are, which copies share."""
+
+    def reset(self, *, seed=None, options=None):
+        seen = super().reset(seed=seed)
+        self.P = {}
+        return seen
+
+    def take(self, has):
+        if has:
+            self.P[0] = 1
+
+
+def test_what_copies_share_is_found_out():
+    with pytest.raises(PlanningError, match="copies of the environment share a part of its state"):
+        Lesson(Shared, "exact", max_turns=30)
+
+
+class Fetch(gymnasium.Wrapper):
+    """Pays for the key itself."""
+
+    def reset(self, **given):
+        self.had = False
+        return self.env.reset(**given)
+
+    def step(self, action):
+        self.had |= bool(action == 2 and self.unwrapped.cell == 0)
+        seen, reward, *more = self.env.step(action)
+        return seen, reward * (10 if self.had else 1), *more
+
+
+class Gives(Key):
+    """Says what its state is."""
+
+    def take(self, has):
+        pass
+
+    def get_state(self):
+        return self.cell
+
+    def set_state(self, state):
+        self.cell = state
+
+
+def test_the_state_of_a_wrapper_counts():
+    with pytest.raises(PlanningError, match="the wrapper Fetch may have a state of its own"):
+        Lesson(lambda: Fetch(Gives()), "exact", max_turns=30)
+    seat = llf_teacher.teach(
+        lambda: Fetch(Gives()), oracle="searched", max_turns=30, success=lambda _, reward, *more: reward > 5
+    )
+    claims = [atom.claim for atom in seat.reset(seed=0)[1]["atoms"] if atom.kind is FP]
+    assert [claim.action for claim in claims] == [0]
+
+
+class Flip(gymnasium.Env):
+    """The table of transitions is drawn at the start of an episode: the treasure is at one end or the other."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(7), gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        pays, self.s = {0: 0.0, 6: 0.0, 6 * int(self.np_random.integers(2)): 1.0}, 3
+        self.P = {
+            state: {
+                action: [(1.0, after, pays.get(after, 0.0) * (state not in pays), after in pays)]
+                for action, after in enumerate((max(state - 1, 0), min(state + 1, 6)))
+            }
+            for state in range(7)
+        }
+        return self.s, {}
+
+    def step(self, action):
+        ((_, self.s, reward, over),) = self.P[self.s][int(action)]
+        return self.s, reward, over, False, {}
+
+
+def test_a_table_that_changes_is_a_part_of_the_state():
+    seat = llf_teacher.teach(Flip, oracle="exact", max_turns=12)
+    advised = []
+    for seed in range(8):
+        atoms = seat.reset(seed=seed)[1]["atoms"]
+        pays = seat.session.world.env.unwrapped.P[1][0][0][2]
+        advised += [atom.claim.action for atom in atoms if atom.kind is FP]
+        assert advised[-1] == (pays == 0)
+    assert set(advised) == {0, 1}
+
+
+class Ends(gymnasium.Env):
+    """Cells in a row; each action but the first two ends the episode.
+
+    Args:
+        pays: what the ends of the row and the end in between pay.
+        table: whether there is a table.
+    """
+
+    observation_space, action_space = gymnasium.spaces.Discrete(5), gymnasium.spaces.Discrete(3)
+
+    def __init__(self, pays, table):
+        left, right, between = pays
+        self.moves = {
+            state: {
+                0: [(1.0, state - 1, left if state == 1 else 0.0, state == 1)],
+                1: [(1.0, state + 1, right if state == 3 else 0.0, state == 3)],
+                2: [(1.0, state, between, True)],
+            }
+            for state in range(1, 4)
+        }
+        self.moves |= {state: {action: [(1.0, state, 0.0, True)] for action in range(3)} for state in (0, 4)}
+        if table:
+            self.P = self.moves
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.s = 2
+        return 2, {}
+
+    def step(self, action):
+        ((_, self.s, reward, over),) = self.moves[self.s][int(action)]
+        return self.s, reward, over, False, {}
+
+
+@pytest.mark.parametrize("table", [True, False])
+@pytest.mark.parametrize("left", [-1e9, -float("inf"), float("nan")])
+def test_rewards_beside_which_others_are_lost_are_refused(left, table):
+    """The right end, which pays 1, is better than the end in between, which pays half."""
+    seat = llf_teacher.teach(partial(Ends, (-99.0, 1.0, 0.5), table), oracle="exact", max_turns=9)
+    assert [each.claim.action for each in seat.reset(seed=0)[1]["atoms"] if each.kind is FP] == [1]
+    with pytest.raises(PlanningError, match="rewards must be finite"):
+        Lesson(partial(Ends, (left, 1.0, 0.5), table), "exact", max_turns=9)
+
+
+class Later(Flip):
+    """Another table in episodes of great seeds; or episodes that are cut off."""
+
+    def __init__(self, most=99):
+        self.most = most
+
+    def reset(self, *, seed=None, options=None):
+        seen = super().reset(seed=1 if seed is None or seed < 100 else 0)
+        self.steps = 0
+        return seen
+
+    def step(self, action):
+        seen, reward, terminated, _, info = super().step(action)
+        self.steps += 1
+        return seen, reward, terminated, self.steps >= self.most, info
+
+
+def test_of_another_table_nothing_is_said():
+    seat = llf_teacher.teach(Later, oracle="exact", max_turns=12)
+    assert {each.kind for each in seat.reset(seed=5)[1]["atoms"]} >= {FP, FN}
+    table = seat.session.world.env.unwrapped.P
+    assert not {each.kind for each in seat.reset(seed=100)[1]["atoms"]} & {FP, FN}
+    assert table != seat.session.world.env.unwrapped.P
+
+
+def test_a_table_does_not_serve_where_episodes_are_cut_off():
+    """They are explored instead."""
+    whys = [Lesson(partial(Later, 2), "exact", max_turns=turns).planned.why for turns in (2, 12)]
+    assert "table" in whys[0]
+    assert "copies" in whys[1]
+
+
+class Edge(Key):
+    """Raises in a cell that random play hardly reaches."""
+
+    def step(self, action):
+        if self.cell == 6 and self.slot:
+            raise RuntimeError("over the edge")
+        return super().step(action)
+
+
+def test_an_environment_that_raises_where_it_is_explored_is_refused():
+    with pytest.raises(PlanningError, match=r"the environment raised RuntimeError\('over the edge'\) after action"):
+        Lesson(Edge, "exact", max_turns=30)
+
+
+class Many(gymnasium.Env):
+    """A hundred thousand actions."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(3), gymnasium.spaces.Discrete(100_000)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = 0
+        return 0, {}
+
+    def step(self, action):
+        self.cell = action % 3
+        return self.cell, 0.0, False, False, {}
+
+
+def test_the_bound_of_seconds_holds_within_a_state():
+    with pytest.raises(PlanningError, match=r"1 of which were explored in 0 s"):
+        Lesson(Many, Exact(seconds=0.2), max_turns=9)

@@ -2,7 +2,9 @@
 
 import dataclasses
 import pickle
+import random
 import threading
+from functools import partial
 from typing import ClassVar
 
 import gymnasium
@@ -642,3 +644,127 @@ def test_no_teacher_leads_to_a_fall_that_is_paid():
 def test_where_only_an_expert_knows_the_task_nothing_is_searched_for():
     with pytest.raises(PlanningError, match="no goal is known that a search can find, but an expert is"):
         Lesson(gymnasium.make("Acrobot-v1"), "searched")
+
+
+class Window(gymnasium.Env):
+    """A row with a goal far on the left, and one on the right behind a door that is open for two steps only."""
+
+    observation_space, action_space = spaces.Discrete(40), spaces.Discrete(3)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell, self.steps = 0, 0
+        return 20, {}
+
+    def step(self, action):
+        after = self.cell + int(action) - 1
+        self.cell = self.cell if after == 2 and action == 2 and self.steps not in (5, 6) else after
+        self.steps += 1
+        over = self.cell in (4, -12)
+        return self.cell + 20, float(over), over, False, {}
+
+
+class KeptWindow(Window):
+    """Sets itself back."""
+
+    def get_state(self):
+        return self.cell, self.steps
+
+    def set_state(self, state):
+        self.cell, self.steps = state
+
+
+@pytest.mark.parametrize("make", [Window, KeptWindow])
+def test_a_count_of_steps_that_decides_for_a_while_is_refused(make):
+    with pytest.raises(PlanningError, match=r"the number of steps \(steps\) decides what action 2 does after 1"):
+        lesson(make)
+
+
+class Game:
+    """A game that draws, with the place in it."""
+
+    def __init__(self, seed):
+        self.random, self.place = random.Random(seed), 0
+
+
+class Hosted(gymnasium.Env):
+    """All is in a game, whose random generator is no part of the state."""
+
+    observation_space, action_space = spaces.Discrete(6), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.game = Game(seed)
+        return 0, {}
+
+    def step(self, action):
+        self.game.random.random()
+        self.game.place = max(self.game.place + 2 * int(action) - 1, 0)
+        over = self.game.place == 5
+        return self.game.place, float(over), over, False, {}
+
+
+def test_an_object_that_draws_is_read_without_its_generator():
+    state = lesson(Hosted).planned.look
+    env = Hosted()
+    env.reset(seed=0)
+    keys = [state(env), *(env.step(action) and state(env) for action in (0, 1))]
+    assert keys[0] == keys[1] != keys[2]
+
+
+class Rare(gymnasium.Env):
+    """A row on which each hundredth step slips, by draws from a generator that lies deep in it.
+
+    Args:
+        where: a name of `GENERATORS`.
+    """
+
+    observation_space, action_space = spaces.Discrete(7), spaces.Discrete(2)
+
+    def __init__(self, where="list"):
+        self.draw, self.parts = GENERATORS[where], [{"deep": np.random.default_rng(0)}]
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell, self.parts[0]["deep"] = 3, np.random.default_rng(seed)
+        self.action_space.seed(seed)
+        return 3, {}
+
+    def step(self, action):
+        far = 2 * int(action) - 1
+        self.cell = min(max(self.cell + (-far if self.draw(self) < 0.01 else far), 0), 6)
+        return self.cell, float(self.cell == 6), self.cell == 6, False, {}
+
+
+GENERATORS = {
+    "list": lambda env: env.parts[0]["deep"].random(),
+    "space": lambda env: env.action_space.np_random.random(),
+    "shared": lambda env: random.random(),
+}
+
+
+@pytest.mark.parametrize("where", GENERATORS)
+def test_draws_are_seen_wherever_the_generator_is(where):
+    match = "generators that all of Python or NumPy share" if where == "shared" else "a search would use its luck"
+    with pytest.raises(PlanningError, match=match):
+        lesson(partial(Rare, where), turns=12)
+
+
+class Forward(gymnasium.Env):
+    """Each episode goes one cell on, as a count of steps would; there are no others."""
+
+    observation_space, action_space = spaces.Discrete(2), spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = 0
+        return 0, {}
+
+    def step(self, action):
+        self.cell = (1, None)[self.cell]
+        return 1, float(action), True, False, {}
+
+
+def test_what_cannot_count_steps_is_refused():
+    with pytest.raises(PlanningError, match=r"the number of steps \(cell\) decides"):
+        lesson(Forward)

@@ -6,13 +6,15 @@ A way is proved by a trial before it is used: after it went back, the same actio
 import copy
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from types import BuiltinFunctionType, FunctionType, MethodType, ModuleType
 from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
-from gymnasium import spaces
+from gymnasium import spaces, wrappers
 from gymnasium.envs.registration import EnvSpec
 
 from worlds.actions import native
@@ -28,7 +30,10 @@ __all__ = [
     "WayBack",
     "copied",
     "draws",
+    "generators",
+    "is_plain",
     "is_table",
+    "layers",
     "shake",
     "way_back",
 ]
@@ -38,7 +43,16 @@ GENERATORS = np.random.Generator, np.random.RandomState, random.Random
 """Classes of what draws random numbers."""
 _METHODS = (("clone_state", "restore_state"), ("get_state", "set_state"))  # by which environments set themselves back
 _TRIAL = 8  # steps
-_PLAIN = {int, float, bool, str, tuple, list, dict, type(None), np.ndarray, np.float64}  # which have no attributes
+_PLAIN = (  # what holds no generators
+    *(str, bytes, int, float, complex, bool, type(None), np.ndarray, np.generic, type, EnvSpec),
+    *(np.float64, np.float32, np.int64, np.int32, np.int8, np.uint8, np.bool_),
+    *(ModuleType, FunctionType, BuiltinFunctionType, MethodType),
+)
+_TIMERS = (  # wrappers without a state that decides anything but time
+    *(wrappers.TimeLimit, wrappers.OrderEnforcing, wrappers.PassiveEnvChecker),
+    *(wrappers.RecordEpisodeStatistics, gymnasium.ObservationWrapper),
+)
+_QUICK = frozenset(_PLAIN)
 _STEPS = "_elapsed_steps"  # of Gymnasium's `TimeLimit`
 
 
@@ -122,13 +136,13 @@ class States(WayBack):
 
     def saved(self, env: _Env) -> Any:
         """The state, and the counts of time limits around it."""
-        return self.save(env), [getattr(layer, _STEPS, None) for layer in _layers(env)]
+        return self.save(env), [getattr(layer, _STEPS, None) for layer in layers(env)]
 
     def loaded(self, env: _Env, saved: Any) -> None:
         """Set all of these."""
         state, counts = saved
         self.load(env, state)
-        for layer, count in zip(_layers(env), counts, strict=True):
+        for layer, count in zip(layers(env), counts, strict=True):
             if count is not None:
                 setattr(layer, _STEPS, count)
 
@@ -170,7 +184,9 @@ def way_back(env: _Env, states: States | None = None) -> WayBack | None:
 
 
 def _own(env: _Env) -> States | None:
-    """The pair of methods of an environment that has one."""
+    """The pair of methods of an environment that has one, and no wrapper with a state that they leave out."""
+    if not all(map(is_plain, layers(env))):
+        return None
     for save, load in _METHODS:
         if callable(getattr(env.unwrapped, save, None)) and callable(getattr(env.unwrapped, load, None)):
             return States(_Method(save), _Method(load))
@@ -235,15 +251,15 @@ def _step(lab: GymWorld, env: _Env, action: Any, luck: int | None) -> tuple[bool
     """What a `Stepped` has, but for the state."""
     if luck is not None:
         shake(env, luck)
-    generators = _generators(env)
-    before = [_drawn(each) for each in generators]
+    sources = generators(env)
+    before = [_drawn(each) for each in sources]
     observation, reward, terminated, truncated, info = env.step(native(lab.action_space, action))
     terminated, truncated = bool(terminated), bool(truncated)
     solved = lab.solved(observation, float(reward), terminated, truncated, info)
-    return terminated, truncated, solved, [_drawn(each) for each in generators] != before
+    return terminated, truncated, solved, [_drawn(each) for each in sources] != before
 
 
-def _layers(env: _Env) -> Iterator[Any]:
+def layers(env: _Env) -> Iterator[Any]:
     """The wrappers of an environment, and itself."""
     while isinstance(env, gymnasium.Wrapper):
         yield env
@@ -256,11 +272,18 @@ def is_table(name: str, part: Any) -> bool:
     return name == "P" and isinstance(part, Mapping)
 
 
+def is_plain(layer: Any) -> bool:
+    """Whether it is an environment itself, or a wrapper that decides nothing but observations and time."""
+    if not isinstance(layer, gymnasium.Wrapper):
+        return True
+    return isinstance(layer, _TIMERS) and any(type(layer).step is cls.step for cls in _TIMERS)
+
+
 def copied(env: _Env) -> _Env:
     """A copy that shares spaces, specs and tables, which steps do not change and which are most of the work."""
     shared = {
         id(part): part
-        for layer in _layers(env)
+        for layer in layers(env)
         for name, part in vars(layer).items()
         if isinstance(part, spaces.Space | EnvSpec) or is_table(name, part)
     }
@@ -269,12 +292,12 @@ def copied(env: _Env) -> _Env:
 
 def draws(env: _Env) -> list[str]:
     """The states of an environment's random generators; they differ if something was drawn."""
-    return [_drawn(generator) for generator in _generators(env)]
+    return [_drawn(generator) for generator in generators(env)]
 
 
 def shake(env: _Env, luck: int) -> None:
     """Seed an environment's random generators anew."""
-    for generator in _generators(env):
+    for generator in generators(env):
         if isinstance(generator, np.random.Generator):
             bits: Any = generator.bit_generator
             bits.state = type(bits)(luck).state
@@ -288,15 +311,25 @@ def _drawn(generator: Any) -> str:
     return str(generator.get_state() if isinstance(generator, np.random.RandomState) else generator.getstate())
 
 
-def _generators(env: _Env) -> list[Any]:
-    """The random generators among an environment's attributes, and among theirs."""
-    found = []
-    for layer in _layers(env):
-        for part in vars(layer).values():
-            if type(part) in _PLAIN or isinstance(part, spaces.Space | EnvSpec | gymnasium.Env | type):
+def generators(env: _Env) -> list[Any]:
+    """All random generators that an environment holds, in attributes, spaces, lists and dicts of any depth."""
+    found: list[Any] = []
+    seen: set[int] = set()
+    for root in (env, env.action_space):  # which the class may hold
+        queue: deque[Any] = deque([root])
+        while queue:
+            each = queue.popleft()
+            if id(each) in seen or isinstance(each, _PLAIN):
                 continue
-            if isinstance(part, GENERATORS):
-                found.append(part)
-            elif hasattr(part, "__dict__"):
-                found += [each for each in vars(part).values() if isinstance(each, GENERATORS)]
+            seen.add(id(each))
+            if isinstance(each, GENERATORS):
+                found.append(each)
+            else:
+                queue.extend([part for part in _parts(each) if type(part) not in _QUICK])
     return found
+
+
+def _parts(whole: Any) -> Iterable[Any]:
+    if isinstance(whole, Mapping):
+        return whole.values()
+    return whole if isinstance(whole, list | tuple | deque) else getattr(whole, "__dict__", {}).values()

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Set
 from dataclasses import dataclass
 from functools import cached_property, partial
+from math import isfinite
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -12,7 +13,7 @@ import numpy as np
 from teachers.atoms import FN, FP, Claim, FeedbackType, Moment, fast_constructor
 from teachers.common import Syntax
 from teachers.oracle import Oracle
-from teachers.planning.contents import certain_contents, check_recurs
+from teachers.planning.contents import certain_contents, check_recurs, check_wrappers
 from teachers.planning.exact.atlas import Atlas
 from teachers.planning.exact.claims import (
     Avoid,
@@ -35,7 +36,7 @@ from teachers.planning.exact.exploring import explore, explored
 from teachers.planning.exact.tables import table_of
 from teachers.planning.exact.worths import Worth, Worths
 from teachers.planning.known import Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
+from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
 from teachers.planning.transitions import Transitions
 from teachers.spec import is_count
 from worlds.wrapped.gym_world import GymWorld, Position, faithful
@@ -44,6 +45,7 @@ from worlds.wrapped.snapshots import copied
 _Env = gymnasium.Env[Any, Any]
 _TRIES = 3  # of actions before the episode
 _MOST = 5_000_000  # values: states times actions that are left
+_WIDEST = 1e8  # times that a reward is another one, beside whose rounding it would be lost
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class Exact(Planner):
         own = listed or Known()
         check_steps(env)
         try:
-            transitions, look, source = table_of(env)
+            transitions, look, source = table_of(env, turns)
         except PlanningError as error:
             model, look, source = self._explored(env, turns, own, str(error))
         else:
@@ -121,10 +123,12 @@ class Exact(Planner):
             state = self.state
         else:
             try:
+                check_wrappers(env)
                 state = own.state or certain_contents(env)
                 check_recurs(env, state)
             except PlanningError as error:
                 raise PlanningError(f"{why}; {error}") from None
+        check_own_draws(env)
         if not faithful(env, copied):
             raise PlanningError(f"{why}; and its copies do not continue like the original")
         fading = None if own.fading is None else own.fading(env)
@@ -147,6 +151,12 @@ class Exact(Planner):
         if self.gamma is None and turns * len(transitions) > _MOST:
             raise PlanningError(
                 f"{turns:,} turns of {len(transitions):,} states are over {_MOST:,} values; give max_turns or gamma"
+            )
+        rewards = {abs(each.reward) for row in transitions.values() for action in row for each in action} - {0.0}
+        if not all(map(isfinite, rewards)) or (rewards and max(rewards) > _WIDEST * min(rewards)):
+            raise PlanningError(
+                f"rewards must be finite, and the greatest at most {_WIDEST:,.0f} times the least but 0, so that sums "
+                f"can be compared; got {min(rewards)} and {max(rewards)}"
             )
         return Worths(transitions, turns if self.gamma is None else None, self.gamma, fading)
 

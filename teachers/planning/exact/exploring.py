@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Iterator
 from itertools import count as count_up
 from itertools import islice
+from math import isfinite
 from typing import Any
 
 import gymnasium
@@ -13,7 +14,7 @@ from teachers.planning import cache
 from teachers.planning.contents import HINT, Contents
 from teachers.planning.exact.tables import action_count
 from teachers.planning.known import State
-from teachers.planning.planner import PlanningError
+from teachers.planning.planner import PlanningError, stepped
 from teachers.planning.progress import ProgressBar
 from teachers.planning.transitions import Transition, Transitions
 from worlds.wrapped.snapshots import copied, draws, shake
@@ -150,6 +151,8 @@ def _explore(
             tries = _LUCK if len(found) <= _SAMPLED else _LATER if draws(there) != before else 0
             _check_certain(here, action, state, share(now), now + 1 < limit, transition, islice(lucks, tries))
             rows.append([transition])
+            if bar.seconds > seconds:
+                break
             if transition.state is None:
                 ended.add(after)
             elif after not in seen:
@@ -157,6 +160,11 @@ def _explore(
                 queue.append((there, after, now + 1))
             elif len(again) < _SAMPLED:
                 again.append((there, after, now + 1))
+        if state(here) != key:
+            raise PlanningError(
+                "copies of the environment share a part of its state, so that a step of one changes the others; hold "
+                "the state in attributes that are copied"
+            )
         bar.show(len(found), len(seen))
         if len(seen) > states or bar.seconds > seconds:
             counts = state.counts if isinstance(state, Contents) else ()
@@ -186,8 +194,10 @@ def _step(env: _Env, action: int, state: State, share: float, early: bool) -> tu
 
     Where it is early, not time has truncated an episode but the state.
     """
-    _, reward, terminated, truncated, _ = env.step(action)
+    _, reward, terminated, truncated, _ = stepped(env, action)
     after = state(env)
+    if not isfinite(reward):
+        raise PlanningError(f"rewards must be finite, got {float(reward)} for action {action}")
     over = terminated or (truncated and early)
     return Transition(1.0, None if over else after, float(reward) / share), after
 

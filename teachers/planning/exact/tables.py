@@ -1,5 +1,6 @@
 """Transitions from an environment's own table, or from the rules that `teachers.planning.known` has."""
 
+import contextlib
 from typing import Any
 
 import gymnasium
@@ -23,8 +24,33 @@ def state_number(env: _Env) -> int:
         raise PlanningError("the environment has a table `P`, but no attribute `s` with its current state") from None
 
 
-def table_of(env: _Env) -> tuple[Transitions, State, str]:
+class OfTable:
+    """Reads the state of an environment with a table; None where an episode has another table, which is not known."""
+
+    def __init__(self, transitions: Transitions) -> None:
+        self._transitions = transitions
+        self._last: Any = None
+        self._same = False
+
+    def __call__(self, env: _Env) -> int | None:
+        """Read it; a table is compared once."""
+        table = getattr(env.unwrapped, "P", None)
+        if table is not self._last:
+            self._last, self._same = table, False
+            with contextlib.suppress(PlanningError):
+                self._same = _read(env) == self._transitions
+        return state_number(env) if self._same else None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_last": None}
+
+
+def table_of(env: _Env, turns: int) -> tuple[Transitions, State, str]:
     """The transitions in an environment's table, a function that reads its state, and where they are from, in words.
+
+    Args:
+        env: the environment, which is reset and stepped.
+        turns: most actions of an episode.
 
     Raises:
         PlanningError: there is no table, it is not whole, or it does not say what happens.
@@ -32,12 +58,14 @@ def table_of(env: _Env) -> tuple[Transitions, State, str]:
     own = known(env)
     if own is not None and own.table is not None:
         transitions, state, source = own.table(env)
+        look = state
     else:
         transitions, state, source = _read(env), state_number, "the environment's table of transitions"
         _check_whole(transitions)
         _try_all(env, transitions)
-    _try_out(env, transitions, state)
-    return transitions, state, source
+        look = OfTable(transitions)
+    _try_out(env, transitions, state, turns)
+    return transitions, look, source
 
 
 def _read(env: _Env) -> Transitions:
@@ -97,18 +125,28 @@ def _try_all(env: _Env, transitions: Transitions) -> None:
                 _check_step(env, transitions, state_number, action)
 
 
-def _try_out(env: _Env, transitions: Transitions, state: State) -> None:
-    """Play at random, to see whether all that happens is in the table."""
+def _try_out(env: _Env, transitions: Transitions, state: State, turns: int) -> None:
+    """Play at random, to see whether all that happens is in the table.
+
+    Raises:
+        PlanningError: something is not, or the environment cuts episodes off.
+    """
     env.action_space.seed(0)
     for seed in range(_EPISODES):
         env.reset(seed=seed)
-        for _ in range(_STEPS):
-            if _check_step(env, transitions, state, int(env.action_space.sample())):
+        for turn in range(1, _STEPS + 1):
+            over, cut = _check_step(env, transitions, state, int(env.action_space.sample()))
+            if cut and turn < turns:
+                raise PlanningError(
+                    f"the environment has cut an episode off after {turn} actions, of which its table says nothing; if "
+                    f"that is its time limit, give max_turns={turn}"
+                )
+            if over or cut:
                 break
 
 
-def _check_step(env: _Env, transitions: Transitions, state: State, action: int) -> bool:
-    """Take an action, and return whether the episode is over.
+def _check_step(env: _Env, transitions: Transitions, state: State, action: int) -> tuple[bool, bool]:
+    """Take an action, and return whether it has ended the episode, and whether that was cut off.
 
     Raises:
         PlanningError: what it did is not in the table.
@@ -122,4 +160,4 @@ def _check_step(env: _Env, transitions: Transitions, state: State, action: int) 
             f"the table of transitions does not say what happens: action {action} in state {before} led to "
             f"{after} for {reward}; the state has parts that the table lacks, or a wrapper changes the reward"
         )
-    return bool(terminated or truncated)
+    return bool(terminated), bool(truncated)

@@ -1,7 +1,6 @@
 """A trial of an expert and its environment, before the first lesson."""
 
 import copy
-import random
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -11,7 +10,7 @@ import numpy as np
 
 from teachers.planning.expert.asking import ExpertError, Policy, Watched
 from teachers.planning.expert.draws import reseed
-from teachers.planning.planner import PlanningError
+from teachers.planning.planner import PlanningError, shared_draws
 from worlds.actions import canonical
 from worlds.wrapped.position import same, still
 
@@ -52,7 +51,7 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
         PlanningError: the expert gives no answer, or two in one state; or the environment cannot be repeated.
     """
     until = _Until(time.process_time() + _SECONDS, time.monotonic() + _PATIENCE)
-    shared = _shared()
+    shared = shared_draws()
     first, again = list(_play(env, make, 0, 0, until)), list(_play(env, make, 0, 0, until))
     for mine, its in zip(first, again, strict=False):  # the second one may have had less time
         if not same(mine.asked, its.asked):
@@ -65,7 +64,7 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
                 "the same seed and actions had two results: the environment draws from a random generator that "
                 "reset(seed=...) does not seed, or that is none of its attributes"
             )
-    if not same(_shared(), shared):
+    if not same(shared_draws(), shared):
         raise PlanningError(
             "the environment or the expert draws from the generators that all of Python or NumPy share, which roll-outs"
             " would change for the lesson; let the environment draw from its np_random"
@@ -79,11 +78,6 @@ def try_out(env: _Env, make: Callable[[_Env], Policy]) -> bool:
         if steps > _TOTAL or until.over:
             break
     return True
-
-
-def _shared() -> Any:
-    """The state of the generators that `random` and NumPy share."""
-    return random.getstate(), np.random.get_state()  # noqa: NPY002 (only looked at)
 
 
 def _play(env: _Env, make: Callable[[_Env], Policy], seed: int, draws: int, until: _Until) -> Iterator[_Seen]:

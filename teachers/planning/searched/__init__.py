@@ -19,7 +19,7 @@ from teachers.common import Syntax
 from teachers.oracle import Oracle
 from teachers.planning.contents import Contents, contents_of
 from teachers.planning.known import Heuristic, Known, State, known, words_of
-from teachers.planning.planner import Planned, Planner, PlanningError, check_steps
+from teachers.planning.planner import Planned, Planner, PlanningError, check_own_draws, check_steps
 from teachers.planning.searched.claims import (
     Astray,
     Considered,
@@ -43,8 +43,8 @@ from teachers.planning.searched.claims import (
 )
 from teachers.planning.searched.scout import KeptPlan, Scout
 from teachers.planning.searched.search import SearchResult, SearchTask, arrives, check_counts, search
-from worlds.wrapped.gym_world import GymWorld, Position
-from worlds.wrapped.snapshots import Copies, Replays, way_back
+from worlds.wrapped.gym_world import GymWorld, Position, faithful
+from worlds.wrapped.snapshots import Copies, copied, way_back
 
 _Env = gymnasium.Env[Any, Any]
 _SEEDS = 2  # of episodes in which something must be found
@@ -101,6 +101,7 @@ class Searched(Planner):
                 "which step solves the task, or lasts=... of Searched"
             )
         check_steps(env)
+        check_own_draws(env)
         back = way_back(env)
         if back is None:
             raise PlanningError(
@@ -108,7 +109,8 @@ class Searched(Planner):
                 "get_state() and set_state(state), or let reset(seed=...) seed all that it draws"
             )
         state = self.state or own.state or contents_of(env)
-        if isinstance(state, Contents) and isinstance(back, Replays):
+        copies = isinstance(back, Copies) or faithful(env, copied)
+        if isinstance(state, Contents) and not copies:
             state = replace(state, timed=True)  # what the count of steps decides cannot be tried
         _check_hashable(state, env)
         if success is not None or (self.lasts is not None and own.lasts is None):
@@ -130,10 +132,10 @@ class Searched(Planner):
         if success is None:
             _check_goal(env)
         scout = Scout(task, turns, own.goal or ("keep the episode going" if lasts else "reach the goal"))
-        found = _tried(scout, world)
-        if isinstance(state, Contents) and state.counts and isinstance(back, Copies):
+        if isinstance(state, Contents) and state.counts and copies:
             world.reset(seed=0)
-            check_counts(task, world, state.counts, turns)
+            check_counts(replace(task, way=Copies()), world, state.counts, turns)
+        found = _tried(scout, world)
         silent = not (task.measures or lasts or found.deadly)
         return Planned(
             tier="searched",

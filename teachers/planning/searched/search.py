@@ -4,9 +4,10 @@ import copy
 import math
 import time
 from collections import deque
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
+from itertools import islice
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -233,8 +234,11 @@ class _Watch:
 
     def compare(self) -> None:
         """Take the actions in states that were reached again."""
+        begun = time.monotonic()
         for node in self._again:
             for action, result in self._results.get(node.key, {}).items():
+                if time.monotonic() - begun > self._task.seconds:
+                    return
                 after = self._task.way.step(self._lab, node.saved, action)
                 key = self._task.key(after.env, node.depth + 1)
                 if (key, after.terminated, after.solved) != result:
@@ -257,23 +261,42 @@ def check_counts(task: SearchTask, lab: GymWorld, counts: Sequence[str], room: i
         PlanningError: it does.
     """
     queue, seen, taken = deque([(task.way.begin(lab), 0)]), {task.key(lab.env, 0)}, 0
+    steps: list[tuple[Any, int, Any, tuple[Any, ...]]] = []
     while queue and taken < _COUNTED:
         saved, depth = queue.popleft()
-        late = copy.deepcopy(saved)
-        for name in counts:
-            setattr(late.unwrapped, name, getattr(late.unwrapped, name) + room - depth - 1)
         for action in task.choices:
-            now, later = (task.way.step(lab, each, action) for each in (saved, late))
+            now = task.way.step(lab, saved, action)
             taken += 1
-            key, other = task.key(now.env, depth + 1), task.key(later.env, depth + 1)
-            if not later.truncated and (key, now.terminated, now.solved) != (other, later.terminated, later.solved):
-                raise PlanningError(
-                    f"the number of steps ({', '.join(counts)}) decides what action {action} does after {depth}; give "
-                    "state=..., a function of the environment that returns all that decides what happens"
-                )
+            key = task.key(now.env, depth + 1)
+            steps.append((saved, depth, action, (key, now.terminated, now.solved)))
             if key not in seen and depth + 1 < room and not task.over(now, depth + 1, room):
                 seen.add(key)
                 queue.append((now.saved, depth + 1))
+    for count, saved, depth, action, result in islice(_later(steps, room), 2 * _COUNTED):
+        late = copy.deepcopy(saved)
+        for name in counts:
+            setattr(late.unwrapped, name, getattr(late.unwrapped, name) + count - depth)
+        try:
+            later = task.way.step(lab, late, action)
+            alike = later.truncated or (task.key(later.env, depth + 1), later.terminated, later.solved) == result
+        except Exception:  # it cannot be so late there
+            alike = False
+        if not alike:
+            raise PlanningError(
+                f"the number of steps ({', '.join(counts)}) decides what action {action} does after {depth}; give "
+                "state=..., a function of the environment that returns all that decides what happens"
+            )
+
+
+def _later(
+    steps: Sequence[tuple[Any, int, Any, tuple[Any, ...]]], room: int
+) -> Iterator[tuple[int, Any, int, Any, tuple[Any, ...]]]:
+    """The steps, each with later counts of steps before it: first with the greatest one, then with the next ones."""
+    for more in (None, *range(1, room)):
+        for step in steps:
+            count = room - 1 if more is None else step[1] + more
+            if count < room:
+                yield count, *step
 
 
 def reaches(
