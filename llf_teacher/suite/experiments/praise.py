@@ -1,0 +1,17 @@
+"""Uses praise: acts by what the teacher says was good.
+
+Lessons of praise (hp) beside a placebo. In bandits a student can repeat the arm; in a house a move cannot be repeated,
+but it tells on which side the treasure is.
+"""
+
+from llf_teacher.suite.experiment import Experiment
+from llf_teacher.suite.places import ARMS, HOUSE, OPTIONS
+
+EXPERIMENT = Experiment(
+    ability="uses praise",
+    better="only(kinds='hp')",
+    worse="only(kinds='hp') | placebo",
+    reference="reasoner(worlds=64)",
+    ids=(ARMS, HOUSE),
+    options=OPTIONS,
+)
