@@ -26,10 +26,14 @@ def suite(
         list[Path] | None, typer.Option(help="File to write: .json, .md, .svg or .html; repeat it for several.")
     ] = None,
     only: Annotated[list[str] | None, typer.Option(help="Experiment to take; repeat it for several.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Take the four experiments that tell most, with fewer seeds.")
+    ] = False,
     key: Annotated[str, typer.Option(help="Text from which other seeds are drawn.")] = "",
     store: Annotated[Path, typer.Option(help="SQLite file for the episodes; an interrupted suite is resumed.")] = STORE,
-    workers: Annotated[int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Parallel processes; by default one for each core.")
+    ] = None,
 ) -> None:
     """Take the suite: score what a student does with feedback, one ability an experiment.
 
@@ -50,12 +54,9 @@ def suite(
             workers,
             lambda done, total: progress.update(task, completed=done, total=total),
         )
-    table = Table("ability", "score", "95 %", "p", title=found.student)
-    for each in found.entries:
-        if each.score is None:
-            table.add_row(each.ability, "not measured", "", "")
-        else:
-            table.add_row(each.ability, f"{each.score:.2f}", f"[{each.low:.2f}, {each.high:.2f}]", f"{each.p:.3f}")
+    table = Table("ability", "score", "p", title=found.student)
+    for each in found.lines:
+        table.add_row(each.ability, each.words, each.chance)
     console.print(table)
     for sentence in found.sentences():
         console.print(f"- {sentence}")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FORMATS = (".json", ".md", ".svg", ".html")
 """The suffixes of files that a card can be written to."""
-_ALPHA = 0.05
+_ALPHA, _HALF, _TINY = 0.05, 0.5, 0.001
 
 
 class CardError(ValueError):
@@ -29,7 +29,7 @@ class CardError(ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Entry:
+class Line:
     """A line of a card: an ability and its score."""
 
     name: str
@@ -37,6 +37,7 @@ class Entry:
     score: float | None
     """None if it was not measured."""
     low: float | None
+    """Ends of the 95 % interval; None without one."""
     high: float | None
     p: float | None
     """That there is no contrast, after Holm's correction for all abilities of the card."""
@@ -49,10 +50,17 @@ class Entry:
     """Where both lessons should be alike: whether they are; None elsewhere."""
 
     @property
+    def chance(self) -> str:
+        """The p-value as text; empty without one."""
+        return "" if self.p is None else f"< {_TINY}" if self.p < _TINY else f"{self.p:.3f}"
+
+    @property
     def words(self) -> str:
         """The score as text."""
         if self.score is None:
             return f"not measured: {self.why}"
+        if self.low is None:
+            return f"{self.score:.2f} (no interval: {self.why})"
         return f"{self.score:.2f} [{self.low:.2f}, {self.high:.2f}]"
 
 
@@ -69,7 +77,7 @@ class Card:
     quick: bool
     key: str
     """The text from which the seeds are drawn; empty: those of the suite."""
-    entries: Sequence[Entry]
+    lines: Sequence[Line]
     cost: Mapping[str, float]
     """Episodes and turns of the student; answers, tokens in and out, and USD of one that asks a model, 0 if unknown."""
     failures: int
@@ -104,7 +112,7 @@ class Card:
             student=student,
             quick=quick,
             key=key,
-            entries=tuple(_entry(name, each, adjusted.get(name)) for name, each in scores.items()),
+            lines=tuple(_line(name, each, adjusted.get(name)) for name, each in scores.items()),
             cost={"episodes": float(len(played)), **cost},
             failures=failures,
             error=error,
@@ -113,10 +121,12 @@ class Card:
 
     def sentences(self) -> list[str]:
         """Three sentences: what it does best, what it does not do, and what was not measured."""
-        named = [each for each in self.entries if each.score is not None]
+        named = [each for each in self.lines if each.score is not None]
         shown = sorted((each for each in named if _for_certain(each)), key=lambda each: -(each.low or 0))
-        lacking = sorted((each for each in named if (each.high or 0) < 0.5), key=lambda each: each.high or 0)  # noqa: PLR2004
-        unknown_ = [each for each in self.entries if each.score is None]
+        lacking = sorted(
+            (each for each in named if each.high is not None and each.high < _HALF), key=lambda e: e.high or 0
+        )
+        unmeasured = [each for each in self.lines if each.score is None]
         said = [
             f"The student {shown[0].ability}: {shown[0].words}."
             if shown
@@ -124,8 +134,8 @@ class Card:
         ]
         weak = "; ".join(f"{each.ability} ({each.words})" for each in lacking[:3])
         said.append(f"Less than half of what the reference has: {weak}." if lacking else "It has half of all or more.")
-        names = ", ".join(each.name for each in unknown_)
-        said.append(f"Not measured: {names}." if unknown_ else "Everything was measured.")
+        names = ", ".join(each.name for each in unmeasured)
+        said.append(f"Not measured: {names}." if unmeasured else "Everything was measured.")
         return said
 
     def as_json(self) -> str:
@@ -143,10 +153,12 @@ class Card:
         try:
             values = json.loads(Path(path).read_text(encoding="utf-8"))
             checksum = values.pop("checksum")
-            entries = tuple(Entry(**each) for each in values["entries"])
-            card = cls(**values | {"entries": entries})
+            lines = tuple(Line(**each) for each in values["lines"])
+            card = cls(**values | {"lines": lines})
         except (OSError, UnicodeDecodeError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise CardError(f"{path} is no card of the suite: {error}; `llf suite --card FILE.json` writes one") from None
+            raise CardError(
+                f"{path} is no card of the suite: {error}; `llf suite --card FILE.json` writes one"
+            ) from None
         if checksum != _checksum(values):
             raise CardError(f"{path} was changed after it was written: its checksum does not fit; write it anew")
         return card
@@ -158,10 +170,10 @@ class Card:
             (
                 f"{each.name}: {each.ability}",
                 each.words.replace("|", "with"),
-                "" if each.p is None else "< 0.001" if each.p < 0.001 else f"{each.p:.3f}",  # noqa: PLR2004
+                each.chance,
                 ", ".join(f"{place} {value:.2f}" for place, value in each.places.items()),
             )
-            for each in self.entries
+            for each in self.lines
         ]
         table = [f"| {' | '.join(row)} |" for row in (heads, ("---",) * len(heads), *rows)]
         return "\n".join([f"# `{self.student}`", "", *self.sentences(), "", *table, "", self.settings(), ""])
@@ -187,18 +199,19 @@ class Card:
         from llf_teacher.studies.report.plots import SERIES, STYLE
 
         with style.context(STYLE):
-            figure = Figure(figsize=(7.5, 1.0 + 0.34 * len(self.entries)))
+            figure = Figure(figsize=(7.5, 1.0 + 0.34 * len(self.lines)))
             axes = figure.subplots()
-            for place, each in enumerate(self.entries):
+            for place, each in enumerate(self.lines):
                 if each.score is None:
                     axes.text(0.5, place, "not measured", ha="center", va="center", style="italic")
                     continue
-                axes.plot([each.low, each.high], [place, place], color=SERIES[0], linewidth=2.2)
+                if each.low is not None:
+                    axes.plot([each.low, each.high or each.low], [place, place], color=SERIES[0], linewidth=2.2)
                 axes.plot(each.score, place, "o", color=SERIES[0], markersize=7)
             for value, line in ((0, "-"), (1, ":")):
                 axes.axvline(value, color="0.5", linewidth=1, linestyle=line, zorder=0)
-            axes.set(yticks=range(len(self.entries)), yticklabels=[each.ability for each in self.entries])
-            axes.set_ylim(len(self.entries) - 0.5, -0.5)
+            axes.set(yticks=range(len(self.lines)), yticklabels=[each.ability for each in self.lines])
+            axes.set_ylim(len(self.lines) - 0.5, -0.5)
             axes.set_xlabel("0: takes no notice        1: as the reference")
             axes.set_title(_short(self.student))
         return figure
@@ -251,14 +264,14 @@ def check(path: Path | str, digest: str) -> Card:
     return card
 
 
-def _entry(name: str, score: Score, p: float | None) -> Entry:
+def _line(name: str, score: Score, p: float | None) -> Line:
     there = score.measured
-    return Entry(
+    return Line(
         name=name,
         ability=all_experiments()[name].ability,
         score=score.value if there else None,
-        low=score.low if there else None,
-        high=score.high if there else None,
+        low=None if math.isnan(score.low) else score.low,
+        high=None if math.isnan(score.high) else score.high,
         p=p,
         seeds=score.seeds,
         places=dict(score.places),
@@ -267,7 +280,7 @@ def _entry(name: str, score: Score, p: float | None) -> Entry:
     )
 
 
-def _for_certain(each: Entry) -> bool:
+def _for_certain(each: Line) -> bool:
     """Whether an ability is there: what it saves is significant, or both lessons are alike."""
     if each.alike is not None:
         return each.alike

@@ -18,9 +18,9 @@ TURNS = 12
 class Experiment:
     """An ability, and the contrast in regret that measures it.
 
-    The contrast is what a student loses in the lessons of `worse` beyond what it loses in those of `better`, in the same
-    worlds. Its unit is the contrast of the `reference`. The score is `offset` and the contrast in that unit, so that it
-    is 1 for the reference, and 0 for a student that takes no notice.
+    The contrast is what a student loses in the lessons of `worse` beyond those of `better`, in the same worlds. Its
+    unit is the contrast of the `reference`. The score is `offset` and the contrast in that unit, so that it is 1 for
+    the reference and 0 for a student that takes no notice; from an offset of 1 on the contrast is subtracted.
     """
 
     ability: str

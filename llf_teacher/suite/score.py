@@ -7,16 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from llf_teacher.studies.analysis.statistics import LEAST, paired_difference
+from llf_teacher.studies.analysis.statistics import LEAST, mean_interval, paired_difference
 
 Numbers = NDArray[np.float64]
-RESAMPLES = 1999
-"""Bootstrap samples of the seeds."""
 UNREAD = 0.5
 """Share of a student's answers that are no actions, above which its regret says nothing of feedback."""
 CEILING = 0.1
 """Share of the reference's regret without help, below which a student has nothing left to save."""
-LEVELS = {"resamples": RESAMPLES, "unread": UNREAD, "ceiling": CEILING, "seeds": LEAST}
+LEVELS = {"unread": UNREAD, "ceiling": CEILING, "seeds": LEAST}
 """The thresholds."""
 
 
@@ -55,12 +53,12 @@ class Score(NamedTuple):
     value: float
     """1: as the reference; 0: no notice is taken; it can be beyond both. NaN if it was not measured."""
     low: float = np.nan
-    """Lower end of the 95 % interval."""
+    """Lower end of the 95 % interval; NaN without one."""
     high: float = np.nan
     p: float = np.nan
     """Of the sign-flip test over seeds that there is no contrast."""
     seeds: int = 0
-    places: Mapping[str, float] = {}  # noqa: RUF012 (never changed)
+    places: Mapping[str, float] = {}
     """The score in each environment that counts."""
     why: str = ""
     """Why it was not measured, or where it was not."""
@@ -76,8 +74,9 @@ class Score(NamedTuple):
 def score(arms: Mapping[str, Arms], offset: float = 0.0, margin: float | None = None) -> Score:
     """The mean over environments of the contrast in units, from `offset` on.
 
-    The interval is the percentile interval of the bootstrap over seeds, which draws the student's lessons and those of
-    the unit together, so that the noise of the denominator is in it (Efron & Tibshirani 1993).
+    The interval is that of the ratio's linear part by the delta method, so that the noise of the denominator is in it
+    (Cochran 1977, section 6.4); it is left out where means of such values have none, see
+    `llf_teacher.studies.analysis.statistics`.
 
     Args:
         arms: what was lost, by environment; all have the same seeds in the same order.
@@ -92,25 +91,19 @@ def score(arms: Mapping[str, Arms], offset: float = 0.0, margin: float | None = 
     sign = -1.0 if offset else 1.0
     contrasts = np.array([each.worse - each.better for each in there.values()])
     units = np.array([each.unit_worse - each.unit_better for each in there.values()])
-
-    def value(chosen: NDArray[np.int64], axis: int = -1) -> Numbers:
-        """The score of seeds, by their indices; the last axis holds those of a sample."""
-        ratios = contrasts[:, chosen].mean(axis=-1) / units[:, chosen].mean(axis=-1)
-        return np.asarray(offset + sign * ratios.mean(axis=0))
-
-    seeds = np.arange(contrasts.shape[1])
-    found = stats.bootstrap(
-        (seeds,), value, n_resamples=RESAMPLES, method="percentile", vectorized=True, random_state=0
-    )
-    low, high = map(float, found.confidence_interval)
-    together = (contrasts / units.mean(axis=1, keepdims=True)).mean(axis=0)
+    scale = units.mean(axis=1, keepdims=True)
+    ratios = contrasts.mean(axis=1, keepdims=True) / scale
+    value = float(offset + sign * ratios.mean())
+    linear = mean_interval(value + sign * ((contrasts - ratios * units) / scale).mean(axis=0))
+    low, high = (linear.low, linear.high) if linear.why != "all equal" else (value, value)
+    together = (contrasts / scale).mean(axis=0)
     return Score(
-        float(value(seeds)),
+        value,
         low,
         high,
         paired_difference(together, np.zeros_like(together)).p,
-        len(seeds),
-        {id: float(offset + sign * c.mean() / u.mean()) for id, c, u in zip(there, contrasts, units, strict=True)},
-        why,
+        len(together),
+        {id: float(offset + sign * ratio) for id, ratio in zip(there, ratios[:, 0], strict=True)},
+        why or (linear.why if low != low else ""),  # NaN
         None if margin is None else bool(1 - margin < low and high < 1 + margin),
     )

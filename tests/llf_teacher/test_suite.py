@@ -1,0 +1,162 @@
+"""The suite: scores of known losses, cards that are whole, and students that fail."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from llf_teacher.cli import app
+from llf_teacher.registry import entry
+from llf_teacher.suite import Card, all_experiments, check, digest, take
+from llf_teacher.suite.card import CardError
+from llf_teacher.suite.experiment import ORDER
+from llf_teacher.suite.play import chosen, seeds_of, study_of
+from llf_teacher.suite.score import Arms, score
+
+DIGEST = "266722469a1e9fcf"
+
+
+def arms(better, worse, unit_better=0.0, unit_worse=10.0, n=20, noise=1.0, seed=0, **more):
+    """Losses with these means."""
+    rng = np.random.default_rng(seed)
+    drawn = [mean + noise * rng.normal(size=n) for mean in (better, worse, unit_better, unit_worse)]
+    return {"here": Arms(*drawn, **more)}
+
+
+def test_the_digest_is_that_of_the_version():
+    """If not, a score means something else: give the suite another version."""
+    assert digest() == DIGEST
+
+
+@pytest.mark.parametrize("name", all_experiments())
+def test_an_experiment_is_complete(name):
+    each = all_experiments()[name]
+    assert name in ORDER
+    assert len({entry(id).family.name for id in each.ids}) >= 2
+    assert set(each.rests_on) <= set(all_experiments()) - {name}
+    assert each.offset in (0, 1)
+    assert study_of(["random"], {name: each}, [0])
+
+
+def test_scores_of_known_losses():
+    assert score(arms(5, 10)).value == pytest.approx(0.5, abs=0.1)
+    assert score(arms(10, 10)).value == pytest.approx(0, abs=0.1)
+    assert score(arms(10, 15), offset=1.0).value == pytest.approx(0.5, abs=0.1)  # half of what the lies cost
+    assert score(arms(5, 5), offset=1.0, margin=0.2).alike
+    assert not score(arms(5, 10), offset=1.0, margin=0.2).alike
+    assert score(arms(5, 10)).p < 0.01
+
+
+def test_the_interval_has_the_noise_of_the_unit():
+    """Over fresh draws it holds the truth about as often as it says, with a unit as noisy as the score."""
+    found = [score(arms(5, 10, noise=4.0, seed=seed)) for seed in range(200)]
+    held = np.mean([each.low <= 0.5 <= each.high for each in found])
+    assert 0.88 <= held <= 0.99
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        (arms(5, 10, unit_worse=0.0), "the reference saves nothing"),
+        (arms(0.0, 0.5, noise=0.1), "nothing left to save"),
+        (arms(5, 10, unread=0.6), "60% of the answers were no actions"),
+        (arms(5, 10, n=4), "4 seeds are too few"),
+        ({"here": Arms(*np.array([[1.0, np.nan], [2, 2], [0, 0], [5, 5]]))}, "1 of 2 seeds were not played"),
+    ],
+)
+def test_what_was_not_measured_says_why(given, why):
+    found = score(given)
+    assert not found.measured
+    assert why in found.why
+
+
+def test_a_place_that_cannot_be_measured_does_not_count():
+    both = arms(5, 10) | {"there": arms(0, 10, unit_worse=0.0)["here"]}
+    found = score(both)
+    assert list(found.places) == ["here"]
+    assert "there: the reference saves nothing" in found.why
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return tmp_path_factory.mktemp("suite") / "suite.db"
+
+
+def test_the_reference_has_1_and_chance_has_0(store):
+    best = take("obedient", store, ["advice", "liar"], quick=True, workers=1)
+    assert [each.score for each in best.lines] == pytest.approx([1, 0])
+    deaf = take("random", store, ["advice", "liar"], quick=True, workers=1)
+    assert [each.score for each in deaf.lines] == pytest.approx([0, 1])
+    assert "takes advice" in best.sentences()[0]
+
+
+def test_a_card_is_read_as_it_was_written(store, tmp_path):
+    card = take("obedient", store, ["advice"], quick=True, workers=1)
+    for suffix in (".json", ".md", ".svg", ".html"):
+        card.write(tmp_path / f"card{suffix}")
+    assert Card.load(tmp_path / "card.json").as_json() == card.as_json()
+    assert check(tmp_path / "card.json", digest()).student == "obedient"
+    with pytest.raises(CardError, match="cannot be compared"):
+        check(tmp_path / "card.json", "0")
+    text = (tmp_path / "card.json").read_text()
+    (tmp_path / "card.json").write_text(text.replace('"score": 1.0', '"score": 1.5', 1))
+    with pytest.raises(CardError, match="changed after it was written"):
+        Card.load(tmp_path / "card.json")
+    assert "takes advice" in (tmp_path / "card.html").read_text()
+    with pytest.raises(ValueError, match=r"allowed: \.json"):
+        card.write(tmp_path / "card.png")
+
+
+@given(
+    st.recursive(
+        st.none() | st.booleans() | st.floats() | st.text(),
+        lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    )
+)
+def test_whatever_a_file_holds_is_no_card(tmp_path_factory, value):
+    path = tmp_path_factory.mktemp("card") / "card.json"
+    path.write_text(json.dumps(value))
+    with pytest.raises(CardError, match="is no card of the suite"):
+        Card.load(path)
+
+
+class Broken:
+    """An agent that fails in some lessons."""
+
+    def reset(self, rng):
+        self._turn = 0
+
+    def act(self, observation, info):
+        raise RuntimeError("out of order")
+
+
+def test_an_agent_that_raises_is_not_measured(store):
+    with pytest.warns(RuntimeWarning, match="failed"):
+        card = take(Broken, store, ["advice"], quick=True, workers=1)
+    (line,) = card.lines
+    assert line.score is None
+    assert "seeds were not played" in line.why
+    assert "out of order" in card.error
+    assert "Not measured: advice" in card.sentences()[-1]
+
+
+def test_other_keys_have_other_seeds():
+    assert seeds_of() == seeds_of()
+    assert not set(seeds_of("one")) & set(seeds_of("two"))
+    assert not set(seeds_of("one")) & set(seeds_of())
+    assert len(seeds_of("one", quick=True)) < len(seeds_of("one"))
+
+
+def test_unknown_experiments_are_refused():
+    with pytest.raises(ValueError, match=r"unknown experiment 'advise'.*advice"):
+        chosen(["advise"])
+
+
+def test_the_command(store, tmp_path):
+    command = ["suite", "--student", "obedient", "--quick", "--only", "advice", "--store", f"{store}", "--workers", "1"]
+    result = CliRunner().invoke(app, [*command, "--card", f"{tmp_path / 'card.md'}"])
+    assert result.exit_code == 0, result.output
+    assert "takes advice" in (tmp_path / "card.md").read_text()
