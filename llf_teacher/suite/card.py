@@ -205,8 +205,8 @@ class Card:
                 if each.score is None:
                     axes.text(0.5, place, "not measured", ha="center", va="center", style="italic")
                     continue
-                if each.low is not None:
-                    axes.plot([each.low, each.high or each.low], [place, place], color=SERIES[0], linewidth=2.2)
+                if each.low is not None and each.high is not None:
+                    axes.plot([each.low, each.high], [place, place], color=SERIES[0], linewidth=2.2)
                 axes.plot(each.score, place, "o", color=SERIES[0], markersize=7)
             for value, line in ((0, "-"), (1, ":")):
                 axes.axvline(value, color="0.5", linewidth=1, linestyle=line, zorder=0)
